@@ -1,0 +1,60 @@
+"""What a back end is: something that puts time on a joint path, and says what it guarantees."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.paths import JointPath
+    from planner.trajectory import Trajectory
+
+
+class Guarantee(StrEnum):
+    """What a back end promises about a quantity."""
+
+    HARD = "hard"
+    """The limit is kept, or the request is refused."""
+    REPORTED = "reported"
+    """The certificate reports it; the limit may be exceeded."""
+    NONE = "none"
+    """Nothing is known about it."""
+
+
+QUANTITIES = (
+    "position",
+    "velocity",
+    "acceleration",
+    "jerk",
+    "torque",
+    "tcp_linear_velocity",
+    "tcp_angular_velocity",
+)
+"""Everything that a limit can be put on, in the order of the certificate."""
+
+
+class BackEnd(Protocol):
+    """Puts time on a joint path. Implementations are frozen dataclasses whose fields are the options.
+
+    Each field carries `metadata` with a `description` and, where they apply, the bounds `gt`, `ge`, `le`.
+
+    Attributes:
+        kind: Its name in requests.
+        summary: One sentence for a person.
+        guarantees: For each of `QUANTITIES`.
+    """
+
+    kind: ClassVar[str]
+    summary: ClassVar[str]
+    guarantees: ClassVar[Mapping[str, Guarantee]]
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The trajectory along `path`.
+
+        Raises:
+            InfeasibleDuration: A segment's duration is shorter than its limits allow.
+            LimitsUnsatisfiable: No duration keeps the limits.
+        """
+        ...

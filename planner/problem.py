@@ -1,0 +1,184 @@
+"""What is asked: robot, waypoints, limits and options, as immutable values. SI units everywhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from planner.backends.cubic import Cubic
+from planner.kinematics.poses import FloatArray, Pose, rotation_y, rotation_z
+
+if TYPE_CHECKING:
+    from planner.backends.base import BackEnd
+    from planner.robots import Robot
+
+Frame = Literal["tool", "base"]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits asked by the caller; None: the robot's own. Never wider than the robot's.
+
+    Attributes:
+        velocity: Per joint, rad/s or m/s.
+        acceleration: Per joint, rad/s^2 or m/s^2.
+        jerk: Per joint, rad/s^3 or m/s^3.
+        torque: Per joint, N m or N.
+        tcp_linear_velocity: Speed of the tool centre point, m/s.
+        tcp_angular_velocity: Angular speed of the tool, rad/s.
+        velocity_scale: Factor in (0, 1] on the velocity limits.
+        acceleration_scale: Factor in (0, 1] on the acceleration limits.
+    """
+
+    velocity: tuple[float, ...] | None = None
+    acceleration: tuple[float, ...] | None = None
+    jerk: tuple[float, ...] | None = None
+    torque: tuple[float, ...] | None = None
+    tcp_linear_velocity: float | None = None
+    tcp_angular_velocity: float | None = None
+    velocity_scale: float = 1.0
+    acceleration_scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class CartesianMove:
+    """A translation (m) and a rotation; None keeps the orientation."""
+
+    translation: tuple[float, float, float]
+    rotation: FloatArray | None = None
+
+    def transform(self) -> tuple[FloatArray, FloatArray]:
+        """Rotation (3, 3) and translation (3,) of the move."""
+        rotation = np.eye(3) if self.rotation is None else self.rotation
+        return rotation, np.array(self.translation)
+
+
+@dataclass(frozen=True)
+class CylindricalMove:
+    """Trans(0, 0, l) Rot(z, alpha) Trans(r, 0, 0): document 001, Section III.A. m and rad."""
+
+    r: float
+    alpha: float
+    l: float  # noqa: E741 - the document's letter, and the contract's
+
+    def transform(self) -> tuple[FloatArray, FloatArray]:
+        """Rotation (3, 3) and translation (3,) of the move."""
+        rotation = rotation_z(self.alpha)
+        return rotation, np.array([0.0, 0.0, self.l]) + self.r * rotation[:, 0]
+
+
+@dataclass(frozen=True)
+class SphericalMove:
+    """Rot(z, gamma) Rot(y, beta) Trans(0, 0, r): document 001, Section III.A (E15 corrected). m and rad."""
+
+    r: float
+    beta: float
+    gamma: float
+
+    def transform(self) -> tuple[FloatArray, FloatArray]:
+        """Rotation (3, 3) and translation (3,) of the move."""
+        rotation = rotation_z(self.gamma) @ rotation_y(self.beta)
+        return rotation, self.r * rotation[:, 2]
+
+
+Move = CartesianMove | CylindricalMove | SphericalMove
+
+
+@dataclass(frozen=True, kw_only=True)
+class Waypoint:
+    """What every kind of waypoint has.
+
+    Attributes:
+        name: For the answer only.
+        duration: s, of the segment that ends here; None: as fast as the limits allow.
+        dwell: s, rest here before going on.
+        limits: Of the segment that ends here.
+    """
+
+    name: str | None = None
+    duration: float | None = None
+    dwell: float = 0.0
+    limits: Limits | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointWaypoint(Waypoint):
+    """A joint position, one value per joint, rad or m."""
+
+    position: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseWaypoint(Waypoint):
+    """A pose of the tool in the base frame."""
+
+    pose: Pose
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelativeWaypoint(Waypoint):
+    """A move from the pose of the waypoint before, in the tool's axes or in the base's.
+
+    With `frame` `tool`: T(k) = T(k-1) M. With `base`: p(k) = p(k-1) + p(M), R(k) = R(M) R(k-1).
+    """
+
+    frame: Frame
+    move: Move
+
+
+AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
+
+
+@dataclass(frozen=True)
+class Payload:
+    """A body carried at the robot's tip frame (the flange, whatever the tool).
+
+    Attributes:
+        mass: kg.
+        center_of_mass: m, in the tip frame.
+        inertia: Principal moments (ixx, iyy, izz) about the center of mass, kg m^2.
+    """
+
+    mass: float
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class InverseKinematicsOptions:
+    """How poses are solved.
+
+    Attributes:
+        tolerance_position: m.
+        tolerance_orientation: rad.
+        reference: Joint position that the first pose is solved next to; None: the middle of the limits.
+        seed: Of the random starts; the same seed gives the same answer.
+    """
+
+    tolerance_position: float = 1e-6
+    tolerance_orientation: float = 1e-6
+    reference: tuple[float, ...] | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class PlanningProblem:
+    """Everything that one plan depends on.
+
+    Attributes:
+        robot: With the tool, if any, already attached.
+        waypoints: Two or more; the robot starts at rest at the first and ends at rest at the last.
+        backend: What puts time on the path, with its options.
+        limits: For the whole trajectory; a waypoint's own limits go before these.
+        inverse_kinematics: Tolerances, reference and seed.
+        payload: None: nothing carried.
+    """
+
+    robot: Robot
+    waypoints: tuple[AnyWaypoint, ...]
+    backend: BackEnd = field(default_factory=Cubic)
+    limits: Limits = field(default_factory=Limits)
+    inverse_kinematics: InverseKinematicsOptions = field(default_factory=InverseKinematicsOptions)
+    payload: Payload | None = None
