@@ -1,0 +1,40 @@
+"""The third-order polynomial of the seed documents, rest to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from planner.backends.base import Guarantee
+from planner.backends.rest_to_rest import PolynomialLaw
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.paths import JointPath
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Cubic:
+    """theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1.
+
+    Velocity is zero at both ends; acceleration jumps there, so that jerk is reported, not limited.
+    """
+
+    kind: ClassVar[str] = "cubic"
+    summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents; C1, jerk only reported."
+    guarantees: ClassVar[Mapping[str, Guarantee]] = {
+        "position": Guarantee.HARD,
+        "velocity": Guarantee.HARD,
+        "acceleration": Guarantee.HARD,
+        "jerk": Guarantee.REPORTED,
+        "torque": Guarantee.HARD,
+        "tcp_linear_velocity": Guarantee.HARD,
+        "tcp_angular_velocity": Guarantee.HARD,
+    }
+    law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The cubic of each segment, at the asked durations or the shortest."""
+        return self.law.parametrize(path)

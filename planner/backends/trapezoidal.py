@@ -1,0 +1,118 @@
+"""Accelerate, cruise, brake."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from planner.backends.base import Guarantee
+from planner.backends.rest_to_rest import RAMPS, UnitLaw, parametrize_rest_to_rest
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.kinematics.poses import FloatArray
+    from planner.paths import JointPath
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Trapezoidal:
+    """Constant acceleration, constant velocity, constant braking: document 004, Section 7.
+
+    Without times, each segment is as fast as the limits allow (triangular where it is too short to reach
+    full speed), and a longer duration stretches that profile evenly. With times t1 and t3 (the document's t1
+    and T - t2), the peak of s' is 1 / (T - t1 / 2 - t3 / 2), which is the document's profile for t1 = t3
+    and its correction (E33) otherwise.
+
+    Attributes:
+        acceleration_time: t1, s; None: like `deceleration_time`.
+        deceleration_time: t3, s; None: like `acceleration_time`.
+    """
+
+    kind: ClassVar[str] = "trapezoidal"
+    summary: ClassVar[str] = "Accelerate, cruise, brake: the fastest law from rest to rest without a jerk limit, C1."
+    guarantees: ClassVar[Mapping[str, Guarantee]] = {
+        "position": Guarantee.HARD,
+        "velocity": Guarantee.HARD,
+        "acceleration": Guarantee.HARD,
+        "jerk": Guarantee.REPORTED,
+        "torque": Guarantee.HARD,
+        "tcp_linear_velocity": Guarantee.HARD,
+        "tcp_angular_velocity": Guarantee.HARD,
+    }
+
+    acceleration_time: float | None = field(
+        default=None,
+        metadata={"description": "Time of acceleration on every segment, s; omitted: as the limits ask.", "gt": 0.0},
+    )
+    deceleration_time: float | None = field(
+        default=None,
+        metadata={"description": "Time of braking on every segment, s; omitted: the same as accelerating.", "gt": 0.0},
+    )
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The trapezoid of each segment, at the asked durations or the shortest."""
+        times = self._times()
+        if times is None:
+            return _as_fast_as_the_limits(path)
+        return _with_times(path, *times)
+
+    def _times(self) -> tuple[float, float] | None:
+        t1, t3 = self.acceleration_time, self.deceleration_time
+        if t1 is None:
+            return None if t3 is None else (t3, t3)
+        return t1, t1 if t3 is None else t3
+
+
+def _as_fast_as_the_limits(path: JointPath) -> Trajectory:
+    """The path parameter may run at V and accelerate at A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
+
+    Each joint binds V by its velocity and A by its acceleration; the slowest of each counts.
+    """
+    travels, limits = np.abs(path.travels), path.limits
+    inverse_v = travels / limits.velocity
+    inverse_a = travels / limits.acceleration
+    slowness = inverse_v.max(axis=1)
+    sluggishness = inverse_a.max(axis=1)
+    cruises = slowness**2 > sluggishness * (1.0 + 1e-12)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shortest = np.where(cruises, slowness + sluggishness / slowness, 2.0 * np.sqrt(sluggishness))
+        ramp = np.where(cruises, (sluggishness / slowness) / shortest, 0.5)
+    # Without an acceleration limit the fastest law is a jump; the document's thirds stand in for it.
+    jump = sluggishness == 0.0
+    ramp = np.where(jump, 1.0 / 3.0, ramp)
+    shortest = np.where(jump, slowness * 1.5, shortest)
+    velocity_binds = (cruises | jump)[:, None] & (inverse_v == slowness[:, None])
+    bounds = {
+        "velocity": np.where(velocity_binds, shortest[:, None], 0.0),
+        "acceleration": np.where(inverse_a == sluggishness[:, None], shortest[:, None], 0.0),
+    }
+    return parametrize_rest_to_rest(path, bounds, lambda i, _duration: _trapezoid(ramp[i], ramp[i]))
+
+
+def _with_times(path: JointPath, t1: float, t3: float) -> Trajectory:
+    """Given ramps: the cruise runs at 1 / (T - t1/2 - t3/2), the ramps accelerate at that over t1 and t3."""
+    travels, limits = np.abs(path.travels), path.limits
+    ramps = (t1 + t3) / 2.0
+    bounds = {
+        "velocity": travels / limits.velocity + ramps,
+        "acceleration": travels / (limits.acceleration * min(t1, t3)) + ramps,
+        RAMPS: np.full_like(travels, t1 + t3),
+    }
+    return parametrize_rest_to_rest(path, bounds, lambda _i, duration: _trapezoid(t1 / duration, t3 / duration))
+
+
+def _trapezoid(t1: float, t3: float) -> UnitLaw:
+    """s on unit time: accelerates for t1, brakes for t3, cruises between unless they fill the time."""
+    peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
+    cruise = 1.0 - t1 - t3
+    end = 1.0 - peak * t3 / 2.0
+    pieces: list[tuple[float, list[float]]] = [(t1, [0.0, 0.0, peak / t1 / 2.0])]
+    if cruise > 1e-12:
+        pieces.append((cruise, [peak * t1 / 2.0, peak, 0.0]))
+    pieces.append((t3, [end, peak, -peak / t3 / 2.0]))
+    lengths: FloatArray = np.array([length for length, _ in pieces])
+    return UnitLaw(lengths, np.array([coefficients for _, coefficients in pieces]))

@@ -1,0 +1,5 @@
+"""Torques."""
+
+from planner.dynamics.inverse import inverse_dynamics
+
+__all__ = ["inverse_dynamics"]

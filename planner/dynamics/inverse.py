@@ -1,0 +1,37 @@
+"""Joint torques of a motion, by Pinocchio's recursive Newton-Euler algorithm."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from planner.errors import MissingDynamics
+
+if TYPE_CHECKING:
+    from planner.kinematics.poses import FloatArray
+    from planner.robots import Robot
+
+
+def inverse_dynamics(
+    robot: Robot, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
+) -> FloatArray:
+    """Torques (N m; forces in N for prismatic joints) at N states, gravity and payload included.
+
+    Args:
+        robot: With its payload, if any.
+        positions: (N, joints).
+        velocities: (N, joints).
+        accelerations: (N, joints).
+
+    Raises:
+        MissingDynamics: The robot has neither inertias nor a payload.
+    """
+    if not robot.has_dynamics:
+        raise MissingDynamics(f"{robot.id} has no link inertias and carries no payload: torques are unknown")
+    torques = np.empty_like(positions)
+    rows = zip(positions, velocities, accelerations, strict=True)
+    for row, (q, v, a) in enumerate(rows):
+        torques[row] = pin.rnea(robot.model, robot.data, q, v, a)
+    return torques

@@ -1,0 +1,113 @@
+"""What a format is, and the samples that most of them write."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.dynamics import inverse_dynamics
+from planner.kinematics import forward_kinematics, quaternions
+from planner.trajectory import differentiate, horner
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.kinematics import FloatArray
+    from planner.plan import Plan
+
+INCLUDABLE = ("jerk", "torque", "tcp_pose", "polynomials")
+"""What an answer carries only when asked."""
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """How to write a plan.
+
+    Attributes:
+        sample_period: s.
+        include: Of `INCLUDABLE`.
+        request_hash: To be quoted in the answer; None: none.
+    """
+
+    sample_period: float = 0.01
+    include: frozenset[str] = frozenset()
+    request_hash: str | None = None
+
+
+@dataclass(frozen=True)
+class Format:
+    """One form that a plan can leave in.
+
+    Attributes:
+        name: In `?format=`.
+        media_type: In `Accept` and `Content-Type`.
+        suffix: Of a file's name, with the dot.
+        render: Writes the plan.
+    """
+
+    name: str
+    media_type: str
+    suffix: str
+    render: Callable[[Plan, ExportOptions], bytes]
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A trajectory at regular times; rows are time.
+
+    Attributes:
+        time: (N,), s; from 0, strictly increasing, the last exactly the duration.
+        position: (N, joints).
+        velocity: (N, joints).
+        acceleration: (N, joints).
+        segment: (N,), the waypoint segment that each row lies on.
+        jerk: (N, joints), when asked.
+        torque: (N, joints), when asked.
+        tcp_position: (N, 3), m, when asked.
+        tcp_quaternion: (N, 4), x, y, z, w, when asked.
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    segment: np.ndarray
+    jerk: FloatArray | None
+    torque: FloatArray | None
+    tcp_position: FloatArray | None
+    tcp_quaternion: FloatArray | None
+
+
+def sample(plan: Plan, options: ExportOptions) -> Samples:
+    """Evaluate a plan's trajectory at multiples of the sample period and at its end.
+
+    Raises:
+        MissingDynamics: Torques are asked of a robot without inertias and payload.
+    """
+    trajectory, robot = plan.trajectory, plan.path.robot
+    time = trajectory.sample_times(options.sample_period)
+    pieces, tau = trajectory.locate(time)
+    coefficients, column = trajectory.coefficients[pieces], tau[:, None]
+    orders = 4 if "jerk" in options.include else 3
+    derivatives = [horner(differentiate(coefficients, k), column) for k in range(orders)]
+    position, velocity, acceleration = derivatives[:3]
+    torque = tcp_position = tcp_quaternion = None
+    if "torque" in options.include:
+        torque = inverse_dynamics(robot, position, velocity, acceleration)
+    if "tcp_pose" in options.include:
+        poses = forward_kinematics(robot, position)
+        tcp_position = np.array([pose.position for pose in poses])
+        tcp_quaternion = quaternions(np.array([pose.rotation for pose in poses]))
+    return Samples(
+        time=time,
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        segment=trajectory.segments[pieces],
+        jerk=derivatives[3] if orders == 4 else None,
+        torque=torque,
+        tcp_position=tcp_position,
+        tcp_quaternion=tcp_quaternion,
+    )

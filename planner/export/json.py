@@ -1,0 +1,81 @@
+"""JSON: the answer of the HTTP contract."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from planner.export.base import ExportOptions, Format, sample
+from planner.kinematics.sequence import pose_as_dict
+
+if TYPE_CHECKING:
+    from planner.plan import Plan
+    from planner.trajectory import Trajectory
+
+
+def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
+    """The answer as plain values and numpy arrays."""
+    robot, trajectory = plan.path.robot, plan.trajectory
+    samples = sample(plan, options)
+    rows: dict[str, Any] = {
+        "time": samples.time,
+        "position": samples.position,
+        "velocity": samples.velocity,
+        "acceleration": samples.acceleration,
+        "segment": samples.segment,
+    }
+    if samples.jerk is not None:
+        rows["jerk"] = samples.jerk
+    if samples.torque is not None:
+        rows["torque"] = samples.torque
+    if samples.tcp_position is not None:
+        rows["tcp_pose"] = {"position": samples.tcp_position, "quaternion_xyzw": samples.tcp_quaternion}
+    answer: dict[str, Any] = {
+        "robot": robot.id,
+        "joint_names": robot.joint_names,
+        "backend": plan.problem.backend.kind,
+        "duration": trajectory.duration,
+        "samples": rows,
+        "waypoints": [
+            {
+                "index": i,
+                "name": waypoint.name,
+                "arrival_time": float(trajectory.arrivals[i]),
+                "departure_time": float(trajectory.departures[i]),
+                "position": waypoint.position,
+                "pose": pose_as_dict(waypoint.pose),
+                "position_error": waypoint.position_error,
+                "orientation_error": waypoint.orientation_error,
+                "solutions": waypoint.solutions,
+                "manipulability": waypoint.manipulability,
+            }
+            for i, waypoint in enumerate(plan.path.waypoints)
+        ],
+        "certificate": plan.certificate.as_dict(),
+        "warnings": [{"code": warning.code, "message": warning.message} for warning in plan.warnings],
+    }
+    if "polynomials" in options.include:
+        answer["polynomials"] = _polynomials(robot.joint_names, trajectory)
+    if options.request_hash is not None:
+        answer["request_hash"] = options.request_hash
+    return answer
+
+
+def _polynomials(joint_names: tuple[str, ...], trajectory: Trajectory) -> list[dict[str, Any]]:
+    return [
+        {
+            "joint": name,
+            "breakpoints": trajectory.breakpoints,
+            "coefficients": trajectory.coefficients[:, j].tolist(),
+        }
+        for j, name in enumerate(joint_names)
+    ]
+
+
+def render(plan: Plan, options: ExportOptions) -> bytes:
+    """The answer as JSON; numbers in the shortest form that reads back exactly."""
+    return orjson.dumps(as_dict(plan, options), option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+FORMAT = Format("json", "application/json", ".json", render)

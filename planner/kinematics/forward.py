@@ -1,0 +1,55 @@
+"""Where the tool is, and how fast it moves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from planner.kinematics.poses import FloatArray, Pose
+
+if TYPE_CHECKING:
+    from planner.robots import Robot
+
+
+def forward_kinematics(robot: Robot, positions: FloatArray) -> list[Pose]:
+    """Poses of the tool in the base frame at joint positions (N, joints)."""
+    return [tool_pose(robot, q) for q in positions]
+
+
+def tool_pose(robot: Robot, position: FloatArray) -> Pose:
+    """Pose of the tool in the base frame at one joint position (joints,)."""
+    pin.forwardKinematics(robot.model, robot.data, position)
+    placement = pin.updateFramePlacement(robot.model, robot.data, robot.tool_frame_id)
+    return Pose(placement.translation.copy(), placement.rotation.copy())
+
+
+def jacobian(robot: Robot, position: FloatArray) -> FloatArray:
+    """(6, joints): linear over angular velocity of the tool, in the base's axes, per joint velocity."""
+    return np.array(
+        pin.computeFrameJacobian(
+            robot.model, robot.data, position, robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        )
+    )
+
+
+def manipulability(robot: Robot, position: FloatArray) -> float:
+    """Product of the singular values of the Jacobian (Yoshikawa 1985); 0 at a singular position."""
+    return float(np.prod(np.linalg.svd(jacobian(robot, position), compute_uv=False)))
+
+
+def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Linear (m/s) and angular (rad/s) speed (N,) of the tool.
+
+    Args:
+        robot: With its tool.
+        positions: (N, joints).
+        velocities: (N, joints).
+    """
+    model, data, frame = robot.model, robot.data, robot.tool_frame_id
+    twists = np.empty((len(positions), 6))
+    for row, (q, v) in enumerate(zip(positions, velocities, strict=True)):
+        pin.forwardKinematics(model, data, q, v)
+        twists[row] = pin.getFrameVelocity(model, data, frame, pin.ReferenceFrame.LOCAL).vector
+    return np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)

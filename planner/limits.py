@@ -1,0 +1,102 @@
+"""The limits in force on each segment: the robot's, narrowed by the request's and the waypoint's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.kinematics.poses import FloatArray
+    from planner.problem import Limits
+    from planner.robots import Robot
+
+JOINT_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
+TCP_QUANTITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentLimits:
+    """Limits in force; infinite: none.
+
+    Attributes:
+        lower: (joints,), rad or m.
+        upper: (joints,), rad or m.
+        velocity: (segments, joints).
+        acceleration: (segments, joints).
+        jerk: (segments, joints).
+        torque: (segments, joints).
+        tcp_linear_velocity: (segments,), m/s.
+        tcp_angular_velocity: (segments,), rad/s.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    jerk: FloatArray
+    torque: FloatArray
+    tcp_linear_velocity: FloatArray
+    tcp_angular_velocity: FloatArray
+
+
+def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...]) -> SegmentLimits:
+    """Resolve the limits of each segment.
+
+    Args:
+        robot: Its limits are the widest there are.
+        common: Of the whole trajectory.
+        own: One per segment; what is given there goes before `common`. The scales multiply.
+    """
+
+    def joint_limits(quantity: str) -> FloatArray:
+        rows = [_first(quantity, segment, common, robot.limit(quantity)) for segment in own]
+        if quantity in {"velocity", "acceleration"}:
+            scale = f"{quantity}_scale"
+            factors = [getattr(common, scale) * (getattr(segment, scale) if segment else 1.0) for segment in own]
+            return np.array(rows) * np.array(factors)[:, None]
+        return np.array(rows)
+
+    def tool_limits(quantity: str) -> FloatArray:
+        return np.array([_first(quantity, segment, common, np.inf) for segment in own], dtype=float)
+
+    return SegmentLimits(
+        lower=robot.limit("lower"),
+        upper=robot.limit("upper"),
+        **{quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES},
+        **{quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES},
+    )
+
+
+def _first(quantity: str, segment: Limits | None, common: Limits, default: FloatArray | float) -> FloatArray | float:
+    for source in (segment, common):
+        value = getattr(source, quantity, None)
+        if value is not None:
+            return np.asarray(value, dtype=float) if isinstance(value, tuple) else float(value)
+    return default
+
+
+def limit_faults(robot: Robot, limits: Limits, pointer: str) -> Iterator[tuple[str, str]]:
+    """What is wrong with limits asked by a caller: their length, or being wider than the robot's.
+
+    Yields:
+        Pairs of a JSON pointer below `pointer` and a message.
+    """
+    for quantity in JOINT_QUANTITIES:
+        asked = getattr(limits, quantity)
+        if asked is None:
+            continue
+        if len(asked) != robot.dof:
+            yield f"{pointer}/{quantity}", f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+            continue
+        for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
+            if not value > 0.0:
+                yield f"{pointer}/{quantity}/{i}", "a limit must be greater than 0"
+            elif value > own:
+                yield (
+                    f"{pointer}/{quantity}/{i}",
+                    f"{value:g} is wider than the robot's own {quantity} limit of {robot.joint_names[i]}, {own:.10g}",
+                )

@@ -1,0 +1,112 @@
+"""The one way through: problem, joint path, trajectory, certificate, plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from planner.certificate import Certificate, certify
+from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.limits import limit_faults
+from planner.paths import JointPath, solve_path
+from planner.problem import JointWaypoint, RelativeWaypoint
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.problem import PlanningProblem
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class PlanWarning:
+    """Something the caller should know about a plan that is good all the same."""
+
+    code: str
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A certified trajectory and what it came from. Its existence means: every enforced limit is kept."""
+
+    problem: PlanningProblem
+    path: JointPath
+    trajectory: Trajectory
+    certificate: Certificate
+    warnings: tuple[PlanWarning, ...]
+
+
+def plan(problem: PlanningProblem) -> Plan:
+    """Plan a certified trajectory.
+
+    Raises:
+        PlanningError: Of the kind that says why there is none, with remedies where there are any.
+    """
+    check_problem(problem)
+    path = solve_path(problem)
+    trajectory = problem.backend.parametrize(path)
+    certificate = certify(trajectory, path.robot, path.limits, problem.backend.guarantees, path.positions)
+    refuse_unless_satisfied(certificate)
+    return Plan(problem, path, trajectory, certificate, tuple(_warnings(problem)))
+
+
+def check_problem(problem: PlanningProblem) -> None:
+    """Hold the problem against its robot: lengths of arrays, widths of limits, order of waypoints.
+
+    Raises:
+        InvalidProblem: With every fault found.
+    """
+    faults = list(_faults(problem))
+    if faults:
+        raise InvalidProblem(faults)
+
+
+def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
+    robot, waypoints = problem.robot, problem.waypoints
+    if len(waypoints) < 2:
+        yield "/waypoints", "a trajectory needs at least two waypoints"
+    for i, waypoint in enumerate(waypoints):
+        if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
+            count = len(waypoint.position)
+            yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
+        if waypoint.limits is not None:
+            yield from limit_faults(robot, waypoint.limits, f"/waypoints/{i}/limits")
+    if waypoints and isinstance(waypoints[0], RelativeWaypoint):
+        yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
+    if waypoints and waypoints[0].duration is not None:
+        yield "/waypoints/0/duration", "the first waypoint ends no segment: it has no duration"
+    if waypoints and waypoints[0].limits is not None:
+        yield "/waypoints/0/limits", "the first waypoint ends no segment: it has no limits"
+    yield from limit_faults(robot, problem.limits, "/limits")
+    reference = problem.inverse_kinematics.reference
+    if reference is not None and len(reference) != robot.dof:
+        yield "/ik/reference", f"{len(reference)} values for the {robot.dof} joints of {robot.id}"
+
+
+def refuse_unless_satisfied(certificate: Certificate) -> None:
+    """The promise: no trajectory that breaks an enforced limit goes out.
+
+    Raises:
+        LimitsUnsatisfiable: Naming the worst check.
+    """
+    if certificate.satisfied:
+        return
+    broken = [check for check in certificate.checks if check.enforced and not check.satisfied]
+    worst = max(broken, key=lambda check: check.ratio or float("inf"))
+    subject = worst.joint or "the tool"
+    raise LimitsUnsatisfiable(
+        f"the {worst.quantity} of {subject} would reach {worst.peak:.6g}, its limit is {worst.limit:.6g}",
+        joint=worst.joint,
+        value=worst.peak,
+        limit=worst.limit,
+        time=worst.time,
+    )
+
+
+def _warnings(problem: PlanningProblem) -> Iterator[PlanWarning]:
+    robot = problem.robot
+    if problem.payload is not None and not robot.has_dynamics:
+        yield PlanWarning(
+            "payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone"
+        )
