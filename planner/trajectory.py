@@ -90,7 +90,7 @@ def differentiate(coefficients: FloatArray, order: int = 1) -> FloatArray:
 
 def horner(coefficients: FloatArray, tau: FloatArray) -> FloatArray:
     """Value of the polynomials (..., order) at `tau`, which broadcasts against (...)."""
-    value = np.broadcast_to(coefficients[..., -1], np.broadcast_shapes(coefficients.shape[:-1], tau.shape))
+    value = coefficients[..., -1] + np.zeros_like(tau)
     for k in range(coefficients.shape[-1] - 2, -1, -1):
         value = value * tau + coefficients[..., k]
-    return np.array(value)
+    return value

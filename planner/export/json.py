@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from planner.export.base import ExportOptions, Format, sample
-from planner.kinematics.sequence import pose_as_dict
+from planner.kinematics import poses_as_dicts
 
 if TYPE_CHECKING:
     from planner.plan import Plan
@@ -18,6 +18,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     """The answer as plain values and numpy arrays."""
     robot, trajectory = plan.path.robot, plan.trajectory
     samples = sample(plan, options)
+    poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
     rows: dict[str, Any] = {
         "time": samples.time,
         "position": samples.position,
@@ -44,7 +45,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "arrival_time": float(trajectory.arrivals[i]),
                 "departure_time": float(trajectory.departures[i]),
                 "position": waypoint.position,
-                "pose": pose_as_dict(waypoint.pose),
+                "pose": poses[i],
                 "position_error": waypoint.position_error,
                 "orientation_error": waypoint.orientation_error,
                 "solutions": waypoint.solutions,

@@ -2,7 +2,7 @@
 
 from planner.kinematics.forward import forward_kinematics, jacobian, manipulability, tool_speeds
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics
-from planner.kinematics.poses import FloatArray, Pose, quaternions
+from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternions
 
 __all__ = [
     "FloatArray",
@@ -12,6 +12,7 @@ __all__ = [
     "inverse_kinematics",
     "jacobian",
     "manipulability",
+    "poses_as_dicts",
     "quaternions",
     "tool_speeds",
 ]

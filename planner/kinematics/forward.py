@@ -35,8 +35,13 @@ def jacobian(robot: Robot, position: FloatArray) -> FloatArray:
 
 
 def manipulability(robot: Robot, position: FloatArray) -> float:
-    """Product of the singular values of the Jacobian (Yoshikawa 1985); 0 at a singular position."""
-    return float(np.prod(np.linalg.svd(jacobian(robot, position), compute_uv=False)))
+    """sqrt(det(J J^T)), the product of the singular values of the Jacobian (Yoshikawa 1985); 0: singular.
+
+    With fewer than six joints sqrt(det(J^T J)), the same product.
+    """
+    J = jacobian(robot, position)
+    gram = J @ J.T if robot.dof >= 6 else J.T @ J
+    return float(np.sqrt(max(np.linalg.det(gram), 0.0)))
 
 
 def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:

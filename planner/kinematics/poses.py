@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 FloatArray = NDArray[np.float64]
 
@@ -87,3 +91,16 @@ def quaternions(rotations: FloatArray) -> FloatArray:
     q[vector, 3] = 1.0 + trace[vector]
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     return np.where(q[:, 3:] < 0.0, -q, q)
+
+
+def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
+    """Poses in the form that requests and answers use: quaternions, or null where any orientation will do."""
+    identity = np.eye(3)
+    xyzw = quaternions(np.array([identity if pose.rotation is None else pose.rotation for pose in poses])).tolist()
+    return [
+        {
+            "position": pose.position.tolist(),
+            "orientation": None if pose.rotation is None else {"kind": "quaternion", "xyzw": quaternion},
+        }
+        for pose, quaternion in zip(poses, xyzw, strict=True)
+    ]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics
-from planner.kinematics.poses import FloatArray, Pose, quaternions
+from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
 from planner.problem import JointWaypoint, PoseWaypoint
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _moved(wanted: Pose, reached: Pose, waypoint: RelativeWaypoint) -> Pose:
 def _unsolved(
     robot: Robot, index: int, wanted: Pose, result: InverseKinematicsResult, *, is_pose: bool
 ) -> PlanningError:
-    nearest = pose_as_dict(Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation))
+    nearest = poses_as_dicts([Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation)])[0]
     details = {
         "nearest": {
             "pose": nearest,
@@ -147,11 +147,3 @@ def _unsolved(
         remedies=remedies if is_pose else (),
         details=details,
     )
-
-
-def pose_as_dict(pose: Pose) -> dict[str, Any]:
-    """A pose in the form that requests use."""
-    orientation = None
-    if pose.rotation is not None:
-        orientation = {"kind": "quaternion", "xyzw": quaternions(pose.rotation[None])[0].tolist()}
-    return {"position": pose.position.tolist(), "orientation": orientation}
