@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import comb
+from math import comb, copysign, sqrt
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -21,7 +21,7 @@ from planner.kinematics.forward import tool_speeds
 from planner.trajectory import differentiate, horner
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
@@ -39,6 +39,9 @@ MOST_CONTINUOUS = 4
 
 SUBINTERVALS = 8
 """Parts of [0, 1] on which a polynomial is bounded by its Bernstein coefficients."""
+
+NEARLY_REAL = 1e-6
+"""Imaginary part, on unit time, up to which a computed root is taken for a real one: a double root splits."""
 
 SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 150, 65, 1001
 """Samples of torque and tool speed on one piece, by the travel of its busiest joint (rad, or m)."""
@@ -203,52 +206,58 @@ def largest_magnitude(
     Returns:
         Piece, joint, local time and value of p there.
     """
-    order = coefficients.shape[2]
-    unit = coefficients * lengths[:, None, None] ** np.arange(order)
-    bernstein = unit @ _bernstein_matrix(order)  # (pieces, joints, SUBINTERVALS * order)
-    ratios = np.abs(bernstein).reshape(*unit.shape[:2], SUBINTERVALS, order) / measure[:, :, None, None]
-    upper = ratios.max(axis=3)
-    lower = ratios[..., [0, -1]]
-    best = np.unravel_index(int(np.argmax(lower)), lower.shape)
-    piece, joint = int(best[0]), int(best[1])
-    u = (best[2] + best[3]) / SUBINTERVALS
-    value, ratio = float(horner(unit[piece, joint], np.asarray(u))), float(lower[best])
-    pieces, joints, parts = np.nonzero(upper > ratio * (1.0 + 1e-12))
-    for i in range(len(pieces)):
-        polynomial = unit[pieces[i], joints[i]]
-        start, end = parts[i] / SUBINTERVALS, (parts[i] + 1) / SUBINTERVALS
-        if upper[pieces[i], joints[i], parts[i]] <= ratio * (1.0 + 1e-12):
-            continue
-        for root in _roots_of_derivative(polynomial, start, end):
-            candidate = float(horner(polynomial, np.asarray(root)))
-            if abs(candidate) / measure[pieces[i], joints[i]] > ratio:
-                ratio = abs(candidate) / float(measure[pieces[i], joints[i]])
-                piece, joint, u, value = int(pieces[i]), int(joints[i]), root, candidate
-    return piece, joint, float(u * lengths[piece]), value
+    joints, order = coefficients.shape[1:]
+    unit = (coefficients * lengths[:, None, None] ** np.arange(order)).reshape(-1, order)
+    weight = measure.reshape(-1, 1)
+    ratios = (np.abs(unit @ _bernstein_matrix(order)) / weight).reshape(len(unit), SUBINTERVALS, order)
+    upper = ratios.max(axis=2)
+    # The first and last Bernstein coefficient of a subinterval are values of the polynomial: the best so far.
+    ends = ratios[:, :, [0, -1]]
+    best, part, end = (int(index) for index in np.unravel_index(np.argmax(ends), ends.shape))
+    u, ratio = (part + end) / SUBINTERVALS, float(ends[best, part, end])
+    for candidate, part in np.argwhere(upper > ratio * (1.0 + 1e-12)).tolist():
+        if upper[candidate, part] <= ratio * (1.0 + 1e-12):
+            continue  # overtaken by a root found meanwhile
+        polynomial = unit[candidate].tolist()
+        for root in _roots_of_derivative(polynomial, part / SUBINTERVALS, (part + 1) / SUBINTERVALS):
+            there = abs(_value(polynomial, root)) / float(weight[candidate, 0])
+            if there > ratio:
+                best, u, ratio = candidate, root, there
+    piece, joint = divmod(best, joints)
+    return piece, joint, u * float(lengths[piece]), _value(unit[best].tolist(), u)
 
 
-def _roots_of_derivative(polynomial: FloatArray, start: float, end: float) -> FloatArray:
-    """Real roots in [start, end] of the derivative of a polynomial (order,); ascending powers."""
-    slope = np.trim_zeros(differentiate(polynomial), "b")
+def _value(polynomial: Sequence[float], u: float) -> float:
+    value = 0.0
+    for coefficient in reversed(polynomial):
+        value = value * u + coefficient
+    return value
+
+
+def _roots_of_derivative(polynomial: Sequence[float], start: float, end: float) -> list[float]:
+    """Real roots in [start, end] of the derivative of a polynomial; ascending powers."""
+    slope = [k * coefficient for k, coefficient in enumerate(polynomial)][1:]
+    while slope and slope[-1] == 0.0:
+        slope.pop()
     if len(slope) < 2:
-        return np.empty(0)
+        return []
     if len(slope) == 2:
-        roots = np.array([-slope[0] / slope[1]])
+        roots = [-slope[0] / slope[1]]
     elif len(slope) == 3:
         roots = _quadratic_roots(*slope)
     else:
         complex_roots = np.polynomial.polynomial.polyroots(slope)
-        roots = complex_roots.real[np.abs(complex_roots.imag) < 1e-6]
-    return roots[(roots >= start) & (roots <= end)]
+        roots = complex_roots.real[np.abs(complex_roots.imag) < NEARLY_REAL].tolist()
+    return [root for root in roots if start <= root <= end]
 
 
-def _quadratic_roots(c: float, b: float, a: float) -> FloatArray:
+def _quadratic_roots(c: float, b: float, a: float) -> list[float]:
     """Real roots of a x^2 + b x + c, without cancellation; a != 0."""
     discriminant = b * b - 4.0 * a * c
     if discriminant < 0.0:
-        return np.empty(0)
-    q = -0.5 * (b + np.copysign(np.sqrt(discriminant), b))
-    return np.array([q / a, c / q]) if q != 0.0 else np.zeros(1)
+        return []
+    q = -0.5 * (b + copysign(sqrt(discriminant), b))
+    return [q / a, c / q] if q != 0.0 else [0.0]
 
 
 @lru_cache(maxsize=16)
@@ -263,10 +272,7 @@ def _bernstein_matrix(order: int) -> FloatArray:
         start, width = part / SUBINTERVALS, 1.0 / SUBINTERVALS
         # p(start + width v) in powers of v
         shift = np.array(
-            [
-                [comb(k, m) * start ** (k - m) * width**m if m <= k else 0.0 for m in range(order)]
-                for k in range(order)
-            ]
+            [[comb(k, m) * start ** (k - m) * width**m if m <= k else 0.0 for m in range(order)] for k in range(order)]
         )
         blocks.append(shift @ to_bernstein)
     return np.hstack(blocks)

@@ -53,15 +53,19 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
     """
 
     def joint_limits(quantity: str) -> FloatArray:
-        rows = [_first(quantity, segment, common, robot.limit(quantity)) for segment in own]
-        if quantity in {"velocity", "acceleration"}:
-            scale = f"{quantity}_scale"
-            factors = [getattr(common, scale) * (getattr(segment, scale) if segment else 1.0) for segment in own]
-            return np.array(rows) * np.array(factors)[:, None]
-        return np.array(rows)
+        scale = getattr(common, f"{quantity}_scale", 1.0)
+        asked = getattr(common, quantity)
+        rows = np.tile(robot.limit(quantity) if asked is None else np.array(asked), (len(own), 1))
+        for i, narrower in enumerate(own):
+            if narrower is not None:
+                asked = getattr(narrower, quantity)
+                rows[i] = rows[i] if asked is None else asked
+                rows[i] *= getattr(narrower, f"{quantity}_scale", 1.0)
+        return rows * scale
 
     def tool_limits(quantity: str) -> FloatArray:
-        return np.array([_first(quantity, segment, common, np.inf) for segment in own], dtype=float)
+        asked = [getattr(narrower, quantity, None) or getattr(common, quantity) for narrower in own]
+        return np.array([np.inf if limit is None else limit for limit in asked])
 
     return SegmentLimits(
         lower=robot.limit("lower"),
@@ -69,14 +73,6 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         **{quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES},
         **{quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES},
     )
-
-
-def _first(quantity: str, segment: Limits | None, common: Limits, default: FloatArray | float) -> FloatArray | float:
-    for source in (segment, common):
-        value = getattr(source, quantity, None)
-        if value is not None:
-            return np.asarray(value, dtype=float) if isinstance(value, tuple) else float(value)
-    return default
 
 
 def limit_faults(robot: Robot, limits: Limits, pointer: str) -> Iterator[tuple[str, str]]:

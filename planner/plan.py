@@ -107,6 +107,4 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
 def _warnings(problem: PlanningProblem) -> Iterator[PlanWarning]:
     robot = problem.robot
     if problem.payload is not None and not robot.has_dynamics:
-        yield PlanWarning(
-            "payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone"
-        )
+        yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")

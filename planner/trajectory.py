@@ -43,7 +43,7 @@ class Trajectory:
 
     @property
     def duration(self) -> float:
-        """s."""
+        """S."""
         return float(self.breakpoints[-1])
 
     def derivative_coefficients(self, order: int) -> FloatArray:
@@ -63,9 +63,8 @@ class Trajectory:
             derivatives: Orders of differentiation.
         """
         pieces, tau = self.locate(times)
-        coefficients = self.coefficients[pieces]
         column = tau[:, None]
-        return [horner(differentiate(coefficients, order), column) for order in derivatives]
+        return [horner(self.derivative_coefficients(order)[pieces], column) for order in derivatives]
 
     def sample_times(self, period: float) -> FloatArray:
         """0, period, 2 period, ... and last the duration itself; strictly increasing."""
@@ -90,7 +89,7 @@ def differentiate(coefficients: FloatArray, order: int = 1) -> FloatArray:
 
 def horner(coefficients: FloatArray, tau: FloatArray) -> FloatArray:
     """Value of the polynomials (..., order) at `tau`, which broadcasts against (...)."""
-    value = coefficients[..., -1] + np.zeros_like(tau)
+    value: FloatArray = coefficients[..., -1] + np.zeros_like(tau)
     for k in range(coefficients.shape[-1] - 2, -1, -1):
         value = value * tau + coefficients[..., k]
     return value

@@ -23,7 +23,7 @@ class Cubic:
     """
 
     kind: ClassVar[str] = "cubic"
-    summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents; C1, jerk only reported."
+    summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
     guarantees: ClassVar[Mapping[str, Guarantee]] = {
         "position": Guarantee.HARD,
         "velocity": Guarantee.HARD,

@@ -48,7 +48,7 @@ class UnitLaw:
     coefficients: FloatArray
 
     def sample(self, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """s and its first two derivatives at `count` points on each piece, both ends included; each (N, 1)."""
+        """S and its first two derivatives at `count` points on each piece, both ends included; each (N, 1)."""
         tau = np.linspace(0.0, 1.0, count) * self.lengths[:, None]
         values = (horner(differentiate(self.coefficients, k)[:, None, :], tau) for k in range(3))
         s, ds, dds = (value.reshape(-1, 1) for value in values)

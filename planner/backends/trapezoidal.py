@@ -106,7 +106,7 @@ def _with_times(path: JointPath, t1: float, t3: float) -> Trajectory:
 
 
 def _trapezoid(t1: float, t3: float) -> UnitLaw:
-    """s on unit time: accelerates for t1, brakes for t3, cruises between unless they fill the time."""
+    """S on unit time: accelerates for t1, brakes for t3, cruises between unless they fill the time."""
     peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
     cruise = 1.0 - t1 - t3
     end = 1.0 - peak * t3 / 2.0

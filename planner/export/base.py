@@ -9,7 +9,6 @@ import numpy as np
 
 from planner.dynamics import inverse_dynamics
 from planner.kinematics import forward_kinematics, quaternions
-from planner.trajectory import differentiate, horner
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,10 +87,8 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
     """
     trajectory, robot = plan.trajectory, plan.path.robot
     time = trajectory.sample_times(options.sample_period)
-    pieces, tau = trajectory.locate(time)
-    coefficients, column = trajectory.coefficients[pieces], tau[:, None]
     orders = 4 if "jerk" in options.include else 3
-    derivatives = [horner(differentiate(coefficients, k), column) for k in range(orders)]
+    derivatives = trajectory.evaluate(time, range(orders))
     position, velocity, acceleration = derivatives[:3]
     torque = tcp_position = tcp_quaternion = None
     if "torque" in options.include:
@@ -105,7 +102,7 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
         position=position,
         velocity=velocity,
         acceleration=acceleration,
-        segment=trajectory.segments[pieces],
+        segment=trajectory.segments[trajectory.locate(time)[0]],
         jerk=derivatives[3] if orders == 4 else None,
         torque=torque,
         tcp_position=tcp_position,

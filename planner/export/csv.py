@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """Columns `time`, `segment`, `position.<joint>`, `velocity.<joint>`, ... and what is included; CRLF as in RFC 4180."""
+    """Columns `time`, `segment`, `position.<joint>`, `velocity.<joint>`, ... and what is included.
+
+    Lines end in CRLF, as in RFC 4180.
+    """
     names = plan.path.robot.joint_names
     samples = sample(plan, options)
     header, blocks = ["time", "segment"], [samples.time[:, None], samples.segment[:, None].astype(float)]

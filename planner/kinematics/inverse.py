@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from planner.kinematics.forward import jacobian, manipulability, tool_pose
-from planner.kinematics.poses import FloatArray, Pose
 
 if TYPE_CHECKING:
+    from planner.kinematics.poses import FloatArray, Pose
     from planner.problem import InverseKinematicsOptions
     from planner.robots import Robot
 
@@ -128,9 +128,7 @@ def _result(
 ) -> InverseKinematicsResult:
     reached = tool_pose(robot, q)
     distance, angle = pose_errors(pose, reached)
-    return InverseKinematicsResult(
-        status, q, reached, distance, angle, count, manipulability(robot, q), joint, value
-    )
+    return InverseKinematicsResult(status, q, reached, distance, angle, count, manipulability(robot, q), joint, value)
 
 
 def _starts(robot: Robot, reference: FloatArray, seed: int) -> FloatArray:
@@ -201,7 +199,7 @@ def _error(robot: Robot, pose: Pose, q: FloatArray) -> FloatArray:
     """(3,) or (6,): what is missing to the pose, linear over angular, in the base's axes."""
     pin.forwardKinematics(robot.model, robot.data, q)
     placement = pin.updateFramePlacement(robot.model, robot.data, robot.tool_frame_id)
-    linear = pose.position - placement.translation
+    linear: FloatArray = pose.position - placement.translation
     if pose.rotation is None:
         return linear
     return np.concatenate([linear, pin.log3(pose.rotation @ placement.rotation.T)])

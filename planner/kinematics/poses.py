@@ -65,7 +65,8 @@ def rotation_from_quaternion(xyzw: FloatArray) -> FloatArray:
 def project_to_rotation(matrix: FloatArray) -> FloatArray:
     """The rotation (3, 3) nearest to `matrix` in the Frobenius norm (orthogonal Procrustes)."""
     u, _, vt = np.linalg.svd(matrix)
-    return u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    nearest: FloatArray = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return nearest
 
 
 def quaternions(rotations: FloatArray) -> FloatArray:

@@ -83,7 +83,9 @@ def solve_waypoints(
 def _joint_waypoint(robot: Robot, index: int, waypoint: JointWaypoint) -> SolvedWaypoint:
     q = np.array(waypoint.position)
     lower, upper = robot.limit("lower"), robot.limit("upper")
-    for joint in np.flatnonzero((q < lower) | (q > upper)):
+    outside = (q < lower) | (q > upper)
+    if outside.any():
+        joint = int(np.argmax(outside))
         limit = float(lower[joint] if q[joint] < lower[joint] else upper[joint])
         raise JointPositionLimit(
             f"waypoint {index} puts {robot.joint_names[joint]} at {q[joint]:.6g}, its limit is {limit:.6g}",

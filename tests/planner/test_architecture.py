@@ -1,0 +1,40 @@
+"""The dependency rule, held by reading the imports."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def imported_modules(file: Path) -> set[str]:
+    modules: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            modules.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            modules.add(node.module)
+    return {module.split(".")[0] for module in modules}
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "planner").rglob("*.py")), ids=lambda f: str(f.relative_to(ROOT)))
+def test_planner_knows_no_http(file: Path) -> None:
+    forbidden = {"api", "fastapi", "starlette", "pydantic", "uvicorn", "httpx", "socket", "matplotlib", "rich"}
+    assert not imported_modules(file) & forbidden
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "api").rglob("*.py")), ids=lambda f: str(f.relative_to(ROOT)))
+def test_api_knows_no_robotics(file: Path) -> None:
+    assert not imported_modules(file) & {"pinocchio", "casadi", "ruckig", "toppra"}
+
+
+def test_a_worker_stays_small() -> None:
+    """scipy alone would add 60 MB and half a second to every worker, matplotlib more."""
+    code = "import sys, planner.plan, planner.export, planner.validate; print(*sorted(sys.modules))"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert not {"scipy", "matplotlib", "toppra", "casadi", "fastapi"} & set(result.stdout.split())
