@@ -1,0 +1,111 @@
+"""Starts a built image as a container engine would, on a read-only root file system, and plans over HTTP.
+
+Usage: check_image.py ROOT CONFIG, as root, in a network namespace of its own: ROOT is the image's mounted file system,
+CONFIG its configuration in Docker's form (JSON).
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+ADDRESS = "http://127.0.0.1:8000"
+READY_TIMEOUT = 60.0  # s
+REQUEST = {
+    "robot": "ngv_refuelling_arm",
+    "waypoints": [
+        {"kind": "joint", "position": [0.1, -0.4, 0.2, 0.0, 0.3, 0.0]},
+        {"kind": "joint", "position": [0.2, -0.5, 0.3, 0.1, 0.2, 0.1]},
+    ],
+    "backend": {"kind": "quintic"},
+}
+
+
+def main() -> None:
+    """Runs every check; the first that fails ends the program with a traceback and a non-zero status."""
+    root, config = sys.argv[1], json.loads(Path(sys.argv[2]).read_text())
+    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    user, group = (int(number) for number in config["User"].split(":"))
+    assert user > 0 and group > 0, "the image runs as root"
+
+    read_info, write_info = os.pipe()
+    sandbox = ["--as-pid-1", "--unshare-pid", "--info-fd", str(write_info)]
+    started = time.monotonic()
+    service = subprocess.Popen(command(root, config, config["Cmd"], sandbox), pass_fds=[write_info])
+    os.close(write_info)
+    try:
+        with os.fdopen(read_info) as info:
+            pid = json.load(info)["child-pid"]
+        wait_until_ready(service)
+        print(f"ready after {time.monotonic() - started:.1f} s")
+        check_process(pid, user)
+        check_plan()
+        kind, *health_check = config["Healthcheck"]["Test"]
+        assert kind == "CMD", "the health check needs a shell"
+        subprocess.run(command(root, config, health_check, []), check=True, timeout=30)
+        print("health check: ok")
+        os.kill(pid, signal.SIGTERM)
+        status = service.wait(timeout=30)
+        assert status == 0, f"exit status {status} after SIGTERM"
+        print("SIGTERM: exit status 0")
+    finally:
+        service.kill()
+
+
+def command(root: str, config: dict, arguments: list[str], sandbox: list[str]) -> list[str]:
+    """The command line that runs arguments in the image: its user and environment, nothing writable but /dev/shm."""
+    user, group = config["User"].split(":")
+    environment = [option for entry in config["Env"] for option in ("--setenv", *entry.split("=", 1))]
+    return [
+        *("bwrap", "--ro-bind", root, "/", "--proc", "/proc", "--dev", "/dev", "--perms", "1777", "--tmpfs", "/dev/shm"),
+        *("--chdir", config["WorkingDir"] or "/", "--die-with-parent", "--clearenv", *environment, *sandbox, "--"),
+        *("setpriv", "--reuid", user, "--regid", group, "--clear-groups", "--no-new-privs", *arguments),
+    ]
+
+
+def wait_until_ready(service: subprocess.Popen) -> None:
+    """Polls /readyz until it answers 200."""
+    deadline = time.monotonic() + READY_TIMEOUT
+    while True:
+        assert service.poll() is None, f"the service ended with status {service.returncode}"
+        assert time.monotonic() < deadline, f"not ready after {READY_TIMEOUT} s"
+        try:
+            urllib.request.urlopen(f"{ADDRESS}/readyz", timeout=5).close()
+        except OSError:
+            time.sleep(0.1)
+        else:
+            return
+
+
+def check_process(pid: int, user: int) -> None:
+    """The service's process has the image's user, no capability, and nothing writable under its root."""
+    status = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines())
+    assert status["Uid"].split() == [str(user)] * 4, f"user ids {status['Uid']}"
+    assert int(status["CapEff"], 16) == 0, f"capabilities {status['CapEff']}"
+    mounts = [line.split() for line in Path(f"/proc/{pid}/mounts").read_text().splitlines()]
+    assert all("ro" in mount[3].split(",") for mount in mounts if mount[1] == "/"), "the root is writable"
+    print(f"user {user}, no capabilities, root file system read-only")
+
+
+def check_plan() -> None:
+    """One plan over HTTP comes back certified, from 0 to its duration."""
+    request = urllib.request.Request(
+        f"{ADDRESS}/v1/trajectories", json.dumps(REQUEST).encode(), {"Content-Type": "application/json"}
+    )
+    try:
+        with urllib.request.urlopen(request, timeout=30) as response:
+            plan = json.load(response)
+    except urllib.error.HTTPError as error:
+        raise AssertionError(error.read().decode()) from error
+    assert plan["certificate"]["satisfied"] is True
+    assert plan["samples"]["time"][0] == 0.0
+    assert plan["samples"]["time"][-1] == plan["duration"] > 0.0
+    print(f"planned {plan['duration']:.3f} s on {plan['robot']}")
+
+
+main()
