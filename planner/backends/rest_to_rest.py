@@ -158,7 +158,7 @@ def assemble(path: JointPath, laws: list[UnitLaw], durations: FloatArray) -> Tra
         scaled /= duration**powers
         moving = scaled[:, None, :] * travels[i][None, :, None]
         moving[:, :, 0] += starts[i]
-        add(i, law.lengths * duration, moving)
+        add(i, _piece_lengths(law, duration), moving)
         arrival_pieces.append(pieces)
         rest(i, path.dwells[i + 1], path.positions[i + 1])
         departure_pieces.append(pieces)
@@ -171,6 +171,17 @@ def assemble(path: JointPath, laws: list[UnitLaw], durations: FloatArray) -> Tra
         arrivals=times[arrival_pieces],
         departures=times[departure_pieces],
     )
+
+
+def _piece_lengths(law: UnitLaw, duration: float) -> FloatArray:
+    """(pieces,), s, that sum to `duration` exactly.
+
+    Adding and subtracting the duration puts the breakpoints on its grid of floating-point numbers, where
+    differences and their sums are exact.
+    """
+    breakpoints = (np.cumsum(law.lengths) * duration + duration) - duration
+    breakpoints[-1] = duration
+    return np.diff(breakpoints, prepend=0.0)
 
 
 class _SampledLimits:
