@@ -1,0 +1,1 @@
+"""The HTTP service: schemas, worker processes, routes. It holds no robotics. Importing it costs nothing."""

@@ -1,0 +1,145 @@
+"""From what was asked (schemas) to what is planned (the library's values)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from api.schemas import common, requests, robots
+from planner import problem
+from planner.backends import BACKENDS
+from planner.errors import InvalidProblem
+from planner.kinematics.poses import (
+    FloatArray,
+    Pose,
+    project_to_rotation,
+    rotation_from_quaternion,
+    rotation_from_rpy,
+)
+from planner.robots import DHJoint, DHModel, Robot, read_dh, read_urdf
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.errors import Finding
+
+
+def to_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
+    """The planning problem of a plan request."""
+    backend = request.backend.model_dump(exclude={"kind"})
+    return problem.PlanningProblem(
+        robot=with_tool(robot, request.tool),
+        waypoints=tuple(_to_waypoint(waypoint) for waypoint in request.waypoints),
+        backend=BACKENDS[request.backend.kind](**backend),
+        limits=to_limits(request.limits),
+        inverse_kinematics=problem.InverseKinematicsOptions(
+            tolerance_position=request.ik.tolerance_position,
+            tolerance_orientation=request.ik.tolerance_orientation,
+            reference=None if request.ik.reference is None else tuple(request.ik.reference),
+            seed=request.seed,
+        ),
+        payload=None if request.payload is None else _to_payload(request.payload),
+    )
+
+
+def with_tool(robot: Robot, tool: common.Pose | None) -> Robot:
+    """The robot with the tool that was asked, if any."""
+    return robot if tool is None else robot.with_tool(to_pose(tool))
+
+
+def to_pose(pose: common.Pose) -> Pose:
+    """A pose; without an orientation the position alone counts."""
+    return Pose(np.array(pose.position), _to_rotation(pose.orientation))
+
+
+def to_limits(limits: common.Limits) -> problem.Limits:
+    """Limits, lists as tuples."""
+    return problem.Limits(**_with_tuples(limits.model_dump()))
+
+
+def to_robot(definition: robots.RobotDefinition, robot_id: str) -> tuple[Robot, tuple[Finding, ...]]:
+    """The robot that a client describes, and what there is to say about its model.
+
+    Raises:
+        InvalidRobotModel: It cannot be used.
+    """
+    match definition:
+        case robots.UrdfRobot():
+            return read_urdf(definition.urdf, id=robot_id, tip_frame=definition.tip_frame)
+        case robots.DhRobot():
+            model = DHModel(
+                convention=definition.convention,
+                joints=tuple(DHJoint(**_with_tuples(joint.model_dump())) for joint in definition.joints),
+                base=None if definition.base is None else to_pose(definition.base),
+                tip=None if definition.tip is None else to_pose(definition.tip),
+            )
+            return read_dh(model, id=robot_id, source="uploaded Denavit-Hartenberg table")
+
+
+def to_matrix(rows: Sequence[Sequence[float]], columns: int, pointer: str) -> FloatArray:
+    """Rows (N, columns) as an array.
+
+    Raises:
+        InvalidProblem: Naming each row that has another length.
+    """
+    wrong = [i for i, row in enumerate(rows) if len(row) != columns]
+    if wrong:
+        raise InvalidProblem([(f"{pointer}/{i}", f"{len(rows[i])} values for {columns} joints") for i in wrong])
+    return np.array(rows, dtype=np.float64)
+
+
+def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+
+
+def _to_rotation(orientation: common.Orientation | None) -> FloatArray | None:
+    match orientation:
+        case None:
+            return None
+        case common.QuaternionOrientation():
+            return rotation_from_quaternion(np.array(orientation.xyzw))
+        case common.RpyOrientation():
+            return rotation_from_rpy(*orientation.rpy)
+        case common.MatrixOrientation():
+            return project_to_rotation(np.array(orientation.matrix))
+
+
+def _to_waypoint(waypoint: requests.Waypoint) -> problem.AnyWaypoint:
+    name, duration, dwell = waypoint.name, waypoint.duration, waypoint.dwell
+    limits = None if waypoint.limits is None else to_limits(waypoint.limits)
+    match waypoint:
+        case requests.JointWaypoint():
+            return problem.JointWaypoint(
+                name=name, duration=duration, dwell=dwell, limits=limits, position=tuple(waypoint.position)
+            )
+        case requests.PoseWaypoint():
+            return problem.PoseWaypoint(
+                name=name, duration=duration, dwell=dwell, limits=limits, pose=to_pose(waypoint.pose)
+            )
+        case requests.RelativeWaypoint():
+            return problem.RelativeWaypoint(
+                name=name,
+                duration=duration,
+                dwell=dwell,
+                limits=limits,
+                frame=waypoint.frame,
+                move=_to_move(waypoint.move),
+            )
+
+
+def _to_move(move: requests.Move) -> problem.Move:
+    match move:
+        case requests.CartesianMove():
+            x, y, z = move.translation
+            return problem.CartesianMove((x, y, z), _to_rotation(move.orientation))
+        case requests.CylindricalMove():
+            return problem.CylindricalMove(move.r, move.alpha, move.l)
+        case requests.SphericalMove():
+            return problem.SphericalMove(move.r, move.beta, move.gamma)
+
+
+def _to_payload(payload: common.Payload) -> problem.Payload:
+    x, y, z = payload.center_of_mass
+    ixx, iyy, izz = payload.inertia
+    return problem.Payload(payload.mass, (x, y, z), (ixx, iyy, izz))

@@ -1,0 +1,245 @@
+"""One table from error codes to HTTP, and the problem documents (RFC 9457) made from errors."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from http import HTTPStatus
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import orjson
+
+from planner.errors import InvalidProblem, InvalidRobotModel, PlanningError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pydantic import ValidationError
+
+MEDIA_TYPE = "application/problem+json"
+
+STATUS_OF_CODE: dict[str, int] = {
+    "invalid_request": 422,
+    "not_found": 404,
+    "unknown_robot": 404,
+    "method_not_allowed": 405,
+    "not_acceptable": 406,
+    "robot_exists": 409,
+    "catalogue_robot": 409,
+    "too_many_robots": 409,
+    "payload_too_large": 413,
+    "unsupported_media_type": 415,
+    "invalid_robot_model": 422,
+    "unreachable_waypoint": 422,
+    "configuration_change": 422,
+    "singular_path": 422,
+    "joint_position_limit": 422,
+    "missing_dynamics": 422,
+    "infeasible_duration": 422,
+    "limits_unsatisfiable": 422,
+    "collision": 422,
+    "memory_exceeded": 422,
+    "internal_error": 500,
+    "overloaded": 503,
+    "deadline_exceeded": 504,
+}
+"""HTTP status of each problem code."""
+
+MOST_FAULTS = 50
+"""Faults listed in one problem."""
+
+LONGEST_POINTER = 200
+"""A pointer holds names of fields that the caller made up: not more of them than this is repeated."""
+
+
+class ServiceError(Exception):
+    """A request that the service, not the planner, refuses.
+
+    Attributes:
+        message: For the caller.
+        headers: To send with the answer.
+        details: Further fields of the problem document.
+    """
+
+    code: ClassVar[str]
+    title: ClassVar[str]
+
+    def __init__(self, message: str, *, headers: Mapping[str, str] | None = None, **details: Any) -> None:
+        super().__init__(message)
+        self.message = message
+        self.headers = dict(headers or {})
+        self.details = details
+
+
+class InvalidRequest(ServiceError):
+    """The request does not follow the schema; `details["errors"]` lists what is wrong."""
+
+    code = "invalid_request"
+    title = InvalidProblem.title
+
+
+class NotFound(ServiceError):
+    """Nothing is at this path."""
+
+    code = "not_found"
+    title = "There is nothing here"
+
+
+class MethodNotAllowed(ServiceError):
+    """The path has other methods."""
+
+    code = "method_not_allowed"
+    title = "This path does not have that method"
+
+
+class NotAcceptable(ServiceError):
+    """None of the formats asked for exists."""
+
+    code = "not_acceptable"
+    title = "There is no such format"
+
+
+class RobotExists(ServiceError):
+    """Another robot has this id."""
+
+    code = "robot_exists"
+    title = "Another robot has this id"
+
+
+class CatalogueRobot(ServiceError):
+    """A robot of the catalogue can be neither replaced nor deleted."""
+
+    code = "catalogue_robot"
+    title = "The robot belongs to the catalogue"
+
+
+class TooManyRobots(ServiceError):
+    """The store of added robots is full."""
+
+    code = "too_many_robots"
+    title = "No more robots can be added"
+
+
+class PayloadTooLarge(ServiceError):
+    """The body is larger than the service reads."""
+
+    code = "payload_too_large"
+    title = "The request body is too large"
+
+
+class UnsupportedMediaType(ServiceError):
+    """The body is not JSON."""
+
+    code = "unsupported_media_type"
+    title = "The request body must be JSON"
+
+
+class MemoryExceeded(ServiceError):
+    """A worker ran out of the memory that it may use."""
+
+    code = "memory_exceeded"
+    title = "The request needs too much memory"
+
+
+class InternalError(ServiceError):
+    """A fault of the service; the log has the rest."""
+
+    code = "internal_error"
+    title = "The service failed"
+
+
+class Overloaded(ServiceError):
+    """The queue is full."""
+
+    code = "overloaded"
+    title = "Too many requests are waiting"
+
+
+class DeadlineExceeded(ServiceError):
+    """The deadline of the request has passed."""
+
+    code = "deadline_exceeded"
+    title = "The deadline has passed"
+
+
+def problem(error: PlanningError | ServiceError, instance: str) -> tuple[int, bytes]:
+    """HTTP status and problem document of an error; `instance` is the path of the request."""
+    status = STATUS_OF_CODE.get(error.code, HTTPStatus.UNPROCESSABLE_ENTITY)
+    document = {
+        "type": f"urn:trajectory-planner:problem:{error.code}",
+        "title": error.title,
+        "status": int(status),
+        "detail": error.message,
+        "instance": instance,
+        "code": error.code,
+        **(error.details if isinstance(error, ServiceError) else _planning_fields(error)),
+    }
+    return status, orjson.dumps(document, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+def _planning_fields(error: PlanningError) -> dict[str, Any]:
+    names = ("waypoint", "segment", "joint", "value", "limit", "time")
+    document: dict[str, Any] = {name: getattr(error, name) for name in names if getattr(error, name) is not None}
+    if error.remedies:
+        document["remedies"] = [asdict(remedy) for remedy in error.remedies]
+    if isinstance(error, InvalidProblem):
+        document["errors"] = [
+            {"pointer": pointer, "message": message} for pointer, message in error.faults[:MOST_FAULTS]
+        ]
+    if isinstance(error, InvalidRobotModel):
+        document["findings"] = [asdict(finding) for finding in error.findings[:MOST_FAULTS]]
+    return document | error.details
+
+
+def invalid_request(error: ValidationError, document: Any) -> InvalidRequest:
+    """What pydantic found, as pointers into the caller's `document` and without the caller's values."""
+    faults = [
+        {"pointer": _pointer((*fault["loc"], *_TAG.get(fault["type"], ())), document), "message": _message(fault)}
+        for fault in error.errors(include_url=False, include_input=False)[:MOST_FAULTS]
+    ]
+    return invalid(faults)
+
+
+def invalid(faults: list[dict[str, str]]) -> InvalidRequest:
+    """The error with these faults; its message is the first of them."""
+    first = f"{faults[0]['pointer']}: {faults[0]['message']}".removeprefix(": ")
+    more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+    return InvalidRequest(first + more, errors=faults)
+
+
+def _pointer(location: tuple[int | str, ...], document: Any) -> str:
+    """JSON pointer of a pydantic location, which names the tag of a union besides the keys of the data."""
+    pointer, tagged = "", False
+    for step in location:
+        if isinstance(document, dict) and document.get("kind") == step and not tagged:
+            tagged = True
+            continue
+        pointer += "/" + str(step).replace("~", "~0").replace("/", "~1")
+        document, tagged = _child(document, step), False
+    return pointer[:LONGEST_POINTER]
+
+
+def _child(document: Any, step: int | str) -> Any:
+    try:
+        return document[step]
+    except (LookupError, TypeError):
+        return None  # the field is missing
+
+
+_TAG = {"union_tag_invalid": ("kind",), "union_tag_not_found": ("kind",)}
+"""Errors that pydantic locates at the object, and a reader at its field `kind`."""
+
+
+def _message(fault: Mapping[str, Any]) -> str:
+    context = fault.get("ctx", {})
+    match fault["type"]:
+        case "union_tag_invalid":  # pydantic's message repeats the caller's value
+            return f"unknown kind; there are: {context['expected_tags']}"
+        case "union_tag_not_found":
+            return "the field 'kind' is missing"
+        case "extra_forbidden":
+            return "unknown field"
+        case "value_error":
+            return str(context["error"])
+        case _:
+            message: str = fault["msg"]
+            return message

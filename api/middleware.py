@@ -1,0 +1,95 @@
+"""Around every request: an id, one line in the log, timings in a header, and problems for what nobody caught."""
+
+from __future__ import annotations
+
+import re
+import time
+import uuid
+from typing import TYPE_CHECKING
+
+import structlog
+from starlette.datastructures import MutableHeaders
+from starlette.requests import ClientDisconnect
+
+from api.errors import MEDIA_TYPE, InternalError, problem
+from api.worker_main import where_from
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
+TIMINGS = ("queue", "validate", "plan", "serialise")
+
+log = structlog.get_logger()
+
+
+class RequestContext:
+    """Pure ASGI, so that it costs microseconds."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See the ASGI specification."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        arrived = time.monotonic()
+        state = scope.setdefault("state", {})
+        state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope)}
+        status, sent = 0, 0
+
+        async def send_and_note(message: Message) -> None:
+            nonlocal status, sent
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                headers = MutableHeaders(scope=message)
+                headers["X-Request-ID"] = state["request_id"]
+                headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
+            else:
+                sent += len(message.get("body", b""))
+            await send(message)
+
+        failure = None
+        try:
+            await self.app(scope, receive, send_and_note)
+        except ClientDisconnect:
+            failure = "client_disconnected"
+        except Exception as error:  # noqa: BLE001 - the outermost boundary: a problem, not a traceback
+            failure = where_from(error)
+            if status == 0:
+                await _send_internal_error(scope["path"], send_and_note)
+        log.log(
+            _LEVELS["error" if status >= 500 else "info"],
+            "request",
+            request_id=state["request_id"],
+            method=scope["method"],
+            path=scope["path"],
+            status=status,
+            duration_ms=round((time.monotonic() - arrived) * 1e3, 3),
+            bytes=sent,
+            **({"failure": failure} if failure else {}),
+        )
+
+
+_LEVELS = {"info": 20, "error": 40}
+
+
+def _request_id(scope: Scope) -> str:
+    """The caller's, where it is a sane one, else a new one."""
+    for name, value in scope["headers"]:
+        if name == b"x-request-id" and SANE_ID.fullmatch(value):
+            return str(value, "ascii")
+    return uuid.uuid4().hex
+
+
+def _server_timing(timings: dict[str, float], total: float) -> str:
+    known = {name: timings[name] for name in TIMINGS if name in timings}
+    return ", ".join(f"{name};dur={seconds * 1e3:.3f}" for name, seconds in {**known, "total": total}.items())
+
+
+async def _send_internal_error(path: str, send: Send) -> None:
+    status, body = problem(InternalError("the service failed on this request"), path)
+    headers = [(b"content-type", MEDIA_TYPE.encode()), (b"content-length", str(len(body)).encode())]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,1 @@
+"""The endpoints: they move bytes between the caller, the store and the workers."""

@@ -1,0 +1,81 @@
+"""What the service says about itself."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+from fastapi import Request, Response
+from fastapi.openapi.docs import get_swagger_ui_html
+
+from api.errors import NotFound
+from api.routes.work import json_response, service_of
+from api.schemas.answers import ServiceLimits
+from api.schemas.backends import BACKEND_SCHEMAS
+from planner.backends import BACKENDS
+
+SWAGGER_FILES = {
+    "swagger-ui-bundle.js": "text/javascript",
+    "swagger-ui.css": "text/css",
+    "favicon-32x32.png": "image/png",
+}
+"""Files of Swagger UI, from the package `fastapi-swagger`: the page needs no other host."""
+
+
+async def list_backends(request: Request) -> Response:
+    """GET /v1/backends."""
+    descriptions = []
+    for kind, backend in BACKENDS.items():
+        options = BACKEND_SCHEMAS[kind].model_json_schema()["properties"]
+        del options["kind"]
+        descriptions.append(
+            {
+                "kind": kind,
+                "summary": backend.summary,
+                "options": options,
+                "guarantees": dict(backend.guarantees),
+            }
+        )
+    return json_response({"backends": descriptions})
+
+
+async def get_limits(request: Request) -> Response:
+    """GET /v1/limits."""
+    settings = service_of(request).settings
+    return json_response({name: getattr(settings, name) for name in ServiceLimits.model_fields})
+
+
+async def get_liveness(request: Request) -> Response:
+    """GET /livez."""
+    return json_response({"status": "alive"})
+
+
+async def get_readiness(request: Request) -> Response:
+    """GET /readyz."""
+    service = service_of(request)
+    ready = service.pool.ready
+    answer = {
+        "status": "ready" if ready else "starting",
+        "workers": service.settings.workers,
+        "warm_workers": service.pool.warm_workers,
+    }
+    return json_response(answer, 200 if ready else 503)
+
+
+async def docs_page(request: Request) -> Response:
+    """GET /docs."""
+    return get_swagger_ui_html(
+        openapi_url="openapi.json",
+        title=request.app.title,
+        swagger_js_url="docs/swagger-ui-bundle.js",
+        swagger_css_url="docs/swagger-ui.css",
+        swagger_favicon_url="docs/favicon-32x32.png",
+    )
+
+
+async def docs_file(request: Request) -> Response:
+    """GET /docs/{name}."""
+    name = request.path_params["name"]
+    if name not in SWAGGER_FILES:
+        raise NotFound("there is no such file")
+    content = files("fastapi_swagger").joinpath("resources", name).read_bytes()
+    return Response(content, media_type=SWAGGER_FILES[name], headers={"Cache-Control": "max-age=86400"})

@@ -1,0 +1,112 @@
+"""What is common to everything that a worker runs: read the body, run the task, send the reply."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING, Any
+
+import orjson
+import structlog
+from fastapi import Request, Response
+
+from api.errors import DeadlineExceeded, PayloadTooLarge, UnsupportedMediaType, invalid
+from api.schemas.common import DEFAULT_DEADLINE
+from api.worker_main import Reply, Task
+
+if TYPE_CHECKING:
+    from api.service import Service
+
+log = structlog.get_logger()
+
+
+def service_of(request: Request) -> Service:
+    """The service that the request came to."""
+    service: Service = request.app.state.service
+    return service
+
+
+async def run_with_body(request: Request, operation: str, **arguments: Any) -> Reply:
+    """Read the body and run the operation on it in a worker.
+
+    Of the body only `robot` and `deadline` are looked at here: the rest is the worker's.
+    """
+    service = service_of(request)
+    body = await _read_body(request)
+    document = _parse(body)
+    stored = service.robots.get(document["robot"]) if isinstance(document.get("robot"), str) else None
+    if stored is not None:
+        arguments["definition"] = stored.definition
+    deadline = document.get("deadline")
+    if isinstance(deadline, bool) or not isinstance(deadline, int | float):
+        deadline = DEFAULT_DEADLINE  # or none that is valid: the worker refuses it
+    return await run(request, operation, min(deadline, service.settings.max_deadline), body, **arguments)
+
+
+async def run(
+    request: Request, operation: str, deadline: float = DEFAULT_DEADLINE, body: bytes = b"", **arguments: Any
+) -> Reply:
+    """Run an operation in a worker; the deadline (s) counts from the arrival of the request."""
+    arrived: float = request.state.arrived
+    task = Task(
+        operation=operation,
+        instance=request.url.path,
+        submitted=time.monotonic(),
+        deadline=arrived + deadline,
+        body=body,
+        arguments=arguments,
+    )
+    reply = await service_of(request).pool.run(task)
+    request.state.timings = dict(reply.timings)
+    if reply.failure is not None:
+        log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
+    return reply
+
+
+def respond(reply: Reply) -> Response:
+    """The reply of a worker as the response; its body goes out as it is."""
+    return Response(reply.body, reply.status, dict(reply.headers), media_type=reply.media_type)
+
+
+def json_response(value: Any, status: int = 200) -> Response:
+    """A small answer that is made here."""
+    return Response(orjson.dumps(value), status, media_type="application/json")
+
+
+async def _read_body(request: Request) -> bytes:
+    """The whole body, of no more than the allowed size, declared or not.
+
+    Raises:
+        UnsupportedMediaType: It is declared to be something other than JSON.
+        PayloadTooLarge: It is larger than the service reads.
+        DeadlineExceeded: It did not arrive in time.
+    """
+    media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
+    if media_type != "application/json" and not media_type.endswith("+json"):
+        raise UnsupportedMediaType("send the body as application/json")
+    settings = service_of(request).settings
+    too_large = PayloadTooLarge(f"the body may have {settings.max_body_bytes} bytes", headers={"Connection": "close"})
+    declared = request.headers.get("content-length", "0")
+    if declared.isdecimal() and int(declared) > settings.max_body_bytes:
+        raise too_large
+    body = bytearray()
+    try:
+        async with asyncio.timeout(settings.max_deadline):
+            async for chunk in request.stream():
+                body += chunk
+                if len(body) > settings.max_body_bytes:
+                    raise too_large
+    except TimeoutError:
+        raise DeadlineExceeded("the body did not arrive in time") from None
+    return bytes(body)
+
+
+def _parse(body: bytes) -> dict[str, Any]:
+    try:
+        document = orjson.loads(body)
+    except orjson.JSONDecodeError as error:
+        where = f"line {error.lineno}, column {error.colno}"
+        raise invalid([{"pointer": "", "message": f"not JSON: {error.msg.partition(': line')[0]} ({where})"}]) from None
+    if not isinstance(document, dict):
+        raise invalid([{"pointer": "", "message": "the body must be a JSON object"}])
+    return document

@@ -1,0 +1,156 @@
+"""What the schemas share: strictness, numbers within bounds, vectors, poses, limits."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+from typing_extensions import TypeAliasType
+
+QUATERNION_TOLERANCE = 0.01
+"""How far the norm of a quaternion may be from 1."""
+
+MATRIX_TOLERANCE = 0.01
+"""How far an element of R^T R may be from the identity's."""
+
+LARGEST = 1e6
+"""No length, angle or time (m, rad, s) is larger; keeps the arithmetic behind from overflowing."""
+
+
+DEFAULT_DEADLINE = 10.0
+"""s, of a request that names none."""
+
+
+class Schema(BaseModel):
+    """Strict: no unknown fields, no coercion, no NaN, no infinity."""
+
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        hide_input_in_errors=True,
+        use_attribute_docstrings=True,
+    )
+
+
+class Answer(BaseModel):
+    """Of answers: they are described by these models, not built through them. Fields may be added one day."""
+
+    model_config = ConfigDict(frozen=True, use_attribute_docstrings=True)
+
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0.0, le=1e9)]
+Scale = Annotated[float, Field(gt=0.0, le=1.0)]
+Seconds = Annotated[float, Field(ge=1e-6, le=LARGEST)]
+Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4)]
+Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]
+JointVector = Annotated[list[Number], Field(min_length=1, max_length=64)]
+JointLimits = Annotated[list[Positive], Field(min_length=1, max_length=64)]
+Deadline = Annotated[float, Field(gt=0.0, le=LARGEST)]
+RobotId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+Seed = Annotated[int, Field(ge=0, lt=2**31)]
+
+
+class QuaternionOrientation(Schema):
+    """A quaternion; normalised by the service, refused when its norm is off by more than 1 %."""
+
+    kind: Literal["quaternion"]
+    xyzw: Quaternion
+    """Vector part x, y, z, then scalar part w."""
+
+    @field_validator("xyzw")
+    @classmethod
+    def _of_unit_norm(cls, xyzw: list[float]) -> list[float]:
+        if abs(math.hypot(*xyzw) - 1.0) > QUATERNION_TOLERANCE:
+            raise ValueError("the norm of the quaternion is off 1 by more than 1 %")
+        return xyzw
+
+
+class RpyOrientation(Schema):
+    """Rotations about the fixed axes x, then y, then z, as in URDF."""
+
+    kind: Literal["rpy"]
+    rpy: Vector3
+    """Roll, pitch, yaw, rad."""
+
+
+class MatrixOrientation(Schema):
+    """A rotation matrix R; refused when an element of R^T R - I exceeds 0.01, else projected onto SO(3)."""
+
+    kind: Literal["matrix"]
+    matrix: Matrix3
+    """Rows of R."""
+
+    @field_validator("matrix")
+    @classmethod
+    def _a_rotation(cls, rows: list[list[float]]) -> list[list[float]]:
+        R = np.array(rows)
+        if np.abs(R.T @ R - np.eye(3)).max() > MATRIX_TOLERANCE:
+            raise ValueError("not a rotation: an element of R^T R - I exceeds 0.01")
+        if np.linalg.det(R) < 0.0:
+            raise ValueError("not a rotation but a reflection: the determinant is negative")
+        return rows
+
+
+Orientation = TypeAliasType(
+    "Orientation",
+    Annotated[
+        QuaternionOrientation | RpyOrientation | MatrixOrientation,
+        Field(discriminator="kind", description="A rotation, in one of three notations."),
+    ],
+)
+
+
+class Pose(Schema):
+    """A pose."""
+
+    position: Vector3
+    """m."""
+    orientation: Orientation | None = None
+    """null or omitted: the position only, in any orientation."""
+
+
+class Limits(Schema):
+    """Limits asked; omitted: the robot's own. Never wider than the robot's."""
+
+    velocity: JointLimits | None = None
+    """Per joint, rad/s or m/s."""
+    acceleration: JointLimits | None = None
+    """Per joint, rad/s^2 or m/s^2."""
+    jerk: JointLimits | None = None
+    """Per joint, rad/s^3 or m/s^3."""
+    torque: JointLimits | None = None
+    """Per joint, N m or N."""
+    tcp_linear_velocity: Positive | None = None
+    """Speed of the tool centre point, m/s."""
+    tcp_angular_velocity: Positive | None = None
+    """Angular speed of the tool, rad/s."""
+    velocity_scale: Scale = 1.0
+    """Factor on the velocity limits."""
+    acceleration_scale: Scale = 1.0
+    """Factor on the acceleration limits."""
+
+
+class Payload(Schema):
+    """A body carried at the robot's tip frame (the flange, whatever the tool)."""
+
+    mass: Annotated[float, Field(gt=0.0, le=LARGEST)]
+    """kg."""
+    center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """m, in the tip frame."""
+    inertia: Annotated[list[Annotated[float, Field(ge=0.0, le=LARGEST)]], Field(min_length=3, max_length=3)] = Field(
+        default_factory=lambda: [0.0, 0.0, 0.0]
+    )
+    """Principal moments ixx, iyy, izz about the center of mass, kg m^2."""
+
+    @field_validator("inertia")
+    @classmethod
+    def _physical(cls, moments: list[float]) -> list[float]:
+        if 2.0 * max(moments) > sum(moments) * (1.0 + 1e-9):
+            raise ValueError("no body has such moments: one exceeds the sum of the two others")
+        return moments

@@ -1,0 +1,210 @@
+"""Bodies of the requests about trajectories."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+from typing_extensions import TypeAliasType
+
+from api.schemas.backends import BACKEND_SCHEMAS, Backend
+from api.schemas.common import (
+    DEFAULT_DEADLINE,
+    LARGEST,
+    Deadline,
+    JointVector,
+    Limits,
+    Number,
+    Orientation,
+    Payload,
+    Pose,
+    RobotId,
+    Schema,
+    Seconds,
+    Seed,
+    Vector3,
+)
+
+MOST_ROWS = 1_000_000
+"""Bound on the length of any list of rows; the service's own caps (GET /v1/limits) are narrower."""
+
+
+class JointMotion(Schema):
+    """Straight in joint space."""
+
+    kind: Literal["joint"]
+
+
+class StopTransition(Schema):
+    """Come to rest at the waypoint."""
+
+    kind: Literal["stop"]
+
+
+class CartesianMove(Schema):
+    """A translation, then a rotation."""
+
+    kind: Literal["cartesian"]
+    translation: Vector3
+    """m."""
+    orientation: Orientation | None = None
+    """The rotation; null or omitted: keep the orientation."""
+
+
+class CylindricalMove(Schema):
+    """Trans(0, 0, l) Rot(z, alpha) Trans(r, 0, 0)."""
+
+    kind: Literal["cylindrical"]
+    r: Number
+    """Radius, m."""
+    alpha: Number
+    """Angle about z, rad."""
+    l: Number  # noqa: E741 - the contract's letter
+    """Height, m."""
+
+
+class SphericalMove(Schema):
+    """Rot(z, gamma) Rot(y, beta) Trans(0, 0, r)."""
+
+    kind: Literal["spherical"]
+    r: Number
+    """Radius, m."""
+    beta: Number
+    """Angle about y, rad."""
+    gamma: Number
+    """Angle about z, rad."""
+
+
+Move = TypeAliasType(
+    "Move",
+    Annotated[
+        CartesianMove | CylindricalMove | SphericalMove,
+        Field(discriminator="kind", description="A move relative to the pose before."),
+    ],
+)
+
+
+class WaypointBase(Schema):
+    """What every kind of waypoint has."""
+
+    name: Annotated[str, Field(max_length=200)] | None = None
+    """For the answer only."""
+    motion: JointMotion = JointMotion(kind="joint")
+    """How to get here from the waypoint before."""
+    duration: Seconds | None = None
+    """s, of the segment that ends here; omitted: as fast as the limits allow."""
+    dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
+    """s, rest here before going on."""
+    transition: StopTransition = StopTransition(kind="stop")
+    """How to pass this waypoint."""
+    limits: Limits | None = None
+    """Of the segment that ends here."""
+
+
+class JointWaypoint(WaypointBase):
+    """A joint position."""
+
+    kind: Literal["joint"]
+    position: JointVector
+    """One value per joint, rad or m."""
+
+
+class PoseWaypoint(WaypointBase):
+    """A pose of the tool in the base frame."""
+
+    kind: Literal["pose"]
+    pose: Pose
+
+
+class RelativeWaypoint(WaypointBase):
+    """A move from the pose of the waypoint before."""
+
+    kind: Literal["relative"]
+    frame: Literal["tool", "base"]
+    """Whose axes the move is in."""
+    move: Move
+
+
+Waypoint = TypeAliasType(
+    "Waypoint",
+    Annotated[
+        JointWaypoint | PoseWaypoint | RelativeWaypoint,
+        Field(discriminator="kind", description="Where the robot is to go."),
+    ],
+)
+
+
+class InverseKinematicsOptions(Schema):
+    """How poses are solved."""
+
+    tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
+    """m."""
+    tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
+    """rad."""
+    reference: JointVector | None = None
+    """Joint position that the first pose is solved next to; omitted: the middle of the limits."""
+    prefer: Literal["continuous"] = "continuous"
+    """Which solution of several: the one nearest to the waypoint before."""
+
+
+Include = TypeAliasType("Include", Literal["jerk", "torque", "tcp_pose", "polynomials"])
+
+
+class PlanRequest(Schema):
+    """What to plan: a robot, its waypoints, limits and options."""
+
+    robot: RobotId
+    """An id of GET /v1/robots."""
+    waypoints: Annotated[list[Waypoint], Field(min_length=2, max_length=100_000)]
+    """The robot starts at rest at the first and ends at rest at the last."""
+    backend: Backend = Field(
+        default_factory=lambda: _default_backend(), description="What puts time on the path; omitted: the cubic."
+    )
+    limits: Limits = Limits()
+    """For the whole trajectory; a waypoint's own go before these."""
+    ik: InverseKinematicsOptions = InverseKinematicsOptions()
+    """How poses are solved."""
+    tool: Pose | None = None
+    """Tool centre point in the tip frame; omitted: the tip itself."""
+    payload: Payload | None = None
+    """What the robot carries; omitted: nothing."""
+    sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
+    """s, between rows of the answer."""
+    include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)
+    """What else the answer should hold."""
+    seed: Seed = 0
+    """Of the random starts of the inverse kinematics."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """s, after which the service gives up."""
+
+
+def _default_backend() -> Any:
+    return BACKEND_SCHEMAS["cubic"](kind="cubic")  # type: ignore[call-arg] # made by create_model
+
+
+Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS)]
+
+
+class SampledTrajectory(Schema):
+    """Samples of a trajectory of any origin; rows are time."""
+
+    time: Annotated[list[Number], Field(min_length=2, max_length=MOST_ROWS)]
+    """s, strictly increasing."""
+    position: Rows
+    """rad or m."""
+    velocity: Rows | None = None
+    """rad/s or m/s; omitted: differences of the positions."""
+    acceleration: Rows | None = None
+    """rad/s^2 or m/s^2; omitted: differences of the velocities."""
+
+
+class ValidateRequest(Schema):
+    """A trajectory to hold against limits."""
+
+    robot: RobotId
+    """An id of GET /v1/robots."""
+    limits: Limits = Limits()
+    """Omitted: the robot's own."""
+    samples: SampledTrajectory
+    deadline: Deadline = DEFAULT_DEADLINE
+    """s, after which the service gives up."""

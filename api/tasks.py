@@ -1,0 +1,258 @@
+"""The operations that workers run: validate, convert, call the library, serialise."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import time
+from contextlib import contextmanager
+from dataclasses import asdict
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+import orjson
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from api.conversion import to_limits, to_matrix, to_pose, to_problem, to_robot, with_tool
+from api.errors import CatalogueRobot, invalid_request
+from api.schemas.kinematics import ForwardKinematicsRequest, InverseKinematicsRequest
+from api.schemas.requests import PlanRequest, ValidateRequest
+from api.schemas.robots import RobotDefinition
+from api.worker_main import Caps, Reply, Task
+from planner.backends import BACKENDS
+from planner.errors import InvalidProblem
+from planner.export import FORMATS, ExportOptions
+from planner.kinematics import forward_kinematics, inverse_kinematics, poses_as_dicts
+from planner.plan import plan
+from planner.problem import InverseKinematicsOptions
+from planner.robots import Robot, catalogue_ids, describe, load_robot
+from planner.validate import certify_samples
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+JSON = "application/json"
+CACHED_ROBOTS = 32
+"""Robots from definitions that one worker keeps built."""
+
+T = TypeVar("T")
+
+
+class Stopwatch:
+    """Times of the stages of one task, s."""
+
+    def __init__(self) -> None:
+        self.timings: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what is done inside."""
+        start = time.monotonic()
+        yield
+        self.timings[name] = time.monotonic() - start
+
+
+def plan_trajectory(task: Task, caps: Caps) -> Reply:
+    """POST /v1/trajectories."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(PlanRequest, task.body)
+        _check_caps(request, caps, waypoints=request.waypoints)
+        problem = to_problem(request, _robot(request.robot, task))
+        request_hash = "sha256:" + hashlib.sha256(_canonical(request)).hexdigest()
+    with watch.stage("plan"):
+        solved = plan(problem)
+    rows = math.ceil(solved.trajectory.duration / request.sample_period) + 1
+    if rows * problem.robot.dof > caps.max_samples:
+        limit = f"{rows} rows of {problem.robot.dof} joints are more than the {caps.max_samples} values of an answer"
+        raise InvalidProblem([("/sample_period", limit)])
+    form = FORMATS[task.arguments["format"]]
+    with watch.stage("serialise"):
+        options = ExportOptions(request.sample_period, frozenset(request.include), request_hash)
+        body = form.render(solved, options)
+    return Reply(200, form.media_type, body, watch.timings)
+
+
+def validate_trajectory(task: Task, caps: Caps) -> Reply:
+    """POST /v1/trajectories/validate."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(ValidateRequest, task.body)
+        _check_caps(request, caps)
+        robot, samples = _robot(request.robot, task), request.samples
+        times, position = np.array(samples.time), to_matrix(samples.position, robot.dof, "/samples/position")
+        velocity, acceleration = (
+            None if values is None else to_matrix(values, robot.dof, f"/samples/{name}")
+            for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
+        )
+    with watch.stage("plan"):
+        limits = to_limits(request.limits)
+        certificate = certify_samples(robot, limits, times, position, velocity, acceleration)
+    return _json(certificate.as_dict(), watch)
+
+
+def run_forward_kinematics(task: Task, caps: Caps) -> Reply:
+    """POST /v1/kinematics/forward."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(ForwardKinematicsRequest, task.body)
+        _check_caps(request, caps)
+        robot = with_tool(_robot(request.robot, task), request.tool)
+        positions = to_matrix(request.positions, robot.dof, "/positions")
+    with watch.stage("plan"):
+        poses = forward_kinematics(robot, positions)
+    return _json({"poses": poses_as_dicts(poses)}, watch)
+
+
+def run_inverse_kinematics(task: Task, caps: Caps) -> Reply:
+    """POST /v1/kinematics/inverse."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(InverseKinematicsRequest, task.body)
+        _check_caps(request, caps, poses=request.poses)
+        robot = with_tool(_robot(request.robot, task), request.tool)
+        reference = None
+        if request.reference is not None:
+            reference = to_matrix([request.reference], robot.dof, "/reference")[0]
+        options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
+    with watch.stage("plan"):
+        results: list[dict[str, Any]] = []
+        for pose in request.poses:
+            result = inverse_kinematics(robot, to_pose(pose), options, reference)
+            found: dict[str, Any] = {
+                "position": result.position,
+                "position_error": result.position_error,
+                "orientation_error": result.orientation_error,
+            }
+            if result.status == "solved":
+                reference = result.position
+                solutions = [found | {"manipulability": result.manipulability}]
+                results.append({"status": result.status, "solutions": solutions})
+            else:
+                nearest = found | {"pose": poses_as_dicts([result.pose])[0]}
+                results.append({"status": result.status, "solutions": [], "nearest": nearest})
+    return _json({"results": results}, watch)
+
+
+def add_robot(task: Task, caps: Caps) -> Reply:
+    """POST /v1/robots: read the model. The parent keeps the definition that comes back in `result`."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        definition = _validate(RobotDefinition, task.body)
+        canonical = _canonical(definition)
+        robot_id = definition.id or "dh_" + hashlib.sha256(canonical).hexdigest()[:16]
+        if robot_id in catalogue_ids():
+            raise CatalogueRobot(f"{robot_id} is a robot of the catalogue; choose another id")
+    with watch.stage("plan"):
+        robot, findings = to_robot(definition, robot_id)
+    description = describe(robot)
+    answer = description | {"findings": [asdict(finding) for finding in findings]}
+    reply = _json(answer, watch, status=201)
+    return Reply(
+        reply.status,
+        JSON,
+        reply.body,
+        reply.timings,
+        headers={"Location": f"/v1/robots/{robot_id}"},
+        result={"id": robot_id, "definition": canonical, "description": _dump(description)},
+    )
+
+
+def list_robots(task: Task, caps: Caps) -> Reply:
+    """GET /v1/robots; the argument `added` holds the descriptions of the added ones."""
+    watch = Stopwatch()
+    with watch.stage("plan"):
+        robots = [*map(_described, catalogue_ids()), *map(orjson.Fragment, task.arguments["added"])]
+    return _json({"robots": robots}, watch)
+
+
+def get_robot(task: Task, caps: Caps) -> Reply:
+    """GET /v1/robots/{id} of a catalogue robot."""
+    watch = Stopwatch()
+    with watch.stage("plan"):
+        description = _described(task.arguments["id"])
+    return _json(description, watch)
+
+
+RUN: dict[str, Callable[[Task, Caps], Reply]] = {
+    "plan_trajectory": plan_trajectory,
+    "validate_trajectory": validate_trajectory,
+    "forward_kinematics": run_forward_kinematics,
+    "inverse_kinematics": run_inverse_kinematics,
+    "add_robot": add_robot,
+    "list_robots": list_robots,
+    "get_robot": get_robot,
+}
+"""What runs for each operation id."""
+
+
+def warm_up(caps: Caps) -> None:
+    """Plan once with every back end, so that no request pays for first-time work."""
+    robot = load_robot(WARM_UP_ROBOT)
+    positions = (robot.middle.tolist(), (robot.middle + 0.01).tolist())
+    for kind in BACKENDS:
+        body = orjson.dumps(
+            {
+                "robot": WARM_UP_ROBOT,
+                "waypoints": [{"kind": "joint", "position": position} for position in positions],
+                "backend": {"kind": kind},
+            }
+        )
+        plan_trajectory(Task("plan_trajectory", "", 0.0, math.inf, body, {"format": "json"}), caps)
+
+
+WARM_UP_ROBOT = "ngv_refuelling_arm"
+
+_adapters: dict[Any, TypeAdapter[Any]] = {}
+
+
+def _validate(schema: Any, body: bytes) -> Any:
+    if schema not in _adapters:
+        _adapters[schema] = TypeAdapter(schema)
+    try:
+        return _adapters[schema].validate_json(body)
+    except ValidationError as error:
+        raise invalid_request(error, orjson.loads(body)) from None
+
+
+def _canonical(request: BaseModel) -> bytes:
+    """The request with its defaults filled in, keys sorted."""
+    return orjson.dumps(request.model_dump(mode="json"), option=orjson.OPT_SORT_KEYS)
+
+
+def _check_caps(request: Any, caps: Caps, **lists: Sequence[Any]) -> None:
+    faults = []
+    if request.deadline > caps.max_deadline:
+        faults.append(("/deadline", f"at most {caps.max_deadline:g} s"))
+    for name, values in lists.items():
+        if len(values) > caps.max_waypoints:
+            faults.append((f"/{name}", f"{len(values)} are more than the {caps.max_waypoints} of a request"))
+    if faults:
+        raise InvalidProblem(faults)
+
+
+def _robot(robot_id: str, task: Task) -> Robot:
+    definition = task.arguments.get("definition")
+    return load_robot(robot_id) if definition is None else _built(definition, robot_id)
+
+
+@lru_cache(maxsize=CACHED_ROBOTS)
+def _built(definition: bytes, robot_id: str) -> Robot:
+    robot, _ = to_robot(_validate(RobotDefinition, definition), robot_id)
+    return robot
+
+
+@lru_cache(maxsize=1024)
+def _described(robot_id: str) -> Any:
+    return orjson.Fragment(_dump(describe(load_robot(robot_id))))
+
+
+def _dump(value: Any) -> bytes:
+    return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+def _json(value: Any, watch: Stopwatch, status: int = 200) -> Reply:
+    with watch.stage("serialise"):
+        body = _dump(value)
+    return Reply(status, JSON, body, watch.timings)

@@ -1,0 +1,148 @@
+"""What a worker process runs. Light to import: the parent does, and so does every worker before its first breath."""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import time
+import traceback
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from multiprocessing.sharedctypes import SynchronizedArray
+
+NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class Caps:
+    """What one request may ask of a worker."""
+
+    max_deadline: float
+    max_waypoints: int
+    max_samples: int
+    memory_mib: int
+
+
+@dataclass(frozen=True)
+class Task:
+    """One request, as bytes, for a worker.
+
+    Attributes:
+        operation: Id of the operation.
+        instance: Path of the request, for problem documents.
+        body: As it came.
+        submitted: When, on the monotonic clock that all processes share, s.
+        deadline: On the same clock, s.
+        arguments: What the operation needs besides the body.
+    """
+
+    operation: str
+    instance: str
+    submitted: float
+    deadline: float
+    body: bytes = b""
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What to send back, as bytes.
+
+    Attributes:
+        status: HTTP status.
+        media_type: Of the body.
+        body: To be sent as it is.
+        timings: For the `Server-Timing` header: name to s.
+        headers: Further headers.
+        result: For the parent, not for the caller.
+        failure: For the log: where an unexpected exception came from. It holds no values.
+    """
+
+    status: int
+    media_type: str
+    body: bytes
+    timings: Mapping[str, float] = field(default_factory=dict)
+    headers: Mapping[str, str] = field(default_factory=dict)
+    result: Any = None
+    failure: str | None = None
+
+
+_caps: Caps
+
+
+def initialize(caps: Caps, board: SynchronizedArray[Any]) -> None:
+    """Get a fresh worker ready: limits, imports, one solved problem per back end; then sign the board."""
+    global _caps
+    _caps = caps
+    os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))
+    limit = caps.memory_mib * 1024 * 1024
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+
+    import gc
+
+    from api.tasks import warm_up
+
+    warm_up(caps)
+    gc.collect()
+    gc.freeze()
+    sign(board)
+
+
+def sign(board: SynchronizedArray[Any]) -> None:
+    """Put this process's id in the place of a process that is no more."""
+    with board.get_lock():
+        place = next(i for i, pid in enumerate(board[:]) if not is_alive(pid))
+        board[place] = os.getpid()
+
+
+def is_alive(pid: int) -> bool:
+    """Whether there is a process with this id; there is none with id 0 here."""
+    if pid == 0:
+        return False
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def execute(task: Task) -> Reply:
+    """Run one task; whatever happens, a reply comes back."""
+    from api import errors
+    from api.tasks import RUN
+    from planner.errors import PlanningError
+
+    started = time.monotonic()
+    queue = {"queue": started - task.submitted}
+    failure = None
+    try:
+        if started >= task.deadline:
+            raise errors.DeadlineExceeded("the deadline passed while the request waited for a worker")
+        reply = RUN[task.operation](task, _caps)
+        return replace(reply, timings=queue | dict(reply.timings))
+    except (PlanningError, errors.ServiceError) as error:
+        refusal: PlanningError | errors.ServiceError = error
+    except MemoryError:
+        refusal = errors.MemoryExceeded("the request needs more memory than a worker may use")
+    except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
+        refusal = errors.InternalError("the service failed on this request")
+        failure = where_from(error)
+    status, body = errors.problem(refusal, task.instance)
+    return Reply(status, errors.MEDIA_TYPE, body, timings=queue, failure=failure)
+
+
+def where_from(error: BaseException) -> str:
+    """Type and place of an exception, without its text, which may hold a caller's values."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return type(error).__name__ + "".join(f" < {f.name} ({f.filename}:{f.lineno})" for f in reversed(frames))
+
+
+def hide_main_module() -> None:
+    """Keep spawned workers from importing the program that started the service, as they would by default."""
+    main = sys.modules["__main__"]
+    main.__spec__ = None
+    vars(main).pop("__file__", None)

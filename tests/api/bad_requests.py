@@ -1,0 +1,447 @@
+"""The table of bad requests: what is sent, and the code and pointer that must come back."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from tests.api.requests import (
+    IDENTITY,
+    dh_joint,
+    dh_robot,
+    joint,
+    plan_request,
+    pose_waypoint,
+    relative_waypoint,
+    urdf_chain,
+    urdf_joint,
+    urdf_robot,
+    validate_request,
+)
+
+PLAN = "/v1/trajectories"
+VALIDATE = "/v1/trajectories/validate"
+FORWARD = "/v1/kinematics/forward"
+INVERSE = "/v1/kinematics/inverse"
+ROBOTS = "/v1/robots"
+
+
+@dataclass(frozen=True)
+class Bad:
+    """A bad request; `pointer` None: there is none to expect."""
+
+    name: str
+    path: str
+    body: Any
+    code: str
+    pointer: str | None = None
+
+
+def waypoints(*points: Any) -> dict[str, Any]:
+    return plan_request(waypoints=list(points))
+
+
+def second(waypoint: Any) -> dict[str, Any]:
+    return waypoints(joint(0.1, 0.2, 0.3), waypoint)
+
+
+def second_changed(**changes: Any) -> dict[str, Any]:
+    return second(joint(0.3, 0.1, 0.5, **changes))
+
+
+def text(body: str) -> bytes:
+    return body.encode()
+
+
+def plan_text(waypoint: str) -> bytes:
+    """A plan request whose second waypoint is this text: for what Python's JSON cannot write."""
+    return text(json.dumps(second("HERE")).replace('"HERE"', waypoint))
+
+
+def rotated(orientation: Any) -> dict[str, Any]:
+    return second(pose_waypoint([0.1, 0.1, 0.1], orientation))
+
+
+def samples(**changes: Any) -> dict[str, Any]:
+    request = validate_request()
+    return request | {"samples": request["samples"] | changes}
+
+
+INVALID = "invalid_request"
+MODEL = "invalid_robot_model"
+A, B, C = joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5), joint(0.2, 0.2, 0.2)
+ENTITIES = '<!DOCTYPE r [<!ENTITY a "aaaaaaaa"><!ENTITY b "&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;">]>'
+EXTERNAL = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]>'
+
+BAD_REQUESTS = [
+    # Not JSON, or not the JSON that is meant.
+    Bad("empty body", PLAN, b"", INVALID, ""),
+    Bad("blank body", PLAN, b"   ", INVALID, ""),
+    Bad("not json", PLAN, b"robot: ur5", INVALID, ""),
+    Bad("cut off", PLAN, b'{"robot": "three_dof', INVALID, ""),
+    Bad("invalid utf-8", PLAN, b'{"robot": "\xff\xfe"}', INVALID, ""),
+    Bad("lone surrogate", PLAN, b'{"robot": "\\ud800"}', INVALID, ""),
+    Bad("nan literal", PLAN, plan_text('{"kind": "joint", "position": [NaN, 0, 0]}'), INVALID, ""),
+    Bad("infinity literal", PLAN, plan_text('{"kind": "joint", "position": [Infinity, 0, 0]}'), INVALID, ""),
+    Bad("minus infinity", PLAN, plan_text('{"kind": "joint", "position": [-Infinity, 0, 0]}'), INVALID, ""),
+    Bad("1e999", PLAN, plan_text('{"kind": "joint", "position": [1e999, 0, 0]}'), INVALID, ""),
+    Bad("deep nesting", PLAN, b"[" * 100_000, INVALID, ""),
+    Bad("deep nesting in a field", PLAN, plan_text("[" * 500 + "]" * 500), INVALID, "/waypoints/1"),
+    Bad("a list", PLAN, [plan_request()], INVALID, ""),
+    Bad("null", PLAN, b"null", INVALID, ""),
+    Bad("a number", PLAN, b"42", INVALID, ""),
+    Bad("empty object", PLAN, {}, INVALID, "/robot"),
+    # Fields.
+    Bad("unknown field", PLAN, plan_request(speed=1.0), INVALID, "/speed"),
+    Bad("unknown field of a waypoint", PLAN, second_changed(speed=1.0), INVALID, "/waypoints/1/speed"),
+    Bad("unknown field with a slash", PLAN, plan_request(**{"a/b~c": 1}), INVALID, "/a~1b~0c"),
+    Bad("missing waypoints", PLAN, {"robot": "three_dof_arm"}, INVALID, "/waypoints"),
+    Bad("missing position", PLAN, second({"kind": "joint"}), INVALID, "/waypoints/1/position"),
+    Bad("missing kind", PLAN, second({"position": [0, 0, 0]}), INVALID, "/waypoints/1/kind"),
+    Bad("unknown kind", PLAN, second({"kind": "teleport"}), INVALID, "/waypoints/1/kind"),
+    Bad("kind of another type", PLAN, second({"kind": 3}), INVALID, "/waypoints/1/kind"),
+    Bad("waypoint null", PLAN, second(None), INVALID, "/waypoints/1"),
+    Bad("unknown back end", PLAN, plan_request(backend={"kind": "magic"}), INVALID, "/backend/kind"),
+    Bad("back end as a string", PLAN, plan_request(backend="cubic"), INVALID, "/backend"),
+    Bad(
+        "option of another back end",
+        PLAN,
+        plan_request(backend={"kind": "cubic", "acceleration_time": 1.0}),
+        INVALID,
+        "/backend/acceleration_time",
+    ),
+    Bad(
+        "negative time of the back end",
+        PLAN,
+        plan_request(backend={"kind": "trapezoidal", "acceleration_time": -1.0}),
+        INVALID,
+        "/backend/acceleration_time",
+    ),
+    Bad("linear motion", PLAN, second_changed(motion={"kind": "linear"}), INVALID, "/waypoints/1/motion/kind"),
+    Bad(
+        "blend",
+        PLAN,
+        second_changed(transition={"kind": "blend", "radius": 0.1}),
+        INVALID,
+        "/waypoints/1/transition/kind",
+    ),
+    Bad("unknown include", PLAN, plan_request(include=["snap"]), INVALID, "/include/0"),
+    # Numbers.
+    Bad("string for a number", PLAN, second(joint(0.1, "0.2", 0.3)), INVALID, "/waypoints/1/position/1"),
+    Bad("boolean for a number", PLAN, second(joint(0.1, 0.2, True)), INVALID, "/waypoints/1/position/2"),
+    Bad("null for a number", PLAN, second(joint(None, 0.2, 0.3)), INVALID, "/waypoints/1/position/0"),
+    Bad("list for a number", PLAN, second(joint([0.1], 0.2, 0.3)), INVALID, "/waypoints/1/position/0"),
+    Bad("string for a list", PLAN, second({"kind": "joint", "position": "0 0 0"}), INVALID, "/waypoints/1/position"),
+    Bad("huge angle", PLAN, second(joint(1e300, 0.2, 0.3)), INVALID, "/waypoints/1/position/0"),
+    Bad("huge integer", PLAN, second(joint(10**30, 0.2, 0.3)), INVALID, "/waypoints/1/position/0"),
+    Bad("fractional seed", PLAN, plan_request(seed=0.5), INVALID, "/seed"),
+    Bad("negative seed", PLAN, plan_request(seed=-1), INVALID, "/seed"),
+    Bad("negative duration", PLAN, second_changed(duration=-1.0), INVALID, "/waypoints/1/duration"),
+    Bad("zero duration", PLAN, second_changed(duration=0.0), INVALID, "/waypoints/1/duration"),
+    Bad(
+        "duration of the first",
+        PLAN,
+        waypoints(joint(0.1, 0.2, 0.3, duration=1.0), B),
+        INVALID,
+        "/waypoints/0/duration",
+    ),
+    Bad("negative dwell", PLAN, second_changed(dwell=-0.1), INVALID, "/waypoints/1/dwell"),
+    Bad("zero sample period", PLAN, plan_request(sample_period=0.0), INVALID, "/sample_period"),
+    Bad("negative sample period", PLAN, plan_request(sample_period=-0.01), INVALID, "/sample_period"),
+    Bad("too many samples", PLAN, plan_request(sample_period=1e-6), INVALID, "/sample_period"),
+    Bad("zero deadline", PLAN, plan_request(deadline=0), INVALID, "/deadline"),
+    Bad("negative deadline", PLAN, plan_request(deadline=-5), INVALID, "/deadline"),
+    Bad("deadline beyond the cap", PLAN, plan_request(deadline=1e5), INVALID, "/deadline"),
+    Bad("deadline as a string", PLAN, plan_request(deadline="10"), INVALID, "/deadline"),
+    # Waypoints.
+    Bad("no waypoint", PLAN, waypoints(), INVALID, "/waypoints"),
+    Bad("one waypoint", PLAN, waypoints(A), INVALID, "/waypoints"),
+    Bad("too many waypoints", PLAN, waypoints(*[A, B] * 1000), INVALID, "/waypoints"),
+    Bad("identical waypoints", PLAN, waypoints(A, A), INVALID, "/waypoints/1"),
+    Bad("identical later waypoints", PLAN, waypoints(A, B, B, C), INVALID, "/waypoints/2"),
+    Bad("too few joints", PLAN, second(joint(0.1, 0.2)), INVALID, "/waypoints/1/position"),
+    Bad("too many joints", PLAN, second(joint(0.1, 0.2, 0.3, 0.4)), INVALID, "/waypoints/1/position"),
+    Bad("no joints", PLAN, second(joint()), INVALID, "/waypoints/1/position"),
+    Bad(
+        "relative first",
+        PLAN,
+        waypoints(relative_waypoint({"kind": "cartesian", "translation": [0, 0, 0.1]}), B),
+        INVALID,
+        "/waypoints/0/kind",
+    ),
+    Bad(
+        "relative to the world",
+        PLAN,
+        second(relative_waypoint({"kind": "cartesian", "translation": [0, 0, 0.1]}, frame="world")),
+        INVALID,
+        "/waypoints/1/frame",
+    ),
+    Bad(
+        "flat translation",
+        PLAN,
+        second(relative_waypoint({"kind": "cartesian", "translation": [0, 0.1]})),
+        INVALID,
+        "/waypoints/1/move/translation",
+    ),
+    Bad(
+        "unknown move", PLAN, second(relative_waypoint({"kind": "conical", "r": 1})), INVALID, "/waypoints/1/move/kind"
+    ),
+    Bad(
+        "half a cylindrical move",
+        PLAN,
+        second(relative_waypoint({"kind": "cylindrical", "r": 1, "alpha": 0})),
+        INVALID,
+        "/waypoints/1/move/l",
+    ),
+    Bad("position of two numbers", PLAN, second(pose_waypoint([0.1, 0.1])), INVALID, "/waypoints/1/pose/position"),
+    # Orientations.
+    Bad(
+        "zero quaternion",
+        PLAN,
+        rotated({"kind": "quaternion", "xyzw": [0, 0, 0, 0]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/xyzw",
+    ),
+    Bad(
+        "quaternion of norm 1.02",
+        PLAN,
+        rotated({"kind": "quaternion", "xyzw": [0, 0, 0, 1.02]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/xyzw",
+    ),
+    Bad(
+        "quaternion of three numbers",
+        PLAN,
+        rotated({"kind": "quaternion", "xyzw": [0, 0, 1]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/xyzw",
+    ),
+    Bad(
+        "quaternion by another name",
+        PLAN,
+        rotated({"kind": "quaternion", "wxyz": [1, 0, 0, 0]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/xyzw",
+    ),
+    Bad("two angles", PLAN, rotated({"kind": "rpy", "rpy": [0, 0]}), INVALID, "/waypoints/1/pose/orientation/rpy"),
+    Bad(
+        "sheared matrix",
+        PLAN,
+        rotated({"kind": "matrix", "matrix": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/matrix",
+    ),
+    Bad(
+        "reflection",
+        PLAN,
+        rotated({"kind": "matrix", "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/matrix",
+    ),
+    Bad(
+        "matrix of zeros",
+        PLAN,
+        rotated({"kind": "matrix", "matrix": [[0, 0, 0]] * 3}),
+        INVALID,
+        "/waypoints/1/pose/orientation/matrix",
+    ),
+    Bad(
+        "matrix of two rows",
+        PLAN,
+        rotated({"kind": "matrix", "matrix": [[1, 0, 0], [0, 1, 0]]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/matrix",
+    ),
+    Bad(
+        "string in a matrix",
+        PLAN,
+        rotated({"kind": "matrix", "matrix": [[1, 0, 0], [0, "1", 0], [0, 0, 1]]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/matrix/1/1",
+    ),
+    Bad("orientation of no kind", PLAN, rotated({"rpy": [0, 0, 0]}), INVALID, "/waypoints/1/pose/orientation/kind"),
+    Bad(
+        "orientation of two kinds",
+        PLAN,
+        rotated({**IDENTITY, "rpy": [0, 0, 0]}),
+        INVALID,
+        "/waypoints/1/pose/orientation/rpy",
+    ),
+    # Limits, options, payload, tool.
+    Bad("limits of two joints", PLAN, plan_request(limits={"velocity": [0.1, 0.1]}), INVALID, "/limits/velocity"),
+    Bad("zero limit", PLAN, plan_request(limits={"velocity": [0.1, 0.0, 0.1]}), INVALID, "/limits/velocity/1"),
+    Bad(
+        "negative limit",
+        PLAN,
+        plan_request(limits={"acceleration": [0.1, 0.1, -0.1]}),
+        INVALID,
+        "/limits/acceleration/2",
+    ),
+    Bad(
+        "wider than the robot's",
+        PLAN,
+        plan_request(limits={"velocity": [1e6, 0.1, 0.1]}),
+        INVALID,
+        "/limits/velocity/0",
+    ),
+    Bad(
+        "limits of a waypoint",
+        PLAN,
+        second_changed(limits={"velocity": [1e6, 0.1, 0.1]}),
+        INVALID,
+        "/waypoints/1/limits/velocity/0",
+    ),
+    Bad("scale above 1", PLAN, plan_request(limits={"velocity_scale": 1.5}), INVALID, "/limits/velocity_scale"),
+    Bad("zero scale", PLAN, plan_request(limits={"acceleration_scale": 0}), INVALID, "/limits/acceleration_scale"),
+    Bad(
+        "negative tool speed",
+        PLAN,
+        plan_request(limits={"tcp_linear_velocity": -1}),
+        INVALID,
+        "/limits/tcp_linear_velocity",
+    ),
+    Bad("zero tolerance", PLAN, plan_request(ik={"tolerance_position": 0}), INVALID, "/ik/tolerance_position"),
+    Bad("short reference", PLAN, plan_request(ik={"reference": [0, 0]}), INVALID, "/ik/reference"),
+    Bad("unknown preference", PLAN, plan_request(ik={"prefer": "elbow_up"}), INVALID, "/ik/prefer"),
+    Bad("negative payload", PLAN, plan_request(payload={"mass": -1.0}), INVALID, "/payload/mass"),
+    Bad(
+        "impossible inertia",
+        PLAN,
+        plan_request(payload={"mass": 1.0, "inertia": [1, 1, 5]}),
+        INVALID,
+        "/payload/inertia",
+    ),
+    Bad("tool without position", PLAN, plan_request(tool={"orientation": IDENTITY}), INVALID, "/tool/position"),
+    # Robots that there are not, and what cannot be reached.
+    Bad("unknown robot", PLAN, plan_request(robot="no_such_robot"), "unknown_robot"),
+    Bad("robot as a path", PLAN, plan_request(robot="../../etc/passwd"), INVALID, "/robot"),
+    Bad("robot with a long name", PLAN, plan_request(robot="r" * 10_000), INVALID, "/robot"),
+    Bad("robot as a number", PLAN, plan_request(robot=7), INVALID, "/robot"),
+    Bad("empty robot", PLAN, plan_request(robot=""), INVALID, "/robot"),
+    Bad("out of reach", PLAN, second(pose_waypoint([50.0, 0.0, 0.0])), "unreachable_waypoint"),
+    Bad(
+        "beyond a position limit",
+        PLAN,
+        {"robot": "kuka_kr16_2", "waypoints": [joint(0, -1, 1, 0, 0, 0), joint(0, 3, 1, 0, 0, 0)]},
+        "joint_position_limit",
+    ),
+    Bad(
+        "duration too short",
+        PLAN,
+        {"robot": "kuka_kr16_2", "waypoints": [joint(0, -1, 1, 0, 0, 0), joint(1, -1, 1, 0, 0, 0, duration=0.01)]},
+        "infeasible_duration",
+    ),
+    # Validation and kinematics.
+    Bad("time going back", VALIDATE, samples(time=[0.0, 2.0, 1.0]), INVALID, "/samples/time/2"),
+    Bad("time standing still", VALIDATE, samples(time=[0.0, 0.0, 1.0]), INVALID, "/samples/time/1"),
+    Bad("one sample", VALIDATE, samples(time=[0.0], position=[[0, 0, 0]]), INVALID, "/samples/time"),
+    Bad("ragged samples", VALIDATE, samples(position=[[0, 0, 0], [0, 0], [0, 0, 0]]), INVALID, "/samples/position/1"),
+    Bad("fewer rows than times", VALIDATE, samples(position=[[0, 0, 0]]), INVALID, "/samples/position"),
+    Bad("accelerations alone", VALIDATE, samples(acceleration=[[0, 0, 0]] * 3), INVALID, "/samples/acceleration"),
+    Bad("unknown robot to validate", VALIDATE, validate_request(robot="nobody"), "unknown_robot"),
+    Bad("no positions", FORWARD, {"robot": "three_dof_arm", "positions": []}, INVALID, "/positions"),
+    Bad(
+        "ragged positions",
+        FORWARD,
+        {"robot": "three_dof_arm", "positions": [[0, 0, 0], [0, 0]]},
+        INVALID,
+        "/positions/1",
+    ),
+    Bad("no poses", INVERSE, {"robot": "three_dof_arm", "poses": []}, INVALID, "/poses"),
+    Bad(
+        "too many poses",
+        INVERSE,
+        {"robot": "three_dof_arm", "poses": [{"position": [0, 0, 0]}] * 2000},
+        INVALID,
+        "/poses",
+    ),
+    Bad(
+        "all solutions",
+        INVERSE,
+        {"robot": "three_dof_arm", "poses": [{"position": [0, 0, 0]}], "solutions": "many"},
+        INVALID,
+        "/solutions",
+    ),
+    Bad(
+        "short reference of the inverse",
+        INVERSE,
+        {"robot": "three_dof_arm", "poses": [{"position": [0.1, 0, 0]}], "reference": [0]},
+        INVALID,
+        "/reference",
+    ),
+    # Denavit-Hartenberg tables.
+    Bad("unknown convention", ROBOTS, dh_robot(convention="hayati"), INVALID, "/convention"),
+    Bad("no rows", ROBOTS, dh_robot(joints=[]), INVALID, "/joints"),
+    Bad("hundreds of rows", ROBOTS, dh_robot(joints=[dh_joint()] * 200), INVALID, "/joints"),
+    Bad(
+        "row without alpha",
+        ROBOTS,
+        dh_robot(joints=[{"kind": "revolute", "theta": 0, "d": 0, "a": 1}]),
+        INVALID,
+        "/joints/0/alpha",
+    ),
+    Bad("helical joint", ROBOTS, dh_robot(joints=[dh_joint(kind="helical")]), INVALID, "/joints/0/kind"),
+    Bad("negative velocity", ROBOTS, dh_robot(joints=[dh_joint(velocity=-1)]), INVALID, "/joints/0/velocity"),
+    Bad("id with a slash", ROBOTS, dh_robot(id="a/b"), INVALID, "/id"),
+    Bad("lower above upper", ROBOTS, dh_robot(joints=[dh_joint(lower=1.0, upper=-1.0)]), MODEL),
+    Bad("id of the catalogue", ROBOTS, dh_robot(id="three_dof_arm"), "catalogue_robot"),
+    # URDF documents.
+    Bad("not xml", ROBOTS, {"kind": "urdf", "id": "uploaded", "urdf": "robot"}, MODEL),
+    Bad("empty urdf", ROBOTS, {"kind": "urdf", "id": "uploaded", "urdf": ""}, INVALID, "/urdf"),
+    Bad("another root", ROBOTS, {"kind": "urdf", "id": "uploaded", "urdf": "<svg/>"}, MODEL),
+    Bad("no links", ROBOTS, urdf_robot(""), MODEL),
+    Bad("thousands of links", ROBOTS, urdf_robot(urdf_chain(3000)), MODEL),
+    Bad(
+        "doctype with nested entities",
+        ROBOTS,
+        {"kind": "urdf", "id": "uploaded", "urdf": ENTITIES + '<robot name="&c;"><link name="a"/></robot>'},
+        MODEL,
+    ),
+    Bad(
+        "external entity",
+        ROBOTS,
+        {"kind": "urdf", "id": "uploaded", "urdf": EXTERNAL + '<robot name="r"><link name="&x;"/></robot>'},
+        MODEL,
+    ),
+    Bad("deeply nested elements", ROBOTS, urdf_robot("<a>" * 50_000 + "</a>" * 50_000), MODEL),
+    Bad(
+        "cycle",
+        ROBOTS,
+        urdf_robot('<link name="a"/><link name="b"/>' + urdf_joint(0, "a", "b") + urdf_joint(1, "b", "a")),
+        MODEL,
+    ),
+    Bad(
+        "two roots",
+        ROBOTS,
+        urdf_robot('<link name="a"/><link name="b"/><link name="c"/>' + urdf_joint(0, "a", "b")),
+        MODEL,
+    ),
+    Bad("link that is not there", ROBOTS, urdf_robot('<link name="a"/>' + urdf_joint(0, "a", "b")), MODEL),
+    Bad(
+        "negative mass",
+        ROBOTS,
+        urdf_robot(
+            '<link name="a"/><link name="b"><inertial><mass value="-1"/>'
+            '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>' + urdf_joint(0, "a", "b")
+        ),
+        MODEL,
+    ),
+    Bad(
+        "mass that is not a number",
+        ROBOTS,
+        urdf_robot(
+            '<link name="a"/><link name="b"><inertial><mass value="nan"/>'
+            '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>' + urdf_joint(0, "a", "b")
+        ),
+        MODEL,
+    ),
+    Bad("zero axis", ROBOTS, urdf_robot(urdf_chain(1).replace('xyz="0 1 0"', 'xyz="0 0 0"')), MODEL),
+    Bad(
+        "limits the wrong way round",
+        ROBOTS,
+        urdf_robot('<link name="a"/><link name="b"/>' + urdf_joint(0, "a", "b", lower=1, upper=-1)),
+        MODEL,
+    ),
+    Bad("tip that is not there", ROBOTS, urdf_robot(urdf_chain(2), tip_frame="nowhere"), MODEL),
+]

@@ -1,0 +1,114 @@
+"""A real service process on a free port of the loopback interface."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import httpx
+import psutil
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+ROOT = Path(__file__).parents[2]
+WORKER_MEMORY_MIB = 512
+
+
+@dataclass
+class RunningService:
+    """A service process, a client of it, and where it logs."""
+
+    process: subprocess.Popen[bytes]
+    client: httpx.Client
+    log: Path
+
+    @property
+    def url(self) -> str:
+        return str(self.client.base_url)
+
+    def workers(self) -> list[psutil.Process]:
+        """The worker processes (the resource tracker is a child too)."""
+        children = psutil.Process(self.process.pid).children()
+        return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
+
+    def post(self, path: str, body: Any, **options: Any) -> httpx.Response:
+        return self.client.post(path, json=body, **options)
+
+    def wait_ready(self, timeout: float = 60.0) -> None:
+        def ready() -> bool:
+            try:
+                answer = self.client.get("/readyz")
+            except httpx.TransportError:
+                assert self.process.poll() is None, self.log.read_text()
+                return False
+            return answer.status_code == 200 and answer.json()["warm_workers"] == answer.json()["workers"]
+
+        wait_until(ready, timeout)
+
+    def logged(self) -> list[dict[str, Any]]:
+        return [json.loads(line) for line in self.log.read_text().splitlines()]
+
+
+def wait_until(condition: Callable[[], bool], timeout: float = 30.0) -> None:
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, "the condition did not come true in time"
+        time.sleep(0.05)
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextmanager
+def running_service(log: Path, **settings: Any) -> Iterator[RunningService]:
+    port = free_port()
+    settings = {"workers": 2, "worker_memory_mib": WORKER_MEMORY_MIB, **settings, "port": port}
+    environment = {**os.environ, **{f"PLANNER_{name.upper()}": str(value) for name, value in settings.items()}}
+    with log.open("wb") as stderr:
+        process = subprocess.Popen([sys.executable, "-m", "api.server"], cwd=ROOT, env=environment, stderr=stderr)
+    with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60.0, trust_env=False) as client:
+        service = RunningService(process, client, log)
+        try:
+            service.wait_ready()
+            yield service
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGTERM)
+                process.wait(30.0)
+
+
+@pytest.fixture(scope="session")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
+    """One service for all tests that leave it as they found it."""
+    with running_service(tmp_path_factory.mktemp("service") / "log.jsonl") as running:
+        yield running
+
+
+@pytest.fixture
+def start_service(tmp_path: Path) -> Iterator[Callable[..., RunningService]]:
+    """Start a service of one's own, with settings."""
+    stack: list[Any] = []
+
+    def start(**settings: Any) -> RunningService:
+        context = running_service(tmp_path / f"log{len(stack)}.jsonl", **settings)
+        stack.append(context)
+        running: RunningService = context.__enter__()
+        return running
+
+    yield start
+    for context in reversed(stack):
+        context.__exit__(None, None, None)

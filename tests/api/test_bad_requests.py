@@ -1,0 +1,97 @@
+"""Every bad request gets a problem that says what is wrong and where, and leaves the service as it was."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.api.bad_requests import BAD_REQUESTS, PLAN, Bad
+from tests.api.conftest import WORKER_MEMORY_MIB
+from tests.api.requests import plan_request
+
+if TYPE_CHECKING:
+    from tests.api.conftest import RunningService
+
+STATUS = {"unknown_robot": 404, "catalogue_robot": 409}
+JSON = {"Content-Type": "application/json"}
+
+
+def test_the_table_is_long_and_its_names_are_unique() -> None:
+    assert len({bad.name for bad in BAD_REQUESTS}) == len(BAD_REQUESTS) >= 60
+
+
+@pytest.mark.parametrize("bad", BAD_REQUESTS, ids=lambda bad: bad.name)
+def test_bad_request(service: RunningService, bad: Bad) -> None:
+    body = bad.body if isinstance(bad.body, bytes) else json.dumps(bad.body).encode()
+    before = {worker.pid for worker in service.workers()}
+
+    answer = service.client.post(bad.path, content=body, headers=JSON)
+
+    assert answer.headers["Content-Type"] == "application/problem+json"
+    problem = answer.json()
+    assert (problem["code"], answer.status_code) == (bad.code, STATUS.get(bad.code, 422)), problem
+    assert problem["status"] == answer.status_code
+    assert problem["instance"] == bad.path
+    if bad.pointer is not None:
+        assert bad.pointer in [fault["pointer"] for fault in problem["errors"]], problem
+    assert len(answer.content) < 20_000
+    # Alive, the same workers, none of them over its cap.
+    assert service.post(PLAN, plan_request()).status_code == 200
+    workers = service.workers()
+    assert {worker.pid for worker in workers} == before
+    assert max(worker.memory_info().rss for worker in workers) < WORKER_MEMORY_MIB * 2**20
+
+
+def test_the_body_is_never_echoed(service: RunningService) -> None:
+    secret = "s3cr3t-payload"
+    bodies = [
+        plan_request(robot=f"{secret} "),
+        plan_request(backend={"kind": secret}),
+        plan_request(waypoints=secret),
+        plan_request(seed=secret),
+        plan_request(include=[secret]),
+        {"kind": "urdf", "id": "uploaded", "urdf": f'<robot name="{secret}"><link name="a"/>'},
+        {"kind": secret},
+    ]
+    for body in bodies:
+        for path in (PLAN, "/v1/robots"):
+            answer = service.post(path, body)
+            assert answer.status_code == 422
+            assert secret not in answer.text
+    assert secret not in service.log.read_text()
+
+
+def test_other_media_types_are_refused(service: RunningService) -> None:
+    for media_type in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data", "application/xml"):
+        answer = service.client.post(PLAN, content=b"{}", headers={"Content-Type": media_type})
+        assert (answer.status_code, answer.json()["code"]) == (415, "unsupported_media_type")
+
+
+@pytest.mark.parametrize("chunked", [False, True], ids=["declared", "chunked"])
+def test_a_huge_body_is_refused(service: RunningService, chunked: bool) -> None:
+    size = service.client.get("/v1/limits").json()["max_body_bytes"] + 1
+    content = iter([b" " * size]) if chunked else b" " * size
+    answer = service.client.post(PLAN, content=content, headers=JSON)
+    assert (answer.status_code, answer.json()["code"]) == (413, "payload_too_large")
+    assert service.post(PLAN, plan_request()).status_code == 200
+
+
+def test_unknown_paths_and_methods_are_problems(service: RunningService) -> None:
+    for method, path, status, code in (
+        ("GET", "/", 404, "not_found"),
+        ("GET", "/v1/robot", 404, "not_found"),
+        ("GET", "/v1/robots/", 404, "not_found"),
+        ("GET", "/v1/robots/nobody", 404, "unknown_robot"),
+        ("GET", "/v1/robots/..%2f..%2fetc%2fpasswd", 404, "not_found"),
+        ("DELETE", "/v1/robots/nobody", 404, "unknown_robot"),
+        ("DELETE", "/v1/robots/three_dof_arm", 409, "catalogue_robot"),
+        ("GET", "/docs/../../settings.py", 404, "not_found"),
+        ("GET", PLAN, 405, "method_not_allowed"),
+        ("PATCH", "/v1/robots", 405, "method_not_allowed"),
+    ):
+        answer = service.client.request(method, path)
+        assert answer.headers["Content-Type"] == "application/problem+json"
+        assert (answer.status_code, answer.json()["code"]) == (status, code), path
+    assert service.client.patch("/v1/robots").headers["Allow"] == "GET, POST"
