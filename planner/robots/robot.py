@@ -107,8 +107,14 @@ class Robot:
     @cached_property
     def tool_frame_id(self) -> int:
         """Pinocchio's id of the frame that is to reach the poses: the tool's, or the tip's without a tool."""
-        has_tool = self.model.existFrame(TOOL_FRAME, pin.FrameType.OP_FRAME)
-        return int(self.model.getFrameId(TOOL_FRAME if has_tool else self.tip_frame))
+        if self.model.existFrame(TOOL_FRAME, pin.FrameType.OP_FRAME):
+            return int(self.model.getFrameId(TOOL_FRAME, pin.FrameType.OP_FRAME))
+        return self.tip_frame_id
+
+    @cached_property
+    def tip_frame_id(self) -> int:
+        """Pinocchio's id of the tip frame; by type, for a link may have the tool's name."""
+        return int(self.model.getFrameId(self.tip_frame, pin.FrameType.BODY))
 
     @cached_property
     def mass(self) -> float:
@@ -133,30 +139,19 @@ class Robot:
         middle = np.where(bounded, (np.where(bounded, lower, 0.0) + np.where(bounded, upper, 0.0)) / 2.0, 0.0)
         return np.clip(middle, lower, upper)
 
-    @cached_property
-    def rank(self) -> int:
-        """How many of the six motions of the tool are free: the rank of the Jacobian at a generic position."""
-        rng = np.random.default_rng(0)
-        return max(
-            int(np.linalg.matrix_rank(pin.computeFrameJacobian(self.model, self.data, q, self.tool_frame_id), tol=1e-9))
-            for q in self.middle + rng.uniform(-1.0, 1.0, (4, self.dof))
-        )
-
     def with_tool(self, pose: Pose) -> Robot:
         """The same robot with a tool centre point at `pose` in the tip frame."""
         model = self.model.copy()
-        tip = model.frames[model.getFrameId(self.tip_frame)]
+        tip = model.frames[self.tip_frame_id]
         rotation = np.eye(3) if pose.rotation is None else pose.rotation
         placement = tip.placement * pin.SE3(rotation, pose.position)
-        model.addFrame(
-            pin.Frame(TOOL_FRAME, tip.parentJoint, model.getFrameId(self.tip_frame), placement, pin.FrameType.OP_FRAME)
-        )
+        model.addFrame(pin.Frame(TOOL_FRAME, tip.parentJoint, self.tip_frame_id, placement, pin.FrameType.OP_FRAME))
         return replace(self, model=model)
 
     def with_payload(self, payload: Payload) -> Robot:
         """The same robot carrying `payload` at its tip frame."""
         model = self.model.copy()
-        tip = model.frames[model.getFrameId(self.tip_frame)]
+        tip = model.frames[self.tip_frame_id]
         body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))
         model.appendBodyToJoint(tip.parentJoint, body, tip.placement)
         return replace(self, model=model)

@@ -1,0 +1,94 @@
+"""From a chain of joints and links to a Pinocchio model in which every joint moves along its own z axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.kinematics.poses import FloatArray
+    from planner.robots.robot import Joint
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What a link weighs, in the axes of the link's frame.
+
+    Attributes:
+        mass: kg.
+        center_of_mass: (3,), m.
+        inertia: (3, 3), about the center of mass, kg m^2.
+    """
+
+    mass: float
+    center_of_mass: FloatArray
+    inertia: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link, placed in the frame of the joint that carries it."""
+
+    name: str
+    placement: pin.SE3
+    body: Body | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MovingJoint:
+    """A degree of freedom and the links that it carries up to the next one.
+
+    Attributes:
+        joint: Name, kind and limits.
+        placement: Of the joint's frame in the frame of the joint before it; the joint turns about, or slides
+            along, the z axis of its frame.
+        links: Carried by it.
+    """
+
+    joint: Joint
+    placement: pin.SE3
+    links: Sequence[Link]
+
+
+def build_model(name: str, base: Sequence[Link], chain: Sequence[MovingJoint]) -> pin.Model:
+    """The serial chain as a model with one configuration variable a joint and a frame for every link.
+
+    A continuous joint is an ordinary revolute one: Pinocchio's own has two configuration variables, and
+    its one value here is an angle like any other. With z as the only axis, whatever else is derived from
+    the model (symbolic dynamics, closed forms) has two kinds of joint to know.
+
+    Args:
+        name: Of the model.
+        base: The links that do not move.
+        chain: From the base to the tip.
+    """
+    model = pin.Model()
+    model.name = name
+    _add_links(model, 0, base)
+    parent = 0
+    for moving in chain:
+        joint_model = pin.JointModelRZ() if moving.joint.is_angle else pin.JointModelPZ()
+        parent = model.addJoint(parent, joint_model, moving.placement, moving.joint.name)
+        _add_links(model, parent, moving.links)
+    return model
+
+
+def _add_links(model: pin.Model, joint: int, links: Sequence[Link]) -> None:
+    for link in links:
+        if link.body is not None and link.body.mass > 0.0:
+            inertia = pin.Inertia(link.body.mass, link.body.center_of_mass, link.body.inertia)
+            model.appendBodyToJoint(joint, inertia, link.placement)
+        model.addFrame(pin.Frame(link.name, joint, 0, link.placement, pin.FrameType.BODY))
+
+
+def rotation_with_z_along(axis: FloatArray) -> FloatArray:
+    """A rotation (3, 3) whose z axis is the unit vector `axis` (3,); exact for the axes of the frame."""
+    x = np.eye(3)[np.argmin(np.abs(axis))]
+    x = x - axis * (axis @ x)
+    x = x / np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])

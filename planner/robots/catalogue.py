@@ -1,0 +1,117 @@
+"""The robots that ship, each a data file in `data/`; and those of the package example-robot-data, when installed.
+
+A data file has these fields:
+
+- `source`, `notes`: where the model and its numbers come from.
+- `angles`: `degree` or `radian`, the unit of every angle in the file but those in `geometry`.
+- the model, one of
+  - `dh`: `convention`, `joints` (the fields of `DHJoint`), and where they apply `base` and `tip`, positions in m,
+  - `urdf`: a file beside it, or in `example_robot_data/` a path inside that package; `tip_frame`.
+- `limits`: of a quantity its `provenance`, and unless the URDF has them the `values` (of `position`: `lower` and
+  `upper`), one a joint. What neither has is filled in by the default rule.
+- `geometry`: shapes to look at. `kind` `box` (`size`), `cylinder` (`radius`, `length`, along z) or `sphere`
+  (`radius`), its centre at `position` and turned by `rpy` (rad, as in URDF) in the frame `frame`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.errors import UnknownRobot
+from planner.kinematics.poses import Pose
+from planner.robots.checks import with_default_limits
+from planner.robots.dh import DHJoint, DHModel, read_dh
+from planner.robots.urdf import read_urdf
+
+if TYPE_CHECKING:
+    from planner.robots.robot import Joint, Robot
+
+DATA = Path(__file__).parent / "data"
+PACKAGE = "example-robot-data"
+PACKAGE_DATA = DATA / "example_robot_data"
+PACKAGE_ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
+
+
+@cache
+def catalogue_ids() -> tuple[str, ...]:
+    """Ids of the robots that can be loaded, in alphabetical order."""
+    return tuple(sorted(_files()))
+
+
+@cache
+def load_robot(id: str) -> Robot:
+    """The robot of the catalogue with this id; read once per process.
+
+    Raises:
+        UnknownRobot: There is none.
+    """
+    try:
+        file, folder = _files()[id]
+    except KeyError:
+        raise UnknownRobot(f"there is no robot {id!r}; the robots are {', '.join(catalogue_ids())}") from None
+    entry = json.loads(file.read_text(encoding="utf-8"))
+    robot = _read_urdf(id, entry, folder) if "urdf" in entry else _read_dh(id, entry)
+    joints = _with_limits(robot.joints, entry["limits"], _unit(entry))
+    return replace(robot, joints=joints, geometry=robot.geometry + tuple(entry.get("geometry", ())))
+
+
+@cache
+def _files() -> dict[str, tuple[Path, Path]]:
+    """The data file of every robot that can be loaded, and the folder of the URDF it may name."""
+    files = {file.stem: (file, DATA) for file in DATA.glob("*.json")}
+    package = _package_robots()
+    if package is not None:
+        files |= {file.stem: (file, package) for file in PACKAGE_DATA.glob("*.json")}
+    return files
+
+
+@cache
+def _package_robots() -> Path | None:
+    """Where the package example-robot-data keeps its robots; None: it is not installed."""
+    try:
+        return Path(str(distribution(PACKAGE).locate_file(PACKAGE_ROBOTS)))
+    except PackageNotFoundError:
+        return None
+
+
+def _unit(entry: dict[str, Any]) -> float:
+    """How many rad the file's unit of angle is."""
+    return {"degree": math.pi / 180.0, "radian": 1.0}[entry["angles"]]
+
+
+def _read_urdf(id: str, entry: dict[str, Any], folder: Path) -> Robot:
+    urdf = (folder / entry["urdf"]).read_text(encoding="utf-8")
+    return read_urdf(urdf, id=id, tip_frame=entry["tip_frame"], source=entry["source"])[0]
+
+
+def _read_dh(id: str, entry: dict[str, Any]) -> Robot:
+    table, unit = entry["dh"], _unit(entry)
+    joints = [{**row, **{key: row[key] * unit for key in ("theta", "alpha")}} for row in table["joints"]]
+    base, tip = (Pose(np.array(table[end])) if end in table else None for end in ("base", "tip"))
+    model = DHModel(table["convention"], tuple(DHJoint(**joint) for joint in joints), base, tip)
+    return read_dh(model, id=id, source=entry["source"])[0]
+
+
+def _with_limits(joints: tuple[Joint, ...], limits: dict[str, Any], unit: float) -> tuple[Joint, ...]:
+    """The joints with the limits of the data file, and the default rule applied again to what it leaves open."""
+    changed = []
+    for i, joint in enumerate(joints):
+        factor = unit if joint.is_angle else 1.0
+        known: dict[str, Any] = {name: math.inf for name, origin in joint.provenance.items() if origin == "default"}
+        provenance = {name: origin for name, origin in joint.provenance.items() if origin != "default"}
+        for quantity, limit in limits.items():
+            sides = ("lower", "upper") if quantity == "position" else ("values",)
+            values = {side: limit[side][i] * factor for side in sides if side in limit}
+            known |= {quantity if side == "values" else side: value for side, value in values.items()}
+            if values or quantity in provenance:
+                provenance[quantity] = limit["provenance"]
+        changed.append(with_default_limits(replace(joint, **known, provenance=provenance)))
+    return tuple(changed)

@@ -1,0 +1,216 @@
+"""What is wrong with a robot description, whatever it was written in; and the limits that it leaves out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.errors import Finding, InvalidRobotModel
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from planner.robots.build import Body
+    from planner.robots.robot import Joint, Provenance
+
+MAX_LINKS = 256
+"""Pinocchio itself dies somewhere between 3000 and 5000."""
+MAX_JOINTS = 32
+MAX_NAME_LENGTH = 100
+RESERVED_NAME = "universe"
+"""What Pinocchio calls the base."""
+
+DYNAMIC_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
+
+MAX_NUMBER = 1e9
+"""A larger number is an error in a length or a mass, and the usual way to write "no limit" in a limit."""
+MAX_MASS = 1e5
+"""kg."""
+TINY_INERTIA = 1e-6
+"""kg m^2; rounding makes smaller ones come out negative in many published robot descriptions."""
+MAX_LENGTH = 50.0
+"""m; what is longer was probably meant in millimetres."""
+MAX_ANGLE = 100.0
+"""rad, rad/s; what is larger was probably meant in degrees."""
+
+DEFAULT_ANGULAR_VELOCITY = math.pi
+"""rad/s."""
+DEFAULT_LINEAR_VELOCITY = 1.0
+"""m/s."""
+DEFAULT_ACCELERATION_PER_VELOCITY = 4.0
+"""1/s: full speed in 0.25 s."""
+DEFAULT_JERK_PER_ACCELERATION = 10.0
+"""1/s: full acceleration in 0.1 s."""
+
+
+@dataclass
+class Findings:
+    """Collects the remarks about one model, so that its author sees all of them at once."""
+
+    items: list[Finding] = field(default_factory=list)
+
+    def error(self, code: str, subject: str | None, message: str) -> None:
+        """The model is refused."""
+        self.items.append(Finding(code, "error", subject, message))
+
+    def warning(self, code: str, subject: str | None, message: str) -> None:
+        """The model is used as it is."""
+        self.items.append(Finding(code, "warning", subject, message))
+
+    def info(self, code: str, subject: str | None, message: str) -> None:
+        """Something was filled in or left out."""
+        self.items.append(Finding(code, "info", subject, message))
+
+    def raise_errors(self) -> None:
+        """Refuse the model if there is an error among the findings.
+
+        Raises:
+            InvalidRobotModel: With all findings.
+        """
+        errors = [item for item in self.items if item.severity == "error"]
+        if errors:
+            more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+            raise InvalidRobotModel(f"the robot model cannot be used: {errors[0].message}{more}", self.items)
+
+
+def shown(name: str) -> str:
+    """A client's name, cut and escaped for a message."""
+    return name[:40].encode("unicode_escape").decode() + ("..." if len(name) > 40 else "")
+
+
+def check_names(what: str, names: Iterable[str], findings: Findings) -> None:
+    """Every name is a printable, unique, not reserved string of reasonable length.
+
+    Args:
+        what: `link` or `joint`.
+        names: In the order of the description.
+        findings: To add to.
+    """
+    seen: set[str] = set()
+    for name in names:
+        if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable():
+            message = f"a {what} needs a printable name of 1 to {MAX_NAME_LENGTH} characters"
+            findings.error("invalid_name", shown(name), message)
+        elif name == RESERVED_NAME:
+            findings.error("reserved_name", name, f"no {what} may be called {name}")
+        elif name in seen:
+            findings.error("duplicate_name", name, f"there are two {what}s called {name}")
+        seen.add(name)
+
+
+def check_length(subject: str, lengths: Iterable[float], findings: Findings) -> None:
+    """Warn of lengths (m) that no robot arm has."""
+    longest = max((abs(length) for length in lengths), default=0.0)
+    if longest > MAX_LENGTH:
+        findings.warning("suspicious_length", subject, f"{longest:g} m is long for a robot arm: is it in metres?")
+
+
+def check_body(subject: str, body: Body, findings: Findings) -> Body:
+    """The body, if its mass and inertia can exist; moments that rounding made negative become zero.
+
+    The inertia tensor about the center of mass has three positive eigenvalues, none larger than the sum of the
+    other two. A tensor that is not positive makes the equations of motion unsolvable; one that only breaks the
+    triangle inequality is impossible but harmless, and published robot descriptions have many of them.
+    """
+    if body.mass < 0.0:
+        findings.error("negative_mass", subject, f"the mass of {subject} is {body.mass:g} kg")
+    elif body.mass > MAX_MASS:
+        findings.error("absurd_mass", subject, f"the mass of {subject} is {body.mass:g} kg, above {MAX_MASS:g} kg")
+    check_length(subject, body.center_of_mass, findings)
+    moments, axes = np.linalg.eigh(body.inertia)
+    tolerance = 1e-9 * abs(moments).max()
+    if moments[0] < -tolerance:
+        report = findings.error if moments[0] < -TINY_INERTIA else findings.warning
+        text = f"the inertia of {subject} is not positive definite: its principal moments are {_listed(moments)}"
+        report("inertia_not_positive_definite", subject, text)
+    elif body.mass == 0.0 and moments[2] > 0.0:
+        findings.warning("inertia_without_mass", subject, f"{subject} has an inertia but no mass")
+    elif body.mass > 0.0 and moments[0] <= tolerance:
+        findings.warning("inertia_missing", subject, f"{subject} has a mass but no full inertia: it counts as a point")
+    elif moments[2] > moments[0] + moments[1] + 1e-6 * moments[2]:
+        text = f"the inertia of {subject} breaks the triangle inequality: its principal moments are {_listed(moments)}"
+        findings.warning("inertia_triangle_inequality", subject, text)
+    if moments[0] >= 0.0:
+        return body
+    return replace(body, inertia=axes @ np.diag(np.maximum(moments, 0.0)) @ axes.T)
+
+
+def _listed(numbers: Iterable[float]) -> str:
+    return ", ".join(f"{number:.3g}" for number in numbers)
+
+
+def check_position_limits(joint: Joint, findings: Findings) -> Joint:
+    """The joint with position limits that leave it room; a bound beyond 1e9 is none."""
+    if joint.kind == "continuous":
+        return replace(joint, lower=-math.inf, upper=math.inf)
+    lower, upper = (math.copysign(math.inf, x) if abs(x) > MAX_NUMBER else x for x in (joint.lower, joint.upper))
+    if not lower < upper:
+        text = f"the lower position limit {lower:g} of {shown(joint.name)} is not below the upper one {upper:g}"
+        findings.error("lower_not_below_upper", shown(joint.name), text)
+    return replace(joint, lower=lower, upper=upper)
+
+
+def check_limits(joint: Joint, findings: Findings) -> Joint:
+    """The joint with motion limits that make sense; those that the description leaves out are the default ones.
+
+    Zero, and anything beyond 1e9, is the usual way to write that a limit is not known.
+
+    Args:
+        joint: As described, its position limits already checked.
+        findings: To add to.
+    """
+    known: dict[str, Any] = {}
+    name = shown(joint.name)
+    for quantity in DYNAMIC_QUANTITIES:
+        value = getattr(joint, quantity)
+        if value < 0.0:
+            findings.error("negative_limit", name, f"the {quantity} limit of {name} is {value:g}")
+        elif value == 0.0 and quantity != "torque":
+            text = f"the {quantity} limit of {name} is 0: the default limit takes its place"
+            findings.warning("zero_limit", name, text)
+        elif value == 0.0:
+            findings.info("no_torque_limit", name, f"the torque limit of {name} is 0: none is known")
+        known[quantity] = value if 0.0 < value <= MAX_NUMBER else math.inf
+    _check_units(replace(joint, velocity=known["velocity"]), findings)
+    published: dict[str, Provenance] = {}
+    if math.isfinite(joint.lower) or math.isfinite(joint.upper):
+        published["position"] = "published"
+    for quantity in DYNAMIC_QUANTITIES:
+        if math.isfinite(known[quantity]):
+            published[quantity] = "published"
+    complete = with_default_limits(replace(joint, **known, provenance=published))
+    defaults = [f"{q} {getattr(complete, q):g}" for q, origin in complete.provenance.items() if origin == "default"]
+    if defaults:
+        text = f"limits of {name} by the default rule, in SI units: {', '.join(defaults)}"
+        findings.info("default_limits", name, text)
+    return complete
+
+
+def _check_units(joint: Joint, findings: Findings) -> None:
+    """Warn of limits that look like degrees or millimetres."""
+    name = shown(joint.name)
+    bounds = [abs(bound) for bound in (joint.lower, joint.upper, joint.velocity) if math.isfinite(bound)]
+    if not joint.is_angle:
+        check_length(name, bounds, findings)
+    elif max(bounds, default=0.0) > MAX_ANGLE:
+        text = f"the limits of {name} go up to {max(bounds):g}: are they in radians?"
+        findings.warning("suspicious_angle", name, text)
+
+
+def with_default_limits(joint: Joint) -> Joint:
+    """The joint with the default velocity, acceleration and jerk limit where it has none."""
+    velocity, acceleration, jerk = joint.velocity, joint.acceleration, joint.jerk
+    provenance = dict(joint.provenance)
+    if not math.isfinite(velocity):
+        velocity = DEFAULT_ANGULAR_VELOCITY if joint.is_angle else DEFAULT_LINEAR_VELOCITY
+        provenance["velocity"] = "default"
+    if not math.isfinite(acceleration):
+        acceleration = DEFAULT_ACCELERATION_PER_VELOCITY * velocity
+        provenance["acceleration"] = "default"
+    if not math.isfinite(jerk):
+        jerk = DEFAULT_JERK_PER_ACCELERATION * acceleration
+        provenance["jerk"] = "default"
+    return replace(joint, velocity=velocity, acceleration=acceleration, jerk=jerk, provenance=provenance)

@@ -1,0 +1,190 @@
+"""Reads a robot from a Denavit-Hartenberg table, in the standard (distal) or in the modified (Craig's) convention."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+import pinocchio as pin
+
+from planner.kinematics.poses import Pose, rotation_x, rotation_z
+from planner.robots.build import Body, Link, MovingJoint, build_model
+from planner.robots.checks import (
+    MAX_ANGLE,
+    MAX_JOINTS,
+    MAX_NUMBER,
+    Findings,
+    check_body,
+    check_length,
+    check_limits,
+    check_names,
+    check_position_limits,
+    shown,
+)
+from planner.robots.robot import Joint, JointKind, Robot
+
+if TYPE_CHECKING:
+    from planner.errors import Finding
+
+Convention = Literal["standard", "modified"]
+
+BASE_FRAME = "base"
+TIP_FRAME = "flange"
+LIMITS = ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
+
+
+@dataclass(frozen=True)
+class DHJoint:
+    """One row of the table, SI units. None: no such limit, or not known.
+
+    Attributes:
+        kind: Whether the joint adds its position to theta (revolute, continuous) or to d (prismatic).
+        theta: Angle about z, rad.
+        d: Offset along z, m.
+        a: Length along x, m; in the modified convention a(i-1).
+        alpha: Twist about x, rad; in the modified convention alpha(i-1).
+        lower: Position limit, rad or m.
+        upper: Position limit, rad or m.
+        velocity: rad/s or m/s.
+        acceleration: rad/s^2 or m/s^2.
+        jerk: rad/s^3 or m/s^3.
+        torque: N m or N.
+        name: None: `joint_1`, `joint_2`, ...
+        mass: Of link i, kg.
+        center_of_mass: Of link i, m, in frame i of the table: the frame that this row ends in.
+        inertia: Of link i, kg m^2, about its center of mass in the axes of frame i: ixx, ixy, ixz, iyy, iyz, izz.
+    """
+
+    kind: JointKind
+    theta: float = 0.0
+    d: float = 0.0
+    a: float = 0.0
+    alpha: float = 0.0
+    lower: float | None = None
+    upper: float | None = None
+    velocity: float | None = None
+    acceleration: float | None = None
+    jerk: float | None = None
+    torque: float | None = None
+    name: str | None = None
+    mass: float | None = None
+    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, float, float, float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class DHModel:
+    """A Denavit-Hartenberg table and what stands before and after it.
+
+    Attributes:
+        convention: `standard`: A(i) = Rz(theta) Tz(d) Tx(a) Rx(alpha). `modified`: A(i) = Rx(alpha(i-1)) Tx(a(i-1))
+            Rz(theta(i)) Tz(d(i)), with alpha(i-1) and a(i-1) in row i.
+        joints: The rows, from the base to the tip.
+        base: Of frame 0 in the robot's base frame; None: the same.
+        tip: Of the flange in the frame of the last row; None: the same.
+    """
+
+    convention: Convention
+    joints: tuple[DHJoint, ...]
+    base: Pose | None = None
+    tip: Pose | None = None
+
+
+def read_dh(model: DHModel, *, id: str, source: str) -> tuple[Robot, tuple[Finding, ...]]:
+    """The robot of the table, with frames `base`, `link_1`, ... (the table's frames) and `flange`.
+
+    Limits that the table leaves out come from the default rule of `planner.robots.checks`; torque limits have none.
+
+    Args:
+        model: The table.
+        id: Of the robot.
+        source: Where the table comes from.
+
+    Returns:
+        The robot, and warnings and remarks about its model.
+
+    Raises:
+        InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
+    """
+    findings = Findings()
+    if not 1 <= len(model.joints) <= MAX_JOINTS:
+        code = "too_many_joints" if model.joints else "no_joints"
+        findings.error(code, None, f"a table needs 1 to {MAX_JOINTS} rows, this one has {len(model.joints)}")
+        findings.raise_errors()
+    if model.convention not in get_args(Convention):
+        findings.error("unknown_convention", None, "the convention is standard or modified")
+    names = [row.name if row.name is not None else f"joint_{i}" for i, row in enumerate(model.joints, 1)]
+    check_names("joint", names, findings)
+    for name, row in zip(names, model.joints, strict=True):
+        _check_row(shown(name), row, findings)
+    base = _placement(BASE_FRAME, model.base, findings)
+    tip = _placement(TIP_FRAME, model.tip, findings)
+    findings.raise_errors()
+    bodies = [_body(shown(name), row, findings) for name, row in zip(names, model.joints, strict=True)]
+    joints = [_joint(name, row, findings) for name, row in zip(names, model.joints, strict=True)]
+    findings.raise_errors()
+
+    chain = []
+    before = base  # from the frame that carries the joint to the frame of the row before
+    for number, (row, joint, body) in enumerate(zip(model.joints, joints, bodies, strict=True), 1):
+        twist = pin.SE3(rotation_x(row.alpha), np.array([row.a, 0.0, 0.0]))
+        screw = pin.SE3(rotation_z(row.theta), np.array([0.0, 0.0, row.d]))
+        # The joint's own motion, about or along z, commutes with the constant part of the screw.
+        placement, after = (before, screw * twist) if model.convention == "standard" else (before * twist, screw)
+        links = [Link(f"link_{number}", after, body)]
+        if number == len(model.joints):
+            links.append(Link(TIP_FRAME, after * tip))
+        chain.append(MovingJoint(joint, placement, links))
+        before = after
+    pin_model = build_model(id, [Link(BASE_FRAME, pin.SE3.Identity())], chain)
+    return Robot(id, source, pin_model, tuple(joints), TIP_FRAME), tuple(findings.items)
+
+
+def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
+    """Kind and numbers of a row."""
+    if row.kind not in get_args(JointKind):
+        findings.error("unknown_joint_kind", name, f"{name} is neither revolute nor continuous nor prismatic")
+    for item in fields(row):
+        value = getattr(row, item.name)
+        if value is None or isinstance(value, str):
+            continue
+        numbers = np.atleast_1d(np.asarray(value, dtype=float))
+        if not np.isfinite(numbers).all():
+            findings.error("non_finite_number", name, f"{item.name} of {name} is not finite")
+        elif item.name not in LIMITS and np.abs(numbers).max() > MAX_NUMBER:
+            findings.error("number_out_of_range", name, f"{item.name} of {name} is beyond {MAX_NUMBER:g}")
+    check_length(name, (row.a, row.d), findings)
+    if max(abs(row.theta), abs(row.alpha)) > MAX_ANGLE:
+        findings.warning("suspicious_angle", name, f"theta and alpha of {name} are large: are they in radians?")
+
+
+def _joint(name: str, row: DHJoint, findings: Findings) -> Joint:
+    """The joint of a row, with checked and completed limits."""
+    given = {limit: getattr(row, limit) for limit in LIMITS if getattr(row, limit) is not None}
+    joint = Joint(name, row.kind, **given)
+    return check_limits(check_position_limits(joint, findings), findings)
+
+
+def _body(name: str, row: DHJoint, findings: Findings) -> Body | None:
+    """The link of a row; None: it weighs nothing."""
+    if row.mass is None and row.inertia is None:
+        return None
+    xx, xy, xz, yy, yz, zz = row.inertia or (0.0,) * 6
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return check_body(name, Body(row.mass or 0.0, np.array(row.center_of_mass), inertia), findings)
+
+
+def _placement(name: str, pose: Pose | None, findings: Findings) -> pin.SE3:
+    """The transform of a pose."""
+    if pose is None:
+        return pin.SE3.Identity()
+    rotation = np.eye(3) if pose.rotation is None else pose.rotation
+    is_rotation = np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-6 and np.linalg.det(rotation) > 0.0
+    if not is_rotation or not np.isfinite(pose.position).all():
+        findings.error("invalid_pose", name, f"the pose of the {name} is not made of numbers and a rotation")
+        return pin.SE3.Identity()
+    check_length(name, pose.position.tolist(), findings)
+    if np.abs(pose.position).max() > MAX_NUMBER:
+        findings.error("number_out_of_range", name, f"the position of the {name} is beyond {MAX_NUMBER:g}")
+    return pin.SE3(rotation, pose.position)

@@ -1,0 +1,238 @@
+"""Reads a robot from URDF. The document comes from a client: nothing in it is trusted, nothing it names is opened.
+
+Only the tree of links and joints, the masses and the simple visual shapes are read. The model is built here, so
+that no foreign XML ever reaches Pinocchio's own parser.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, ParseError
+
+import numpy as np
+import pinocchio as pin
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+
+from planner.robots.build import Link, MovingJoint, build_model, rotation_with_z_along
+from planner.robots.checks import (
+    MAX_JOINTS,
+    MAX_LINKS,
+    MAX_NUMBER,
+    Findings,
+    check_limits,
+    check_names,
+    check_position_limits,
+    shown,
+)
+from planner.robots.robot import Robot
+from planner.robots.urdf_elements import UrdfReader
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping, Sequence
+
+    from planner.errors import Finding
+    from planner.robots.build import Body
+    from planner.robots.robot import Joint
+    from planner.robots.urdf_elements import UrdfJoint
+
+MAX_TEXT_LENGTH = 2**20
+"""Characters."""
+
+
+def read_urdf(
+    urdf: str, *, id: str, tip_frame: str | None = None, source: str = "uploaded URDF"
+) -> tuple[Robot, tuple[Finding, ...]]:
+    """The arm from the root link to the tip, with everything off that chain held still.
+
+    Acceleration and jerk limits, which URDF does not have, come from the default rule of `planner.robots.checks`.
+
+    Args:
+        urdf: The document.
+        id: Of the robot.
+        tip_frame: Link at the end of the arm; None: the last link of the chain with the most joints.
+        source: Where the document comes from.
+
+    Returns:
+        The robot, and warnings and remarks about its model.
+
+    Raises:
+        InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
+    """
+    findings = Findings()
+    document = _parse(urdf, findings)
+    link_elements, joint_elements = document.findall("link"), document.findall("joint")
+    if len(link_elements) > MAX_LINKS or len(joint_elements) > MAX_LINKS:
+        findings.error("too_many_links", None, f"more than {MAX_LINKS} links or joints")
+        findings.raise_errors()
+    reader = UrdfReader(findings)
+    bodies = {element.get("name", ""): reader.body(element) for element in link_elements}
+    joints = [reader.joint(element) for element in joint_elements]
+    check_names("link", [element.get("name", "") for element in link_elements], findings)
+    check_names("joint", [joint.name for joint in joints], findings)
+    geometry = [shape for element in link_elements for shape in reader.geometry(element)]
+    reader.report_meshes()
+    _check_tree(bodies, joints, findings)
+
+    root, arrivals = _walk(bodies, joints)
+    tip = _tip(root, arrivals, tip_frame, findings)
+    chain = _chain(arrivals, tip)
+    limits = {joint.name: _limits(joint.moving, findings) for joint in chain if joint.moving is not None}
+    if len(chain) > MAX_JOINTS:
+        findings.error("too_many_joints", None, f"the arm has {len(chain)} joints, more than {MAX_JOINTS}")
+    elif not chain:
+        findings.error("no_joints", None, f"no joint moves {shown(tip)}")
+    findings.raise_errors()
+
+    model = _build(id, root, arrivals, bodies, limits, findings)
+    robot = Robot(id, source, model, tuple(limits.values()), tip, tuple(geometry))
+    return robot, tuple(findings.items)
+
+
+def _parse(urdf: str, findings: Findings) -> Element:
+    """The root element.
+
+    Raises:
+        InvalidRobotModel: Too long, not XML, with a DOCTYPE, or not a robot.
+    """
+    if len(urdf) > MAX_TEXT_LENGTH:
+        findings.error("document_too_large", None, f"the URDF is longer than {MAX_TEXT_LENGTH} characters")
+        findings.raise_errors()
+    document = Element("none")
+    try:
+        document = fromstring(urdf, forbid_dtd=True, forbid_entities=True, forbid_external=True)
+    except DefusedXmlException:
+        findings.error("forbidden_xml", None, "the URDF has a DOCTYPE or entities, which are not allowed")
+    except ParseError as error:
+        line, column = error.position
+        findings.error("not_xml", None, f"the URDF is not well-formed XML: line {line}, column {column}")
+    except ValueError:
+        findings.error("not_xml", None, "the URDF has characters that XML cannot have")
+    else:
+        if document.tag != "robot":
+            findings.error("not_a_robot", None, "the root element of a URDF is <robot>")
+        elif document.find("link") is None:
+            findings.error("no_links", None, "the URDF has no link")
+    findings.raise_errors()
+    return document
+
+
+def _check_tree(links: Collection[str], joints: Sequence[UrdfJoint], findings: Findings) -> None:
+    """Links and joints form one tree: every joint between known links, one root, one parent a link.
+
+    Raises:
+        InvalidRobotModel: They do not, or something before was wrong already.
+    """
+    for joint in joints:
+        for end, link in (("parent", joint.parent), ("child", joint.child)):
+            if link not in links:
+                subject = shown(joint.name)
+                findings.error("unknown_link", subject, f"the {end} of {subject} is not a link: {shown(link)!r}")
+    for link, count in Counter(joint.child for joint in joints).items():
+        if count > 1:
+            findings.error("several_parents", shown(link), f"{shown(link)} is the child of {count} joints")
+    findings.raise_errors()
+    children = {joint.child for joint in joints}
+    roots = [link for link in links if link not in children]
+    if len(roots) > 1:
+        listed = ", ".join(shown(root) for root in roots[:10])
+        findings.error("several_roots", None, f"the links do not hang together; without a parent are {listed}")
+    elif not roots or len(_walk(links, joints)[1]) + 1 < len(links):
+        findings.error("cycle", None, "the joints form a cycle")
+    findings.raise_errors()
+
+
+def _walk(links: Collection[str], joints: Sequence[UrdfJoint]) -> tuple[str, dict[str, UrdfJoint]]:
+    """The root link, and for every link that hangs on it the joint that leads there, parents first."""
+    children = {joint.child for joint in joints}
+    root = next(link for link in links if link not in children)
+    leaving: dict[str, list[UrdfJoint]] = {}
+    for joint in joints:
+        leaving.setdefault(joint.parent, []).append(joint)
+    arrivals: dict[str, UrdfJoint] = {}
+    waiting = [root]
+    while waiting:
+        for joint in leaving.get(waiting.pop(0), ()):
+            if joint.child not in arrivals:
+                arrivals[joint.child] = joint
+                waiting.append(joint.child)
+    return root, arrivals
+
+
+def _tip(root: str, arrivals: Mapping[str, UrdfJoint], asked: str | None, findings: Findings) -> str:
+    """The link asked for; or the one behind the most degrees of freedom, and of those the one with the most joints."""
+    depth = {root: (0, 0)}
+    for link, joint in arrivals.items():
+        free, steps = depth[joint.parent]
+        depth[link] = (free + joint.is_free, steps + 1)
+    if asked is None:
+        return max(depth, key=lambda link: depth[link])
+    if asked not in depth:
+        names = ", ".join(shown(link) for link in depth)
+        findings.error("unknown_tip_frame", shown(asked), f"there is no link {shown(asked)}; the links are {names}")
+        findings.raise_errors()
+    return asked
+
+
+def _chain(arrivals: Mapping[str, UrdfJoint], tip: str) -> list[UrdfJoint]:
+    """The degrees of freedom between the root and the tip, in that order."""
+    chain = []
+    link = tip
+    while link in arrivals:
+        if arrivals[link].is_free:
+            chain.append(arrivals[link])
+        link = arrivals[link].parent
+    return chain[::-1]
+
+
+def _limits(joint: Joint, findings: Findings) -> Joint:
+    """The joint with checked limits, of which URDF demands those of the position."""
+    if joint.kind != "continuous" and math.isinf(joint.lower):
+        name = shown(joint.name)
+        text = f"{name} has no position limits: give lower and upper, or make it a continuous joint"
+        findings.error("missing_position_limit", name, text)
+    return check_limits(check_position_limits(joint, findings), findings)
+
+
+def _build(
+    name: str,
+    root: str,
+    arrivals: Mapping[str, UrdfJoint],
+    bodies: Mapping[str, Body | None],
+    limits: Mapping[str, Joint],
+    findings: Findings,
+) -> pin.Model:
+    """The model whose degrees of freedom are the joints in `limits`; everything else is held still."""
+    base = [Link(root, pin.SE3.Identity(), bodies[root])]
+    moving: dict[str, MovingJoint] = {}
+    links = {root: base}  # of each link, the list of links that move with it
+    placements = {root: pin.SE3.Identity()}  # of each link, in the frame of the joint that carries it
+    for link, joint in arrivals.items():
+        if joint.name in limits:
+            turned = pin.SE3(rotation_with_z_along(joint.axis), np.zeros(3))
+            links[link] = []
+            placement = placements[joint.parent] * joint.placement * turned
+            moving[joint.name] = MovingJoint(limits[joint.name], placement, links[link])
+            placements[link] = turned.inverse()
+        else:
+            placements[link] = placements[joint.parent] * joint.placement_at(_hold(joint, findings))
+            links[link] = links[joint.parent]
+        links[link].append(Link(link, placements[link], bodies[link]))
+    return build_model(name, base, [moving[joint] for joint in limits])
+
+
+def _hold(joint: UrdfJoint, findings: Findings) -> float:
+    """Where a joint is held that is no degree of freedom of the arm."""
+    if joint.moving is None:
+        return 0.0
+    subject = shown(joint.name)
+    if joint.held_at is not None:
+        findings.warning("mimic_joint_held", subject, f"{subject} mimics a joint: it is held at {joint.held_at:g}")
+        return joint.held_at
+    position = min(max(0.0, joint.moving.lower), joint.moving.upper)
+    if abs(position) > MAX_NUMBER:  # its limits are nonsense, but it is none of the arm's joints
+        position = 0.0
+    findings.info("joint_held", subject, f"{subject} is not on the way to the tip: it is held at {position:g}")
+    return position

@@ -1,0 +1,206 @@
+"""The elements of a URDF document, read one by one without trusting any of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+from planner.kinematics.poses import rotation_from_rpy
+from planner.robots.build import Body
+from planner.robots.checks import MAX_NUMBER, Findings, check_body, check_length, shown
+from planner.robots.robot import Joint
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from xml.etree.ElementTree import Element
+
+    from planner.kinematics.poses import FloatArray
+    from planner.robots.robot import JointKind
+
+KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
+
+
+SHAPES = {"box": {"size": [0.0] * 3}, "cylinder": {"radius": [0.0], "length": [0.0]}, "sphere": {"radius": [0.0]}}
+"""The shapes that are kept, with the attributes that give their size."""
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfJoint:
+    """A joint element.
+
+    Attributes:
+        name: As written.
+        parent: Name of the link that it starts at.
+        child: Name of the link that it moves.
+        placement: Of the child link in the parent link, at zero.
+        axis: (3,), unit vector in the child link's frame.
+        moving: Kind and limits as written; None: fixed.
+        held_at: Position at which a mimic joint is held; None: not a mimic joint.
+    """
+
+    name: str
+    parent: str
+    child: str
+    placement: pin.SE3
+    axis: FloatArray
+    moving: Joint | None
+    held_at: float | None
+
+    @property
+    def is_free(self) -> bool:
+        """Whether it can be a degree of freedom."""
+        return self.moving is not None and self.held_at is None
+
+    def placement_at(self, position: float) -> pin.SE3:
+        """Of the child link in the parent link, with the joint at `position`."""
+        if self.moving is None:
+            return self.placement
+        if self.moving.is_angle:
+            return self.placement * pin.SE3(pin.exp3(self.axis * position), np.zeros(3))
+        return self.placement * pin.SE3(np.eye(3), self.axis * position)
+
+
+class UrdfReader:
+    """Reads elements; what is wrong with one becomes a finding and a harmless value."""
+
+    def __init__(self, findings: Findings) -> None:
+        self.findings = findings
+        self.meshes = 0
+
+    def numbers(
+        self, element: Element | None, attribute: str, default: Sequence[float], subject: str, limit: float = MAX_NUMBER
+    ) -> FloatArray:
+        """As many finite numbers as the default has, none larger than `limit`; the default where there are none."""
+        fallback = np.array(default, dtype=float)
+        text = None if element is None else element.get(attribute)
+        if text is None:
+            return fallback
+        try:
+            values = np.array([float(word) for word in text.split()])
+        except ValueError:
+            self.findings.error("not_a_number", subject, f"{attribute} of {subject} is not made of numbers")
+            return fallback
+        if values.shape != fallback.shape:
+            message = f"{attribute} of {subject} needs {len(fallback)} numbers, has {len(values)}"
+            self.findings.error("wrong_number_count", subject, message)
+        elif not np.isfinite(values).all():
+            self.findings.error("non_finite_number", subject, f"{attribute} of {subject} is not finite")
+        elif np.abs(values).max() > limit:
+            self.findings.error("number_out_of_range", subject, f"{attribute} of {subject} is beyond {limit:g}")
+        else:
+            return values
+        return fallback
+
+    def number(self, element: Element | None, attribute: str, default: float, subject: str) -> float:
+        """One finite number of any size."""
+        return float(self.numbers(element, attribute, [default], subject, limit=math.inf)[0])
+
+    def origin(self, element: Element | None, subject: str) -> tuple[FloatArray, FloatArray]:
+        """Position (3,) and roll, pitch, yaw (3,) of the origin element inside `element`."""
+        origin = None if element is None else element.find("origin")
+        position = self.numbers(origin, "xyz", [0.0] * 3, subject)
+        check_length(subject, position, self.findings)
+        return position, self.numbers(origin, "rpy", [0.0] * 3, subject)
+
+    def body(self, element: Element) -> Body | None:
+        """The inertial element of a link."""
+        inertial = element.find("inertial")
+        if inertial is None:
+            return None
+        name = shown(element.get("name", ""))
+        position, rpy = self.origin(inertial, name)
+        mass = self.numbers(inertial.find("mass"), "value", [0.0], name)[0]
+        entries = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        tensor = inertial.find("inertia")
+        xx, xy, xz, yy, yz, zz = (self.numbers(tensor, entry, [0.0], name)[0] for entry in entries)
+        R = rotation_from_rpy(*rpy)
+        inertia = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+        return check_body(name, Body(float(mass), position, inertia), self.findings)
+
+    def joint(self, element: Element) -> UrdfJoint:
+        """A joint element."""
+        name = element.get("name", "")
+        subject = shown(name)
+        position, rpy = self.origin(element, subject)
+        placement = pin.SE3(rotation_from_rpy(*rpy), position)
+        moving = self.moving_joint(element, name)
+        mimic = element.find("mimic")
+        held_at = None
+        axis = np.array([1.0, 0.0, 0.0])
+        if moving is not None:
+            axis = self.axis(element, subject)
+            held_at = None if mimic is None else float(self.numbers(mimic, "offset", [0.0], subject)[0])
+        return UrdfJoint(
+            name, self.link_of(element, "parent"), self.link_of(element, "child"), placement, axis, moving, held_at
+        )
+
+    def link_of(self, element: Element, end: str) -> str:
+        """Name of the link at an end of the joint: `parent` or `child`."""
+        link = element.find(end)
+        return "" if link is None else link.get("link", "")
+
+    def axis(self, element: Element, subject: str) -> FloatArray:
+        """The joint's axis, of length 1."""
+        axis = self.numbers(element.find("axis"), "xyz", [1.0, 0.0, 0.0], subject)
+        length = float(np.linalg.norm(axis))
+        if length < 1e-9:
+            self.findings.error("zero_axis", subject, f"the axis of {subject} is zero")
+            return np.array([1.0, 0.0, 0.0])
+        if abs(length - 1.0) > 1e-3:
+            text = f"the axis of {subject} had length {length:g} and was normalised"
+            self.findings.warning("axis_normalised", subject, text)
+        # Dividing an exact axis by a rounded length would take away its exactness.
+        return axis if length == 1.0 else axis / length
+
+    def moving_joint(self, element: Element, name: str) -> Joint | None:
+        """Kind and limits as written; None for a fixed joint, and for one that is refused."""
+        subject, written = shown(name), element.get("type", "")
+        if written in ("floating", "planar"):
+            text = f"{subject} is a {written} joint; an arm has revolute, continuous and prismatic ones"
+            self.findings.error("unsupported_joint_kind", subject, text)
+        elif written not in (*KINDS, "fixed"):
+            self.findings.error("unknown_joint_kind", subject, f"{subject} has no joint type that URDF knows")
+        if written not in KINDS:
+            return None
+        limit = element.find("limit")
+        # A limit element without bounds has both at 0, says the standard; infinite ones say that they are missing.
+        lower, upper = -math.inf, math.inf
+        if limit is not None and not (limit.get("lower") is None and limit.get("upper") is None):
+            lower, upper = (self.number(limit, side, 0.0, subject) for side in ("lower", "upper"))
+        velocity = math.inf if limit is None else self.number(limit, "velocity", 0.0, subject)
+        effort = math.inf if limit is None else self.number(limit, "effort", 0.0, subject)
+        return Joint(name, KINDS[written], lower, upper, velocity=velocity, torque=effort)
+
+    def geometry(self, element: Element) -> list[Mapping[str, Any]]:
+        """The simple visual shapes of a link; meshes are counted and left alone."""
+        name = element.get("name", "")
+        SHAPES = {
+            "box": {"size": [0.0] * 3},
+            "cylinder": {"radius": [0.0], "length": [0.0]},
+            "sphere": {"radius": [0.0]},
+        }
+        shapes: list[Mapping[str, Any]] = []
+        for visual in element.findall("visual"):
+            position, rpy = self.origin(visual, shown(name))
+            for shape in visual.findall("geometry/*"):
+                if shape.tag not in SHAPES:
+                    self.meshes += 1
+                    continue
+                size = {key: self.numbers(shape, key, none, shown(name)) for key, none in SHAPES[shape.tag].items()}
+                if min(value.min() for value in size.values()) <= 0.0:
+                    text = f"a {shape.tag} of {shown(name)} has no size and is not drawn"
+                    self.findings.warning("shape_without_size", shown(name), text)
+                    continue
+                plain = {key: value.tolist() if len(value) > 1 else float(value[0]) for key, value in size.items()}
+                pose = {"position": position.tolist(), "rpy": rpy.tolist()}
+                shapes.append({"kind": shape.tag, "frame": name, **pose, **plain})
+        return shapes
+
+    def report_meshes(self) -> None:
+        """Say that meshes were left out."""
+        if self.meshes:
+            self.findings.info("meshes_ignored", None, f"{self.meshes} meshes were not read")
