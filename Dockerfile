@@ -45,9 +45,9 @@ COPY --from=builder /opt/planner /opt/planner
 ENV PATH=/opt/planner/bin:$PATH \
     PYTHONDONTWRITEBYTECODE=1 PYTHONUNBUFFERED=1 \
     TMPDIR=/dev/shm MPLCONFIGDIR=/dev/shm/matplotlib \
-    PLANNER_PORT=8000
+    PLANNER_HOST=0.0.0.0 PLANNER_PORT=8000
 USER 10001:10001
 EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=5s --start-period=30s \
     CMD ["python", "-c", "import os, urllib.request as r; r.urlopen(f'http://127.0.0.1:{os.environ[\"PLANNER_PORT\"]}/livez', timeout=4)"]
-CMD ["planner", "serve", "--host", "0.0.0.0"]
+CMD ["planner", "serve"]

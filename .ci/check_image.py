@@ -9,10 +9,12 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import urllib.error
 import urllib.request
 from pathlib import Path
+from typing import IO, Any
 
 ADDRESS = "http://127.0.0.1:8000"
 READY_TIMEOUT = 60.0  # s
@@ -27,23 +29,33 @@ REQUEST = {
 
 
 def main() -> None:
-    """Runs every check; the first that fails ends the program with a traceback and a non-zero status."""
+    """Runs every check; the first that fails ends the program with the service's log and a traceback."""
     root, config = sys.argv[1], json.loads(Path(sys.argv[2]).read_text())
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-    user, group = (int(number) for number in config["User"].split(":"))
-    assert user > 0 and group > 0, "the image runs as root"
+    with tempfile.TemporaryFile("w+") as log:
+        try:
+            check_service(root, config, log)
+        except BaseException:
+            log.seek(0)
+            print("the service's log:", *log.readlines()[:100], sep="\n")
+            raise
 
+
+def check_service(root: str, config: dict[str, Any], log: IO[str]) -> None:
+    """Starts the image's command as process 1, checks what it serves and how it stops."""
     read_info, write_info = os.pipe()
     sandbox = ["--as-pid-1", "--unshare-pid", "--info-fd", str(write_info)]
     started = time.monotonic()
-    service = subprocess.Popen(command(root, config, config["Cmd"], sandbox), pass_fds=[write_info])
+    service = subprocess.Popen(
+        command(root, config, config["Cmd"], sandbox), stdout=log, stderr=log, pass_fds=[write_info]
+    )
     os.close(write_info)
     try:
         with os.fdopen(read_info) as info:
             pid = json.load(info)["child-pid"]
         wait_until_ready(service)
         print(f"ready after {time.monotonic() - started:.1f} s")
-        check_process(pid, user)
+        check_process(pid, int(config["User"].split(":")[0]))
         check_plan()
         kind, *health_check = config["Healthcheck"]["Test"]
         assert kind == "CMD", "the health check needs a shell"
@@ -57,18 +69,20 @@ def main() -> None:
         service.kill()
 
 
-def command(root: str, config: dict, arguments: list[str], sandbox: list[str]) -> list[str]:
+def command(root: str, config: dict[str, Any], arguments: list[str], sandbox: list[str]) -> list[str]:
     """The command line that runs arguments in the image: its user and environment, nothing writable but /dev/shm."""
     user, group = config["User"].split(":")
     environment = [option for entry in config["Env"] for option in ("--setenv", *entry.split("=", 1))]
     return [
-        *("bwrap", "--ro-bind", root, "/", "--proc", "/proc", "--dev", "/dev", "--perms", "1777", "--tmpfs", "/dev/shm"),
-        *("--chdir", config["WorkingDir"] or "/", "--die-with-parent", "--clearenv", *environment, *sandbox, "--"),
-        *("setpriv", "--reuid", user, "--regid", group, "--clear-groups", "--no-new-privs", *arguments),
+        *f"bwrap --ro-bind {root} / --proc /proc --dev /dev --perms 1777 --tmpfs /dev/shm".split(),
+        *f"--chdir {config['WorkingDir'] or '/'} --die-with-parent --clearenv".split(),
+        *(*environment, *sandbox, "--"),
+        *f"setpriv --reuid {user} --regid {group} --clear-groups --no-new-privs".split(),
+        *arguments,
     ]
 
 
-def wait_until_ready(service: subprocess.Popen) -> None:
+def wait_until_ready(service: subprocess.Popen[bytes]) -> None:
     """Polls /readyz until it answers 200."""
     deadline = time.monotonic() + READY_TIMEOUT
     while True:
@@ -83,7 +97,8 @@ def wait_until_ready(service: subprocess.Popen) -> None:
 
 
 def check_process(pid: int, user: int) -> None:
-    """The service's process has the image's user, no capability, and nothing writable under its root."""
+    """The service's process has the image's user, who is not root, no capability, and a root that it cannot write to."""
+    assert user > 0, "the image runs as root"
     status = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines())
     assert status["Uid"].split() == [str(user)] * 4, f"user ids {status['Uid']}"
     assert int(status["CapEff"], 16) == 0, f"capabilities {status['CapEff']}"
