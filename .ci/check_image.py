@@ -97,7 +97,7 @@ def wait_until_ready(service: subprocess.Popen[bytes]) -> None:
 
 
 def check_process(pid: int, user: int) -> None:
-    """The service's process has the image's user, who is not root, no capability, and a root that it cannot write to."""
+    """The process runs as the image's user, who is not root, with no capability and a read-only root."""
     assert user > 0, "the image runs as root"
     status = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines())
     assert status["Uid"].split() == [str(user)] * 4, f"user ids {status['Uid']}"
