@@ -1,0 +1,205 @@
+"""Document 004, the date-sorting arm (R P P R R R): kinematics, statics and the trapezoid; errata E26 to E33."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.backends import Trapezoidal
+from planner.dynamics import inverse_dynamics
+from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
+from planner.plan import Plan, plan
+from planner.problem import InverseKinematicsOptions, JointWaypoint, Payload, PlanningProblem, PoseWaypoint
+from planner.robots import Robot, load_robot
+from tests.documents.published import angle_between, document, gantry, homogeneous, matrix
+
+DOCUMENT = document("date_sorting")
+POINTS = DOCUMENT["test_points"]["points"]
+STATICS = DOCUMENT["statics"]
+TRAPEZOID = DOCUMENT["trapezoid"]
+TRANSITIONS = DOCUMENT["transitions"]
+
+IDS = [f"point-{point['point']}" for point in POINTS]
+every_point = pytest.mark.parametrize("point", POINTS, ids=IDS)
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("date_sorting_arm")
+
+
+def joints_of(point: dict[str, Any]) -> FloatArray:
+    """(6,) in the order of the chain: theta1, l1, l2, theta2, theta3, theta4; rad and m."""
+    theta1, theta2, theta3, theta4 = (np.radians(point[f"theta{i}_deg"]) for i in range(1, 5))
+    return np.array([theta1, point["l1_mm"] / 1000.0, point["l2_mm"] / 1000.0, theta2, theta3, theta4])
+
+
+def chain(q: FloatArray) -> FloatArray:
+    """(4, 4): the product of the document's transforms, 2A3 with l2 in the y row (E26)."""
+    theta1, l1, l2, theta2, theta3, theta4 = q
+    return (
+        homogeneous("z", theta1, (0, 0, 0.8))
+        @ homogeneous(shift=(0, 0, l1))
+        @ homogeneous(shift=(0, l2, 0))
+        @ homogeneous("y", theta2, (0, 0.15, 0))
+        @ homogeneous("z", theta3)
+        @ homogeneous(shift=(0, 0.15, 0))
+        @ homogeneous("y", theta4)
+    )
+
+
+def document_jacobian(q: FloatArray) -> FloatArray:
+    """(6, 6) of Section 5.5, m, with element (2, 5) of E27 and the columns of E28 corrected."""
+    (s1, s2, s3), (c1, c2, c3) = np.sin(q[[0, 3, 4]]), np.cos(q[[0, 3, 4]])
+    l2, b = q[2], 0.15
+    reach = b + b * c3 + l2
+    return np.array(
+        [
+            [-c1 * reach + b * s1 * c2 * s3, 0, -s1, b * c1 * s2 * s3, b * (s1 * s3 - c1 * c2 * c3), 0],
+            [-s1 * reach - b * c1 * c2 * s3, 0, c1, b * s1 * s2 * s3, -b * (c1 * s3 + s1 * c2 * c3), 0],
+            [0, 1, 0, b * c2 * s3, b * s2 * c3, 0],
+            [0, 0, 0, -s1, c1 * s2, -c1 * c2 * s3 - s1 * c3],
+            [0, 0, 0, c1, s1 * s2, -s1 * c2 * s3 + c1 * c3],
+            [1, 0, 0, 0, c2, s2 * s3],
+        ]
+    )
+
+
+@every_point
+def test_table_2_forward_kinematics(robot: Robot, point: dict[str, Any]) -> None:
+    q = joints_of(point)
+    pose = forward_kinematics(robot, q[None])[0]
+    assert pose.position == pytest.approx(point["position_m"], abs=1e-12)
+    assert matrix(pose) == pytest.approx(chain(q), abs=1e-12)
+
+
+@every_point
+def test_table_3_inverse_needs_the_orientation_too(robot: Robot, point: dict[str, Any]) -> None:
+    """E29: position alone does not give the joints back; position and orientation give the pose back."""
+    T = chain(joints_of(point))
+    result = inverse_kinematics(robot, Pose(T[:3, 3], T[:3, :3]), InverseKinematicsOptions())
+    assert result.status == "solved"
+    reached = chain(result.position)
+    assert np.linalg.norm(reached[:3, 3] - T[:3, 3]) < 1e-6
+    assert angle_between(reached[:3, :3], T[:3, :3]) < 1e-6
+    assert (result.position >= robot.limit("lower")).all()
+    assert (result.position <= robot.limit("upper")).all()
+
+
+@pytest.mark.parametrize("point", [POINTS[0], POINTS[1]], ids=IDS[:2])
+def test_e30_two_solutions_within_the_limits_not_four(robot: Robot, point: dict[str, Any]) -> None:
+    q = joints_of(point) + np.array([0.1, 0.0, 0.1, 0.2, 0.1, 0.3])  # away from the ends of the limits
+    T = chain(q)
+    result = inverse_kinematics(robot, Pose(T[:3, 3], T[:3, :3]), InverseKinematicsOptions(), q)
+    assert result.solutions == 2
+    assert result.position == pytest.approx(q, abs=1e-6)
+
+
+@every_point
+def test_jacobian_with_e27_and_e28_corrected(robot: Robot, point: dict[str, Any]) -> None:
+    q = joints_of(point)
+    assert jacobian(robot, q) == pytest.approx(document_jacobian(q), abs=1e-12)
+
+
+@every_point
+def test_static_torques_equal_the_transposed_jacobian(robot: Robot, point: dict[str, Any]) -> None:
+    """Holding 1 kg at the end effector; no link masses are published. E31: the formulas are right, the text is not."""
+    q, still = joints_of(point), np.zeros((1, 6))
+    torques = inverse_dynamics(robot.with_payload(Payload(STATICS["payload_kg"])), q[None], still, still)[0]
+    force = np.array([0.0, 0.0, STATICS["force_N"], 0.0, 0.0, 0.0])
+    assert torques == pytest.approx(document_jacobian(q).T @ force, abs=1e-12)
+    expected = next(row for row in STATICS["computed_at_test_points"] if row["point"] == point["point"])
+    l1, theta2, theta3 = expected["F_l1_N"], expected["T_theta2_Nm"], expected["T_theta3_Nm"]
+    assert torques == pytest.approx([0.0, l1, 0.0, theta2, theta3, 0.0], abs=1e-12)
+
+
+def test_e31_largest_static_torque_is_on_theta_2_then_on_theta_3(robot: Robot) -> None:
+    """1.4715 N m: on theta2 at theta2 = 0, theta3 = 90, and on theta3 at 90, 0: the text has them swapped."""
+    loaded = robot.with_payload(Payload(1.0))
+    q = np.array([[0.0, 0.2, 0.2, 0.0, np.pi / 2.0, 0.0], [0.0, 0.2, 0.2, np.pi / 2.0, 0.0, 0.0]])
+    torques = inverse_dynamics(loaded, q, np.zeros_like(q), np.zeros_like(q))
+    assert torques[:, 3:5] == pytest.approx(np.array([[1.4715, 0.0], [0.0, 1.4715]]), abs=1e-12)
+
+
+def transition(i: int, backend: Trapezoidal | None = None, duration: float = 30.0) -> Plan:
+    """Transition i as a straight Cartesian line: 30 s, of which 10 s accelerating and 10 s braking."""
+    start, end = (tuple(x / 1000.0 for x in TRANSITIONS[i][key]) for key in ("start_mm", "end_mm"))
+    waypoints = (JointWaypoint(position=start), JointWaypoint(position=end, duration=duration))
+    return plan(PlanningProblem(gantry(), waypoints, backend or Trapezoidal(acceleration_time=10.0)))
+
+
+@pytest.mark.parametrize("ramp", [0.1, 2.0, 7.3, 10.0, 14.9, 15.0])
+def test_trapezoid_lasts_exactly_as_long_as_asked(ramp: float) -> None:
+    """Ten thirds of a second and ten more once made 30.000000000000004 s."""
+    result = transition(0, Trapezoidal(acceleration_time=ramp))
+    assert result.trajectory.duration == 30.0
+    assert result.trajectory.arrivals.tolist() == [0.0, 30.0]
+
+
+@pytest.mark.parametrize("row", TRAPEZOID["computed"]["samples"]["rows"], ids=lambda row: f"t={row[0]}")
+def test_trapezoid_samples(row: list[float]) -> None:
+    """s = 0.25, 0.75, 1 at 10, 20, 30 s; at a corner the table has the acceleration before it."""
+    result = transition(0)
+    start, end = result.path.positions
+    time = np.array([row[0]]) if row[0] in (0, 30) else np.nextafter([float(row[0])], 0.0)
+    position, velocity, acceleration = result.trajectory.evaluate(time)
+    s, ds, dds = (position - start) / (end - start), velocity / (end - start), acceleration / (end - start)
+    for value, expected in zip((s, ds, dds), row[1:], strict=True):
+        assert value[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_trapezoid_peaks_with_a_of_0_005() -> None:
+    result = transition(0)
+    travel = np.diff(result.path.positions, axis=0)[0]
+    assert result.trajectory.breakpoints == pytest.approx([0.0, 10.0, 20.0, 30.0], abs=1e-12)
+    peaks = 2.0 * result.trajectory.coefficients[:, :, 2] / travel
+    assert peaks == pytest.approx(np.outer([0.005, 0.0, -0.005], np.ones(3)), abs=1e-15)
+
+
+@pytest.mark.parametrize("i", [0, 1], ids=["transition-1", "transition-2"])
+def test_transition_peak_velocities(i: int) -> None:
+    result = transition(i)
+    assert result.trajectory.duration == 30.0
+    assert result.certificate.satisfied
+    cruising = result.trajectory.evaluate(np.linspace(10.0, 20.0, 11), [1])[0]
+    for velocity in 1000.0 * cruising:
+        assert velocity == pytest.approx(TRANSITIONS[i]["computed_peak_velocity_mm_s"], abs=1e-9)
+
+
+def test_e33_unequal_ramps_still_end_at_rest_at_the_goal() -> None:
+    """With T = 10, t1 = 2, t2 = 9 the document's formula ends at s = 1 with 0.057 1/s."""
+    T, t1, t2 = 10.0, 2.0, 9.0
+    a = 1.0 / (0.5 * t1**2 + t1 * (t2 - t1) + 0.5 * (2.0 * t1 - (T - t2)) * (T - t2))
+    assert a * t1 - a * (T - t2) == pytest.approx(0.057, abs=5e-4)
+    result = transition(0, Trapezoidal(acceleration_time=t1, deceleration_time=T - t2), T)
+    position, velocity = result.trajectory.evaluate(np.array([T]), [0, 1])
+    assert position[0] == pytest.approx(result.path.positions[1], abs=1e-12)
+    assert velocity[0] == pytest.approx(np.zeros(3), abs=1e-15)
+    assert result.trajectory.breakpoints == pytest.approx([0.0, t1, t2, T], abs=1e-12)
+
+
+def test_transition_1_on_the_arm_itself(robot: Robot) -> None:
+    """Test points 1 and 2 as poses, 30 s: ends where the document says, on its branch (theta3 = 90 at both)."""
+    points = [chain(joints_of(point)) for point in POINTS[:2]]
+    start, end = (Pose(T[:3, 3], T[:3, :3]) for T in points)
+    waypoints = (PoseWaypoint(pose=start), PoseWaypoint(pose=end, duration=30.0))
+    options = InverseKinematicsOptions(reference=tuple(joints_of(POINTS[0]).tolist()))
+    result = plan(
+        PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0), inverse_kinematics=options)
+    )
+    assert result.trajectory.duration == 30.0
+    assert result.path.positions == pytest.approx(np.array([joints_of(point) for point in POINTS[:2]]), abs=1e-6)
+    peak = result.trajectory.evaluate(np.array([15.0]), [1])[0][0]
+    assert peak == pytest.approx(0.05 * (joints_of(POINTS[1]) - joints_of(POINTS[0])), abs=1e-7)
+
+
+def test_transition_2_on_the_arm_itself_by_position(robot: Robot) -> None:
+    """Its orientation is not published (E33)."""
+    ends = [np.array(TRANSITIONS[1][key]) / 1000.0 for key in ("start_mm", "end_mm")]
+    waypoints = (PoseWaypoint(pose=Pose(ends[0])), PoseWaypoint(pose=Pose(ends[1]), duration=30.0))
+    result = plan(PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0)))
+    assert result.trajectory.duration == 30.0
+    for waypoint, end in zip(result.path.waypoints, ends, strict=True):
+        assert np.linalg.norm(chain(waypoint.position)[:3, 3] - end) < 1e-6

@@ -1,0 +1,123 @@
+"""The examples run: every request file is planned, every script prints the document's figures beside ours."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from api.local_plan import plan_request, read_request
+from api.local_service import local_service
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
+
+REQUESTS = {  # waypoints, and the published duration, s; None: none is published
+    "date_sorting_transition_1.json": (2, 30.0),
+    "date_sorting_transition_2.json": (2, 30.0),
+    "refuelling_case_1.json": (6, 25.29),
+    "refuelling_case_1_poses.json": (6, 25.29),
+    "refuelling_case_2.json": (5, 37.60),
+    "three_joint_arm_first.json": (3, 30.0),
+    "three_joint_arm_second.json": (3, 30.0),
+    "three_joint_arm_third.json": (3, 30.0),
+    "welding.json": (11, None),
+}
+
+
+def run(script: str, *arguments: str) -> str:
+    """What a script prints."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error"}
+    command = [sys.executable, str(EXAMPLES / script), *arguments]
+    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def numbers(line: str) -> list[float]:
+    return [float(text) for text in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", line)]
+
+
+def line_of(output: str, start: str) -> str:
+    """The line that starts so, after the indent."""
+    return next(line.strip() for line in output.splitlines() if line.strip().startswith(start))
+
+
+def test_every_request_file_is_known() -> None:
+    assert sorted(path.name for path in EXAMPLES.glob("*.json")) == sorted(REQUESTS)
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+def test_request_file_is_planned(name: str) -> None:
+    waypoints, duration = REQUESTS[name]
+    result = plan_request(read_request((EXAMPLES / name).read_bytes()))
+    assert result.certificate.satisfied
+    assert len(result.path.waypoints) == waypoints
+    assert max(waypoint.position_error for waypoint in result.path.waypoints) < 1e-6
+    if duration is not None:
+        assert result.trajectory.duration == duration
+
+
+def test_refuelling_prints_the_durations_the_rounding_of_e13_and_the_distances_of_e2() -> None:
+    output = run("refuelling.py")
+    for case, total in (("case 1", 25.29), ("case 2", 37.60)):
+        assert numbers(line_of(output, case))[1:3] == [total, total]
+        assert line_of(output, case).endswith("satisfied")
+    assert numbers(line_of(output, "2 "))[-1] == 1.53
+    assert numbers(line_of(output, "6 "))[-1] == pytest.approx(0.605, abs=0.006)
+    for point, distance in zip(range(1, 7), (24.7, 9.4, 46.1, 65.3, 39.1, 79.3), strict=True):
+        *_, published, ours = numbers(line_of(output, f"P{point} "))
+        assert published == distance
+        assert ours == pytest.approx(distance, abs=0.1001)
+
+
+def test_welding_prints_the_points_with_e14_and_e15_corrected() -> None:
+    output = run("welding.py")
+    corrected = {9: [-0.2040, 1.1279, 0.7502], 10: [-0.2283, 1.0653, 0.9597], 11: [-0.2150, 1.0994, 0.8455]}  # E16
+    for point, position in corrected.items():
+        assert numbers(line_of(output, f"{point} "))[4:7] == position
+    for point in range(1, 6):
+        assert numbers(line_of(output, f"{point} "))[7] <= 0.1  # mm from the printed point
+
+
+def test_date_sorting_prints_the_points_the_torques_and_the_trapezoid() -> None:
+    output = run("date_sorting.py")
+    for point in range(1, 6):
+        row = numbers(line_of(output, f"{point} "))
+        assert row[1:4] == row[4:7]
+        assert row[7] == 9.81
+    assert numbers(line_of(output, "1 "))[8::2] == [1.4715]
+    for time, s in ((10, 0.25), (20, 0.75), (30, 1.0)):
+        assert numbers(line_of(output, f"{time} s  "))[1:3] == [s, s]
+    assert "document 0.057 1/s   ours 0.000 1/s at s = 1" in output
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with local_service(tmp_path_factory.mktemp("service") / "log", workers=1) as (url, _):
+        yield url
+
+
+def test_three_joint_arm_asks_the_service(service: str) -> None:
+    output = run("three_joint_arm.py", service)
+    assert numbers(line_of(output, "(30, 30, 30)"))[-3:] == [222.22, 128.30, -50.00]  # E21
+    assert numbers(line_of(output, "(120, 120, 120)"))[-3:] == [-60.00, 103.92, -86.60]  # E21
+    assert numbers(line_of(output, "(90, 90, -90)"))[-3:] == [45.00, 115.29, 115.43]  # E23
+    for name in ("first", "second", "third"):
+        assert numbers(line_of(output, f"{name} "))[:4] == [10.0, 15.0, 25.0, 30.0]
+        assert line_of(output, f"{name} ").endswith("satisfied")
+
+
+def test_three_joint_arm_without_a_service_says_how_to_call_it() -> None:
+    command = [sys.executable, str(EXAMPLES / "three_joint_arm.py")]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert result.returncode == 1
+    assert "SERVICE_URL" in result.stderr

@@ -1,0 +1,210 @@
+"""Document 002, the three-joint arm: kinematics, cubic coefficients, timeline and Table 3.1; errata E19 to E25."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.backends import Cubic
+from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics
+from planner.plan import Plan, plan
+from planner.problem import InverseKinematicsOptions, JointWaypoint, PlanningProblem, PoseWaypoint
+from planner.robots import Robot, load_robot
+from tests.documents.published import document, gantry, homogeneous, modified_dh
+
+DOCUMENT = document("three_dof_arm")
+TABLE_1_2 = DOCUMENT["forward_kinematics"]["table_1_2"]["rows"]
+TABLE_2_2 = DOCUMENT["inverse_kinematics"]["table_2_2"]["rows"]
+MOVEMENT_SETS = {movement["name"]: movement for movement in DOCUMENT["movement_sets"]}
+L1, L2 = 0.1, 0.17
+D_H = [(0.0, 0.0, 0.0), (0.0, -np.pi / 2.0, 0.0), (L1, np.pi, 0.0)]
+"""Rows of a (m), alpha (rad), d (m) of Table 1.1: modified D-H, with E20 corrected."""
+
+OPTIONS = InverseKinematicsOptions()
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("three_dof_arm")
+
+
+def position_of(q: FloatArray) -> FloatArray:
+    """(3,), m, by a plain D-H product."""
+    return (modified_dh(D_H, q) @ homogeneous(shift=(L2, 0.0, 0.0)))[:3, 3]
+
+
+def closed_form(target: FloatArray) -> FloatArray:
+    """(4, 3), rad: the four cases of Table 2.1, in full precision, theta1 by atan2 (E22)."""
+    x, y, z = target
+    r = np.linalg.norm(target)
+    theta1, phi = np.arctan2(y, x), np.arctan2(-z, np.hypot(x, y))
+    beta = np.arccos((L1**2 + r**2 - L2**2) / (2.0 * L1 * r))
+    theta3 = np.arccos((r**2 - L1**2 - L2**2) / (2.0 * L1 * L2))
+    up, down = phi + beta, phi - beta
+    return np.array(
+        [
+            [theta1, up, theta3],
+            [theta1, down, -theta3],
+            [theta1 + np.pi, np.pi - up, -theta3],
+            [theta1 + np.pi, np.pi - down, theta3],
+        ]
+    )
+
+
+def apart(q: FloatArray, other: FloatArray) -> float:
+    """Largest difference of two joint positions, whole turns aside, rad."""
+    return float(np.abs(np.angle(np.exp(1j * (q - other)))).max())
+
+
+E21 = {0: [222.23, 128.30, -50.0], 4: [-60.0, 103.92, -86.6]}
+"""Corrected rows of Table 1.2: y 128.00 is 128.30, (-60.75, 105.22) is (-60.00, 103.92)."""
+
+
+@pytest.mark.parametrize("i", range(5))
+def test_table_1_2_with_e21_corrected(robot: Robot, i: int) -> None:
+    row = TABLE_1_2[i]
+    q = np.radians(row["q_deg"])
+    ours = 1000.0 * forward_kinematics(robot, q[None])[0].position
+    assert ours == pytest.approx(E21.get(i, row["published_calculated_mm"]), abs=6e-3)
+    assert ours == pytest.approx(1000.0 * position_of(q), abs=1e-9)
+
+
+def test_e19_equation_1_6_is_wrong_and_the_table_was_computed_with_the_right_one(robot: Robot) -> None:
+    """y has cos(theta2 + theta3) in print, which gives 85.80 at (30, 30, 30)."""
+    t = np.radians(30.0)
+    printed = 170.0 * np.sin(t) * np.cos(t + t) + 100.0 * np.sin(t) * np.cos(t)
+    assert printed == pytest.approx(85.80, abs=5e-3)
+    assert 1000.0 * forward_kinematics(robot, np.full((1, 3), t))[0].position[1] == pytest.approx(128.30, abs=5e-3)
+
+
+SOLUTIONS = [pytest.param(i, k, id=f"target-{i + 1}-case-{k + 1}") for i in range(5) for k in range(4)]
+
+
+@pytest.mark.parametrize(("i", "k"), SOLUTIONS)
+def test_table_2_2_as_published_and_in_full_precision(robot: Robot, i: int, k: int) -> None:
+    """Table 2.2 is rounded to at most one decimal (and misprinted by up to 0.13 degrees: E23)."""
+    target = np.array(TABLE_2_2[i]["target_m"])
+    published = np.radians(TABLE_2_2[i]["published_solutions_deg"][k])
+    exact = closed_form(target)[k]
+    at_published, at_exact = (pose.position for pose in forward_kinematics(robot, np.array([published, exact])))
+    assert np.linalg.norm(at_published - target) < 0.27e-3
+    assert np.linalg.norm(at_exact - target) < 1e-15
+    assert np.degrees(apart(published, exact)) < 0.14
+
+
+@pytest.mark.parametrize(("i", "k"), SOLUTIONS)
+def test_inverse_kinematics_finds_four_solutions_and_returns_the_one_near_the_reference(
+    robot: Robot, i: int, k: int
+) -> None:
+    target = np.array(TABLE_2_2[i]["target_m"])
+    near = np.radians(TABLE_2_2[i]["published_solutions_deg"][k])
+    result = inverse_kinematics(robot, Pose(target), OPTIONS, near)
+    assert result.status == "solved"
+    assert result.solutions == 4
+    assert apart(result.position, closed_form(target)[k]) < 1e-9
+    assert np.linalg.norm(position_of(result.position) - target) < 1e-9
+
+
+def test_e22_theta_1_needs_atan2(robot: Robot) -> None:
+    """acos(x / rho) gives +41.99 at the end of the first movement set, where y is negative."""
+    end = np.array(MOVEMENT_SETS["first"]["end_m"])
+    printed = np.degrees(np.arccos(end[0] / np.hypot(end[0], end[1])))
+    result = inverse_kinematics(robot, Pose(end), OPTIONS, np.radians([-40.0, 60.0, 60.0]))
+    assert printed == pytest.approx(41.99, abs=5e-3)
+    assert np.degrees(result.position[0]) == pytest.approx(-41.99, abs=5e-3)
+
+
+def there_and_back(movement: dict[str, Any]) -> Plan:
+    """The movement set as a straight Cartesian line under the cubic: 10 s rest, 5 s there, 10 s rest, 5 s back."""
+    start, end = tuple(movement["start_m"]), tuple(movement["end_m"])
+    waypoints = (
+        JointWaypoint(position=start, dwell=10.0),
+        JointWaypoint(position=end, duration=5.0, dwell=10.0),
+        JointWaypoint(position=start, duration=5.0),
+    )
+    return plan(PlanningProblem(gantry(), waypoints, Cubic()))
+
+
+@pytest.mark.parametrize("name", MOVEMENT_SETS)
+@pytest.mark.parametrize(("direction", "piece"), [("forward", 1), ("reverse", 3)])
+def test_tables_3_0_and_3_2_to_3_6_coefficients(name: str, direction: str, piece: int) -> None:
+    trajectory = there_and_back(MOVEMENT_SETS[name]).trajectory
+    published = MOVEMENT_SETS[name]["published_coefficients"][direction]
+    for axis, row in zip("xyz", 1000.0 * trajectory.coefficients[piece], strict=True):
+        assert row == pytest.approx(published[axis], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", MOVEMENT_SETS)
+def test_e25_piecewise_polynomials_in_local_time(name: str) -> None:
+    """Rest, there, rest, back; the reverse of the second and the z of the third set are misprinted too."""
+    trajectory = there_and_back(MOVEMENT_SETS[name]).trajectory
+    corrected = MOVEMENT_SETS[name]["corrected_piecewise"]
+    assert trajectory.breakpoints[1:].tolist() == corrected["breakpoints_s"]
+    for j, axis in enumerate("xyz"):
+        for piece, expected in enumerate(corrected[axis][:4]):  # after 30 s: at rest again
+            polynomial = expected if isinstance(expected, list) else [expected, 0.0, 0.0, 0.0]
+            assert 1000.0 * trajectory.coefficients[piece, j] == pytest.approx(polynomial, abs=1e-12)
+
+
+def test_e25_in_absolute_time_the_printed_polynomial_starts_300_mm_away() -> None:
+    first = MOVEMENT_SETS["first"]
+    printed = np.polynomial.polynomial.polyval(10.0, first["published_piecewise"]["x"][1])
+    ours = 1000.0 * there_and_back(first).trajectory.evaluate(np.array([10.0]), [0])[0][0, 0]
+    assert (printed, ours) == (pytest.approx(475.0), pytest.approx(175.0))
+
+
+@pytest.mark.parametrize("name", MOVEMENT_SETS)
+def test_peak_speed_and_acceleration(name: str) -> None:
+    movement = MOVEMENT_SETS[name]
+    trajectory = there_and_back(movement).trajectory
+    speed, acceleration = (1000.0 * x for x in trajectory.evaluate(np.array([12.5, 10.0]), [1, 2]))
+    assert speed[0] == pytest.approx(movement["computed_peak_speed_mm_s"], abs=1e-9)
+    assert acceleration[1] == pytest.approx(movement["computed_peak_acceleration_mm_s2"], abs=1e-9)
+
+
+def line_of_table_3_1() -> tuple[FloatArray, FloatArray]:
+    """Positions (50, 3), m: ours at 0.1, 0.2, .. 5.0 s into the first set's forward move, and the printed ones."""
+    times = np.linspace(10.1, 15.0, 50)
+    ours = there_and_back(MOVEMENT_SETS["first"]).trajectory.evaluate(times, [0])[0]
+    return ours, np.array(DOCUMENT["table_3_1"]["rows"])[:, 1:] / 1000.0
+
+
+def test_table_3_1_all_50_rows() -> None:
+    """Printed in single precision."""
+    ours, printed = line_of_table_3_1()
+    assert printed.shape == (50, 3)
+    assert 1000.0 * ours == pytest.approx(1000.0 * printed, abs=1e-4)
+
+
+def test_table_3_1_is_solved_row_by_row_on_one_branch(robot: Robot) -> None:
+    """Elbow up all along; neighbouring rows move no joint by more than 3 degrees."""
+    targets, _ = line_of_table_3_1()
+    q = closed_form(np.array(MOVEMENT_SETS["first"]["start_m"]))[0]
+    for target in targets:
+        result = inverse_kinematics(robot, Pose(target), OPTIONS, q)
+        assert result.status == "solved"
+        assert np.linalg.norm(position_of(result.position) - target) <= 1e-9
+        assert apart(result.position, closed_form(target)[0]) < 1e-8
+        assert np.degrees(np.abs(result.position - q)).max() < 3.0
+        q = result.position
+
+
+@pytest.mark.parametrize("name", MOVEMENT_SETS)
+def test_timeline_of_the_arm_itself(robot: Robot, name: str) -> None:
+    """Ten seconds at the start, five there, ten at the end, five back, by positions alone."""
+    start, end = (Pose(np.array(MOVEMENT_SETS[name][key])) for key in ("start_m", "end_m"))
+    waypoints = (
+        PoseWaypoint(pose=start, dwell=10.0),
+        PoseWaypoint(pose=end, duration=5.0, dwell=10.0),
+        PoseWaypoint(pose=start, duration=5.0),
+    )
+    result = plan(PlanningProblem(robot, waypoints, Cubic()))
+    assert result.trajectory.arrivals.tolist() == [0.0, 15.0, 30.0]
+    assert result.trajectory.departures.tolist() == [10.0, 25.0, 30.0]
+    assert result.certificate.satisfied
+    for time, pose in ((0.0, start), (10.0, start), (15.0, end), (25.0, end), (30.0, start)):
+        position, velocity = result.trajectory.evaluate(np.array([time]), [0, 1])
+        assert position_of(position[0]) == pytest.approx(pose.position, abs=1e-6)
+        assert np.abs(velocity).max() < 1e-12
