@@ -80,7 +80,7 @@ def show_movement_sets(client: httpx.Client) -> None:
 
 
 def _row(values: tuple[float, ...] | list[float]) -> str:
-    return " ".join(f"{x:8.2f}" for x in values)
+    return " ".join(f"{round(x, 2) + 0.0:8.2f}" for x in values)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from planner.plan import plan
 from planner.problem import (
     CartesianMove,
     CylindricalMove,
+    Move,
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
@@ -25,7 +26,7 @@ from planner.robots import load_robot
 HOME = PoseWaypoint(name="home", pose=Pose(np.array([0.0, 1.0, 1.3]), np.eye(3)))
 
 # Section III.B: the parameters are right where the printed matrices of moves 7-8 (E14) and 9-10 (E15) are not.
-MOVES = [
+MOVES: list[Move] = [
     CylindricalMove(r=0.17, alpha=radians(50), l=-0.5),
     CartesianMove((-0.34, 0.0, 0.0)),
     SphericalMove(r=0.2, beta=radians(23), gamma=radians(27)),
