@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
 
-STARTS, MORE_STARTS = 24, 96
-"""Starts of the search for solutions; as many more when the first found none."""
+STARTS, MOST_STARTS = 24, 128
+"""Starts of the search for solutions: at least, and at most while there is reason to expect more."""
 
 ITERATIONS = 60
 """Steps of one descent; a start that needs more is a bad one."""
@@ -67,6 +67,9 @@ def inverse_kinematics(
     Nearest counts in time: the joints' distances are divided by their velocity limits. The answer is verified
     by forward kinematics and depends on nothing but the arguments.
 
+    The search goes on while a solution has been found only once: by Good's estimate (1953) the chance that the
+    next start finds a new one is the share of starts that found what no other has.
+
     Args:
         robot: With its tool.
         pose: In the base frame; without a rotation, the position alone counts.
@@ -78,16 +81,20 @@ def inverse_kinematics(
     lower, upper = robot.limit("lower"), robot.limit("upper")
     starts = _starts(robot, reference, options.seed)
     solutions: list[FloatArray] = []
+    found: list[int] = []
     best = (np.inf, reference)
     for i, start in enumerate(starts):
-        if i >= STARTS and solutions:
+        if i >= STARTS and solutions and (1 not in found or not _is_isolated(robot, pose, solutions[0])):
             break
         error, q = _descend(robot, pose, start, lower, upper)
         best = min(best, (error, q), key=lambda pair: pair[0])
         if _is_solution(robot, pose, q, options):
-            q = _nearest_turn(robot, q, reference)
-            if not any(_same(robot, q, other) for other in solutions):
-                solutions.append(q)
+            known = next((k for k, other in enumerate(solutions) if _same(robot, q, other)), None)
+            if known is None:
+                solutions.append(_nearest_turn(robot, q, reference))
+                found.append(1)
+            else:
+                found[known] += 1
     if solutions:
         weights = 1.0 / np.where(np.isfinite(robot.limit("velocity")), robot.limit("velocity"), 1.0)
         nearest = min(solutions, key=lambda q: float(np.linalg.norm((q - reference) * weights)))
@@ -132,7 +139,7 @@ def _result(
 
 
 def _starts(robot: Robot, reference: FloatArray, seed: int) -> FloatArray:
-    """(STARTS + MORE_STARTS, joints): the reference first, then random positions within the limits.
+    """(MOST_STARTS, joints): the reference first, then random positions within the limits.
 
     Angles are drawn from one turn about the reference: more would only repeat the same poses.
     """
@@ -143,7 +150,7 @@ def _starts(robot: Robot, reference: FloatArray, seed: int) -> FloatArray:
     low, high = np.maximum(lower, centre - reach), np.minimum(upper, centre + reach)
     whole = np.isfinite(lower) & np.isfinite(upper) & ~(robot.is_angle & (upper - lower > TURN))
     low, high = np.where(whole, lower, low), np.where(whole, upper, high)
-    random = low + (high - low) * rng.random((STARTS + MORE_STARTS - 1, robot.dof))
+    random = low + (high - low) * rng.random((MOST_STARTS - 1, robot.dof))
     return np.vstack([centre, random])
 
 

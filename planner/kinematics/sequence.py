@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from planner.robots import Robot
 
 
+POSITION_ONLY_DOF = 3
+"""An arm with so few joints cannot choose its orientation: a move relative to a joint position asks for none."""
+
+
 @dataclass(frozen=True, eq=False)
 class SolvedWaypoint:
     """A waypoint with its joint position. Its existence means: forward kinematics have confirmed it.
@@ -56,6 +60,8 @@ def solve_waypoints(
         if isinstance(waypoint, JointWaypoint):
             solved.append(_joint_waypoint(robot, index, waypoint))
             wanted = solved[-1].pose
+            if robot.dof <= POSITION_ONLY_DOF:
+                wanted = Pose(wanted.position)
             continue
         if isinstance(waypoint, PoseWaypoint):
             wanted = waypoint.pose

@@ -33,14 +33,20 @@ def test_samples_of_our_own_quintic_pass_and_agree_with_its_certificate() -> Non
     assert certificate.waypoint_error == 0.0
 
 
-def test_samples_too_fast_are_not_satisfied() -> None:
-    result = plan(problem_of("ngv_refuelling_arm", "cubic", 1, 5))
+def test_samples_run_faster_break_the_limits_by_the_powers_of_the_factor() -> None:
+    problem = problem_of("ngv_refuelling_arm", "cubic", 1, 5)
+    # Whole samples a segment: then the controller's cubics are the planner's.
+    waypoints = tuple(replace(w, duration=6.0 if i else None) for i, w in enumerate(problem.waypoints))
+    result = plan(replace(problem, waypoints=waypoints))
     time = result.trajectory.sample_times(0.01)
     position, velocity = result.trajectory.evaluate(time, [0, 1])
-    assert certify_samples(result.path.robot, Limits(), time, position, velocity).satisfied
-    hurried = certify_samples(result.path.robot, Limits(), time / 1.2, position, velocity * 1.2)
+    certificate = certify_samples(result.path.robot, Limits(), time, position, velocity)
+    assert certificate.satisfied
+    hurried = certify_samples(result.path.robot, Limits(), time / 4.0, position, velocity * 4.0)
     assert not hurried.satisfied
-    assert check_of(hurried, "acceleration").ratio == pytest.approx(1.44, rel=0.02)
+    for quantity, factor in (("velocity", 4.0), ("acceleration", 16.0)):
+        expected = factor * (check_of(result.certificate, quantity).ratio or 0.0)
+        assert check_of(hurried, quantity).ratio == pytest.approx(expected, rel=1e-6)
 
 
 def test_positions_alone_are_run_as_straight_lines() -> None:
