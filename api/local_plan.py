@@ -1,0 +1,57 @@
+"""A plan request answered in this process, without a service: what `planner plan` does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import orjson
+from pydantic import ValidationError
+
+from api.conversion import to_problem
+from api.errors import invalid, invalid_request
+from api.schemas.requests import PlanRequest
+from planner.export import FORMATS, ExportOptions, Format
+from planner.plan import Plan, plan
+from planner.robots import load_robot
+
+
+def read_request(text: bytes, backend: str | None = None) -> PlanRequest:
+    """The request in a document of POST /v1/trajectories.
+
+    Args:
+        text: JSON.
+        backend: Kind of back end in place of the document's, with its default options; None: the document's.
+
+    Raises:
+        InvalidRequest: With everything that is wrong with it.
+    """
+    try:
+        document: Any = orjson.loads(text)
+    except orjson.JSONDecodeError as error:
+        raise invalid([{"pointer": "", "message": f"not JSON: {error}"}]) from None
+    if backend is not None and isinstance(document, dict):
+        document["backend"] = {"kind": backend}
+    try:
+        return PlanRequest.model_validate_json(orjson.dumps(document))
+    except ValidationError as error:
+        raise invalid_request(error, document) from None
+
+
+def plan_request(request: PlanRequest) -> Plan:
+    """The plan of a request.
+
+    Raises:
+        PlanningError: Of the kind that says why there is none.
+    """
+    return plan(to_problem(request, load_robot(request.robot)))
+
+
+def format_of(name: str) -> Format | None:
+    """The format that a file's name asks for by its suffix, the longest that fits; None: there is none."""
+    fitting = [form for form in FORMATS.values() if name.endswith(form.suffix)]
+    return max(fitting, key=lambda form: len(form.suffix), default=None)
+
+
+def render(solved: Plan, request: PlanRequest, form: Format) -> bytes:
+    """The plan in that format, sampled as the request asks."""
+    return form.render(solved, ExportOptions(request.sample_period, frozenset(request.include)))

@@ -1,0 +1,95 @@
+"""A service of one's own for a while: for the demo, the benchmark and whoever tries the HTTP interface out."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import httpx
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+HOST = "127.0.0.1"
+START_TIMEOUT = 60.0
+"""s, until the service must be ready."""
+STOP_TIMEOUT = 20.0
+"""s, that it has to end by itself after SIGTERM."""
+POLL_PERIOD = 0.02
+
+
+class ServiceDidNotStart(Exception):
+    """The service ended, or was not ready in time."""
+
+
+@contextmanager
+def local_service(log: Path, workers: int | None = None) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """Run the real service on a free port until the block ends.
+
+    Args:
+        log: File that its log goes to.
+        workers: None: as the settings say.
+
+    Yields:
+        Its base URL, and its process.
+
+    Raises:
+        ServiceDidNotStart: With the last lines of its log.
+    """
+    port = _free_port()
+    command = [sys.executable, "-m", "api.cli", "serve", "--host", HOST, "--port", str(port)]
+    if workers is not None:
+        command += ["--workers", str(workers)]
+    with log.open("wb") as sink:
+        process = subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT)  # noqa: S603 - no caller's text in it
+    try:
+        url = f"http://{HOST}:{port}"
+        if not _wait_until_ready(url, time.monotonic() + START_TIMEOUT, process):
+            tail = "\n".join(log.read_text(errors="replace").splitlines()[-5:])
+            raise ServiceDidNotStart(f"the service did not get ready; its log ends with:\n{tail}")
+        yield url, process
+    finally:
+        process.terminate()
+        try:
+            process.wait(STOP_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((HOST, 0))
+        return int(probe.getsockname()[1])
+
+
+def announce_when_ready(host: str, port: int) -> None:
+    """Say on stderr, for whoever sits at the terminal, when the service that is starting is ready, and where."""
+    local = HOST if host in {"0.0.0.0", "::"} else host  # noqa: S104 - compared, not listened on
+    url = f"http://[{local}]:{port}" if ":" in local else f"http://{local}:{port}"
+
+    def announce() -> None:
+        if _wait_until_ready(url, time.monotonic() + START_TIMEOUT):
+            sys.stderr.write(f"\n  planner is ready at {url}   (interactive documentation: {url}/docs)\n")
+            sys.stderr.write("  Ctrl+C stops it\n\n")
+
+    threading.Thread(target=announce, daemon=True).start()
+
+
+def _wait_until_ready(url: str, deadline: float, process: subprocess.Popen[bytes] | None = None) -> bool:
+    """Whether the service gets ready before the deadline (monotonic clock) and before its process ends."""
+    with httpx.Client(base_url=url) as client:
+        while time.monotonic() < deadline and (process is None or process.poll() is None):
+            try:
+                if client.get("/readyz").is_success:
+                    return True
+            except httpx.TransportError:
+                pass  # not listening yet
+            time.sleep(POLL_PERIOD)
+    return False

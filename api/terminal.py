@@ -1,0 +1,213 @@
+"""What the command line shows: plans, problems and robots as tables of the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import orjson
+from rich import box
+from rich.console import Console, Group
+from rich.padding import Padding
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from planner.robots.robot import LIMITED_QUANTITIES
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rich.console import RenderableType
+
+    from planner.certificate import Check
+    from planner.plan import Plan
+    from planner.robots import Joint, Robot
+
+NUMBERS = ("peak", "of limit", "share", "at (s)")
+BAR_WIDTH = 12
+FILE_WIDTH = 100
+CLOSE_TO_LIMIT = 0.9
+"""Share of a limit from which on it is shown in yellow."""
+
+ANGLE_UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³", "torque": "N m"}
+LENGTH_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s²", "jerk": "m/s³", "torque": "N"}
+TOOL_UNITS = {"tcp_linear_velocity": "m/s", "tcp_angular_velocity": "rad/s"}
+
+
+def terminal(*, stderr: bool = False) -> Console:
+    """The terminal; what goes into a file or a pipe instead gets lines of a fixed width."""
+    console = Console(stderr=stderr, highlight=False)
+    if not console.is_terminal:
+        console.width = FILE_WIDTH
+    return console
+
+
+def plain_table(*columns: str, right: Sequence[str] = (), title: str | None = None) -> Table:
+    """A table without frame, its header underlined; the first column wraps, those in `right` are aligned there."""
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+        title=title,
+        title_justify="left",
+        title_style="bold",
+    )
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="right" if column in right else "left", no_wrap=i > 0, overflow="fold")
+    return table
+
+
+def share_text(ratio: float | None) -> Text:
+    """A share of a limit in percent, green, yellow near the limit, red above it."""
+    if ratio is None:
+        return Text("-", style="dim")
+    return Text(f"{100.0 * ratio:.1f} %", style=_share_style(ratio))
+
+
+def plan_summary(plan: Plan, seconds: float) -> Group:
+    """A plan for a person; `seconds` is what it took."""
+    robot, trajectory = plan.path.robot, plan.trajectory
+    head = Text.assemble(
+        (robot.id, "bold"),
+        f"   {plan.problem.backend.kind}   ",
+        (f"{trajectory.duration:.6g} s", "bold"),
+        (f"   planned in {seconds * 1e3:.1f} ms", "dim"),
+    )
+    warnings = [Text.assemble(("warning  ", "yellow"), warning.message) for warning in plan.warnings]
+    return Group(Text(), head, *warnings, Text(), _waypoint_table(plan), Text(), _certificate_table(plan), Text())
+
+
+def problem_panel(document: Mapping[str, Any]) -> Panel:
+    """A problem document (RFC 9457) for a person, with its remedies."""
+    parts: list[RenderableType] = []
+    errors = document.get("errors")
+    if errors:
+        faults = Table.grid(padding=(0, 2))
+        for error in errors:
+            faults.add_row(Text(error["pointer"] or "/", style="cyan"), Text(error["message"]))
+        parts.append(faults)
+    else:
+        parts.append(Text(document["detail"]))
+    parts += [
+        Text.assemble((f"{finding['severity']}  ", "yellow"), finding["message"])
+        for finding in document.get("findings", ())
+    ]
+    remedies = document.get("remedies")
+    if remedies:
+        parts += [Text(), Text("What would make it feasible", style="bold")]
+        for remedy in remedies:
+            value = orjson.dumps(remedy["value"]).decode()
+            parts.append(Text.assemble((remedy["change"], "cyan"), " → ", (value, "green")))
+            parts.append(Padding(Text(remedy["explanation"], style="dim"), (0, 0, 0, 2)))
+    return Panel(
+        Group(*parts),
+        title=Text(f" {document['title']} ", style="bold red"),
+        title_align="left",
+        subtitle=Text(f" {document['code']} ", style="dim"),
+        subtitle_align="right",
+        border_style="red",
+        padding=(1, 2),
+    )
+
+
+def robots_table(robots: Sequence[Robot]) -> Table:
+    """The catalogue."""
+    table = plain_table("id", "joints", "tip frame", right=["joints"])
+    table.add_column("where it comes from", ratio=1)
+    for robot in robots:
+        table.add_row(Text(robot.id, style="cyan"), str(robot.dof), robot.tip_frame, Text(robot.source))
+    return table
+
+
+def robot_summary(robot: Robot) -> Group:
+    """One robot: joints, and where each limit comes from."""
+    mass = f"{robot.mass:.4g} kg" if robot.has_dynamics else "no masses known: no torques"
+    head = Text.assemble((robot.id, "bold"), f"   {robot.dof} joints   tip frame {robot.tip_frame}   {mass}")
+    limits = plain_table("joint", "kind", "position", "velocity", "acceleration", "jerk", "torque", title="Limits")
+    for column in limits.columns[2:]:
+        column.justify = "right"
+    origins = plain_table("joint", *LIMITED_QUANTITIES, title="Where the limits come from")
+    for joint in robot.joints:
+        limits.add_row(
+            joint.name, joint.kind, _position_range(joint), *(_limit(joint, q) for q in LIMITED_QUANTITIES[1:])
+        )
+        origins.add_row(joint.name, *(_origin(joint.provenance.get(quantity)) for quantity in LIMITED_QUANTITIES))
+    return Group(Text(), head, Text(robot.source, style="dim"), Text(), limits, Text(), origins, Text())
+
+
+def _waypoint_table(plan: Plan) -> Table:
+    robot = plan.path.robot
+    units = sorted({"rad" if joint.is_angle else "m" for joint in robot.joints}, reverse=True)
+    numbers = ["arrives", *robot.joint_names]
+    table = plain_table("waypoint", *numbers, right=numbers, title=f"Waypoints (s; joints in {', '.join(units)})")
+    for i, waypoint in enumerate(plan.path.waypoints):
+        arrival, departure = plan.trajectory.arrivals[i], plan.trajectory.departures[i]
+        dwell = f" +{departure - arrival:g}" if departure > arrival else ""
+        table.add_row(
+            Text(waypoint.name or str(i)), f"{arrival:.3f}{dwell}", *(f"{value:z.4f}" for value in waypoint.position)
+        )
+    return table
+
+
+def _certificate_table(plan: Plan) -> Table:
+    certificate, robot = plan.certificate, plan.path.robot
+    title = Text.assemble(
+        "Certificate: ",
+        ("every enforced limit is kept", "green") if certificate.satisfied else ("violated", "red"),
+        f"   {certificate.continuity}   waypoints met to {certificate.waypoint_error:.1g}",
+    )
+    table = plain_table("quantity", "worst joint", "peak", "of limit", "share", "", "at (s)", "check", right=NUMBERS)
+    table.title = title
+    for check in certificate.checks:
+        limit = "none" if check.limit is None else f"{check.limit:.4g} {_unit(check, robot)}"
+        table.add_row(
+            check.quantity.replace("tcp_", "tool ").replace("_", " "),
+            check.joint or "",
+            f"{check.peak:.4g}",
+            limit,
+            share_text(check.ratio) if check.bounded else Text("impulse", style="dim"),
+            _bar(check),
+            f"{check.time:.3f}",
+            check.method if check.enforced else Text("not enforced", style="dim"),
+        )
+    return table
+
+
+def _unit(check: Check, robot: Robot) -> str:
+    if check.joint is None:
+        return TOOL_UNITS[check.quantity]
+    joint = robot.joints[robot.joint_names.index(check.joint)]
+    return (ANGLE_UNITS if joint.is_angle else LENGTH_UNITS)[check.quantity]
+
+
+def _bar(check: Check) -> Text:
+    if check.ratio is None:
+        return Text(" " * BAR_WIDTH)
+    full = min(BAR_WIDTH, round(check.ratio * BAR_WIDTH))
+    return Text("━" * full, style=_share_style(check.ratio)) + Text("─" * (BAR_WIDTH - full), style="dim")
+
+
+def _share_style(ratio: float) -> str:
+    if ratio > 1.0 + 1e-9:
+        return "red"
+    return "yellow" if ratio > CLOSE_TO_LIMIT else "green"
+
+
+def _position_range(joint: Joint) -> str:
+    if joint.lower == -float("inf") and joint.upper == float("inf"):
+        return "none"
+    return f"{joint.lower:.4g} .. {joint.upper:.4g} {(ANGLE_UNITS if joint.is_angle else LENGTH_UNITS)['position']}"
+
+
+def _limit(joint: Joint, quantity: str) -> str:
+    value: float = getattr(joint, quantity)
+    if value == float("inf"):
+        return "none"
+    return f"{value:.4g} {(ANGLE_UNITS if joint.is_angle else LENGTH_UNITS)[quantity]}"
+
+
+def _origin(provenance: str | None) -> Text:
+    if provenance is None:
+        return Text("-", style="dim")
+    return Text(provenance, style="" if provenance in {"published", "datasheet"} else "yellow")

@@ -1,0 +1,32 @@
+"""Command line of the benchmarks."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(help="Measure the service on this machine.", add_completion=False, no_args_is_help=True)
+
+
+@app.callback()
+def benchmarks() -> None:
+    """Measure the service on this machine."""
+
+
+@app.command()
+def http(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    seconds: Annotated[float, typer.Option(help="Length of each load, s.", min=0.5)] = 5.0,
+    requests: Annotated[int, typer.Option(help="Requests of the latency measurement.", min=10)] = 1000,
+    starts: Annotated[int, typer.Option(help="Starts of the service.", min=1)] = 5,
+) -> None:
+    """What HTTP, queue and serialisation add to a plan; requests a second; start; memory."""
+    from benchmarks.http import measure
+    from benchmarks.report import print_json, print_table
+
+    figures = measure(seconds, requests, starts)
+    print_json(figures) if json else print_table(figures)
+
+
+app()

@@ -1,0 +1,37 @@
+"""The request that is measured: ten joint waypoints of the repaired refuelling arm, sampled to 500 rows."""
+
+from __future__ import annotations
+
+import random
+
+import orjson
+
+ROBOT, JOINTS, WAYPOINTS, ROWS, SAMPLE_PERIOD = "ngv_refuelling_arm", 6, 10, 500, 0.01
+VARIANTS = 32
+"""Different requests, so that nothing can be answered from memory."""
+
+SPREAD = 0.1
+"""rad, of the waypoints about the middle of every joint: small enough for the limits at the asked durations."""
+
+
+def bodies(middle: list[float], seed: int = 0) -> list[bytes]:
+    """The request bodies, about the joint position `middle`."""
+    rng = random.Random(seed)  # noqa: S311 - no secret
+    duration = (ROWS - 1) * SAMPLE_PERIOD / (WAYPOINTS - 1)
+    requests = []
+    for _ in range(VARIANTS):
+        positions = [[q + rng.uniform(-SPREAD, SPREAD) for q in middle] for _ in range(WAYPOINTS)]
+        waypoints = [{"kind": "joint", "position": position, "duration": duration} for position in positions]
+        del waypoints[0]["duration"]
+        request = {"robot": ROBOT, "waypoints": waypoints, "backend": {"kind": "cubic"}, "sample_period": SAMPLE_PERIOD}
+        requests.append(orjson.dumps(request))
+    return requests
+
+
+def http_request(body: bytes) -> bytes:
+    """A plan request as it goes over the wire, on a connection that is kept."""
+    head = (
+        "POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+        f"Content-Length: {len(body)}\r\n\r\n"
+    )
+    return head.encode() + body
