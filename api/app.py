@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import structlog
 from fastapi import FastAPI, Response
-from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
@@ -45,9 +44,11 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        workers.attach()
         log.info("started", workers=settings.workers)
         yield
-        await run_in_threadpool(workers.stop)
+        workers.detach()
+        workers.stop()
         log.info("stopped")
 
     app = FastAPI(

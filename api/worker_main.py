@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import resource
+import signal
 import sys
 import time
 import traceback
@@ -12,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from multiprocessing.sharedctypes import SynchronizedArray
+    from multiprocessing.connection import Connection
 
 NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -71,46 +73,28 @@ class Reply:
     failure: str | None = None
 
 
-_caps: Caps
-
-
-def initialize(caps: Caps, board: SynchronizedArray[Any]) -> None:
-    """Get a fresh worker ready: limits, imports, one solved problem per back end; then sign the board."""
-    global _caps
-    _caps = caps
+def work(pipe: Connection, caps: Caps) -> None:
+    """Be a worker: get ready and say so with None, then answer tasks until the parent is no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group: the parent drains, then ends us
     os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))
     limit = caps.memory_mib * 1024 * 1024
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
-
-    import gc
 
     from api.tasks import warm_up
 
     warm_up(caps)
     gc.collect()
     gc.freeze()
-    sign(board)
+    pipe.send(None)
+    while True:
+        try:
+            task: Task = pipe.recv()
+        except EOFError:
+            return
+        pipe.send(execute(task, caps))
 
 
-def sign(board: SynchronizedArray[Any]) -> None:
-    """Put this process's id in the place of a process that is no more."""
-    with board.get_lock():
-        place = next(i for i, pid in enumerate(board[:]) if not is_alive(pid))
-        board[place] = os.getpid()
-
-
-def is_alive(pid: int) -> bool:
-    """Whether there is a process with this id; there is none with id 0 here."""
-    if pid == 0:
-        return False
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    return True
-
-
-def execute(task: Task) -> Reply:
+def execute(task: Task, caps: Caps) -> Reply:
     """Run one task; whatever happens, a reply comes back."""
     from api import errors
     from api.tasks import RUN
@@ -122,7 +106,7 @@ def execute(task: Task) -> Reply:
     try:
         if started >= task.deadline:
             raise errors.DeadlineExceeded("the deadline passed while the request waited for a worker")
-        reply = RUN[task.operation](task, _caps)
+        reply = RUN[task.operation](task, caps)
         return replace(reply, timings=queue | dict(reply.timings))
     except (PlanningError, errors.ServiceError) as error:
         refusal: PlanningError | errors.ServiceError = error

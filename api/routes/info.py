@@ -11,6 +11,8 @@ from api.errors import NotFound
 from api.routes.work import json_response, service_of
 from api.schemas.answers import ServiceLimits
 from api.schemas.backends import BACKEND_SCHEMAS
+from api.schemas.common import DEFAULT_DEADLINE
+from api.settings import Settings
 from planner.backends import BACKENDS
 
 SWAGGER_FILES = {
@@ -41,7 +43,8 @@ async def list_backends(request: Request) -> Response:
 async def get_limits(request: Request) -> Response:
     """GET /v1/limits."""
     settings = service_of(request).settings
-    return json_response({name: getattr(settings, name) for name in ServiceLimits.model_fields})
+    caps = {name: getattr(settings, name) for name in ServiceLimits.model_fields if name in Settings.model_fields}
+    return json_response(caps | {"default_deadline": DEFAULT_DEADLINE})
 
 
 async def get_liveness(request: Request) -> Response:

@@ -38,8 +38,8 @@ async def run_with_body(request: Request, operation: str, **arguments: Any) -> R
     if stored is not None:
         arguments["definition"] = stored.definition
     deadline = document.get("deadline")
-    if isinstance(deadline, bool) or not isinstance(deadline, int | float):
-        deadline = DEFAULT_DEADLINE  # or none that is valid: the worker refuses it
+    if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
+        deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it
     return await run(request, operation, min(deadline, service.settings.max_deadline), body, **arguments)
 
 

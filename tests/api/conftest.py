@@ -39,8 +39,7 @@ class RunningService:
 
     def workers(self) -> list[psutil.Process]:
         """The worker processes (the resource tracker is a child too)."""
-        children = psutil.Process(self.process.pid).children()
-        return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
+        return [child for child in psutil.Process(self.process.pid).children() if _is_worker(child)]
 
     def post(self, path: str, body: Any, **options: Any) -> httpx.Response:
         return self.client.post(path, json=body, **options)
@@ -58,6 +57,13 @@ class RunningService:
 
     def logged(self) -> list[dict[str, Any]]:
         return [json.loads(line) for line in self.log.read_text().splitlines()]
+
+
+def _is_worker(process: psutil.Process) -> bool:
+    try:
+        return "spawn_main" in " ".join(process.cmdline())
+    except psutil.Error:  # it has just died
+        return False
 
 
 def wait_until(condition: Callable[[], bool], timeout: float = 30.0) -> None:

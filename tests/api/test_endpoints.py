@@ -1,0 +1,297 @@
+"""Every endpoint, asked well."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+from api.schemas import answers, kinematics, robots
+from tests.api.requests import (
+    dh_joint,
+    dh_robot,
+    joint,
+    plan_request,
+    pose_waypoint,
+    relative_waypoint,
+    urdf_chain,
+    urdf_robot,
+    validate_request,
+)
+
+if TYPE_CHECKING:
+    from httpx import Response
+
+    from tests.api.conftest import RunningService
+
+ARM = "ngv_refuelling_arm"
+START = [0.1, -0.4, 0.2, 0.1, 0.3, 0.1]
+
+
+def checked(answer: Response, schema: type[BaseModel], status: int = 200) -> dict[str, Any]:
+    """The answer as JSON, after holding it against the schema: nothing missing, nothing besides, no other type."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["Content-Type"] == "application/json"
+    document: dict[str, Any] = answer.json()
+    model = schema.model_validate_json(answer.content, strict=True)
+    assert model.model_dump(mode="json", exclude_unset=True) == document
+    return document
+
+
+def test_a_plan_has_everything_of_the_contract(service: RunningService) -> None:
+    request = plan_request(
+        waypoints=[
+            joint(0.1, 0.2, 0.3, name="A"),
+            joint(0.3, 0.1, 0.5, name="B", duration=2.0, dwell=1.0),
+            joint(0.2, 0.2, 0.2, name="C"),
+        ],
+        sample_period=0.05,
+        include=["jerk", "tcp_pose", "polynomials"],
+    )
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    samples, waypoints = plan["samples"], plan["waypoints"]
+    time, position = np.array(samples["time"]), np.array(samples["position"])
+    assert plan["robot"] == "three_dof_arm"
+    assert plan["backend"] == "cubic"
+    assert [waypoint["name"] for waypoint in waypoints] == ["A", "B", "C"]
+    assert time[0] == 0.0
+    assert time[-1] == plan["duration"] == waypoints[-1]["arrival_time"]
+    assert np.all(np.diff(time) > 0.0)
+    assert position.shape == (len(time), 3) == np.array(samples["jerk"]).shape
+    np.testing.assert_allclose(position[0], [0.1, 0.2, 0.3], atol=1e-12)
+    np.testing.assert_allclose(position[-1], [0.2, 0.2, 0.2], atol=1e-12)
+    assert (waypoints[1]["arrival_time"], waypoints[1]["departure_time"]) == (2.0, 3.0)
+    # The cubic of the documents, s = 3 u^2 - 2 u^3, at each sample of the segment whose duration is given.
+    first = time <= 2.0
+    u = time[first] / 2.0
+    np.testing.assert_allclose(position[first, 0], 0.1 + 0.2 * (3.0 * u**2 - 2.0 * u**3), atol=1e-12)
+    assert plan["certificate"]["satisfied"] is True
+    assert plan["certificate"]["continuity"] == "C1"
+    assert [polynomial["joint"] for polynomial in plan["polynomials"]] == plan["joint_names"]
+    assert plan["request_hash"].startswith("sha256:")
+    assert len(plan["request_hash"]) == len("sha256:") + 64
+
+
+def test_the_back_end_may_be_omitted(service: RunningService) -> None:
+    request = plan_request()
+    del request["backend"]
+    assert service.post("/v1/trajectories", request).json()["backend"] == "cubic"
+
+
+@pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal"])
+def test_every_back_end_plans_pose_and_relative_waypoints(service: RunningService, kind: str) -> None:
+    start = service.post("/v1/kinematics/forward", {"robot": ARM, "positions": [START]}).json()["poses"][0]
+    goal = [start["position"][0], start["position"][1], start["position"][2] + 0.05]
+    request = {
+        "robot": ARM,
+        "waypoints": [
+            joint(*START),
+            pose_waypoint(goal, start["orientation"]),
+            relative_waypoint({"kind": "cartesian", "translation": [0.0, 0.0, -0.05]}, frame="base"),
+        ],
+        "backend": {"kind": kind},
+        "ik": {"reference": START},
+    }
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    poses = service.post(
+        "/v1/kinematics/forward",
+        {"robot": ARM, "positions": [waypoint["position"] for waypoint in plan["waypoints"]]},
+    ).json()["poses"]
+    np.testing.assert_allclose(poses[1]["position"], goal, atol=2e-6)
+    np.testing.assert_allclose(poses[2]["position"], start["position"], atol=4e-6)
+    assert plan["certificate"]["satisfied"] is True
+
+
+def test_the_same_request_gives_the_same_bytes(service: RunningService) -> None:
+    request = plan_request(include=["polynomials"])
+    reordered = dict(reversed(request.items()))
+    spelled_out = request | {"sample_period": 0.01, "seed": 0, "limits": {"velocity_scale": 1.0}}
+    bodies = {service.post("/v1/trajectories", request).content for _ in range(8)}
+    assert len(bodies) == 1
+    assert service.post("/v1/trajectories", reordered).content in bodies
+    assert service.post("/v1/trajectories", spelled_out).content in bodies
+    assert service.post("/v1/trajectories", plan_request(sample_period=0.02)).content not in bodies
+
+
+def test_orientations_in_three_notations_are_one(service: RunningService) -> None:
+    roll, pitch, yaw = 0.3, -0.5, 1.1
+    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    rotation = [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
+    cr, sr, cp, sp, cy, sy = (f(a / 2.0) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    xyzw = [
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
+    ]
+    notations = [
+        {"kind": "rpy", "rpy": [roll, pitch, yaw]},
+        {"kind": "quaternion", "xyzw": xyzw},
+        {"kind": "quaternion", "xyzw": [1.009 * value for value in xyzw]},
+        {"kind": "matrix", "matrix": rotation},
+        {"kind": "matrix", "matrix": [[1.004 * value for value in row] for row in rotation]},
+    ]
+    poses = [
+        checked(
+            service.post(
+                "/v1/kinematics/forward",
+                {
+                    "robot": ARM,
+                    "positions": [START],
+                    "tool": {"position": [0.1, 0.0, 0.0], "orientation": notation},
+                },
+            ),
+            kinematics.ForwardKinematicsAnswer,
+        )["poses"][0]
+        for notation in notations
+    ]
+    for pose in poses[1:]:
+        np.testing.assert_allclose(pose["position"], poses[0]["position"], atol=1e-12)
+        np.testing.assert_allclose(pose["orientation"]["xyzw"], poses[0]["orientation"]["xyzw"], atol=1e-12)
+
+
+def test_inverse_kinematics_answers_each_pose(service: RunningService) -> None:
+    pose = service.post("/v1/kinematics/forward", {"robot": ARM, "positions": [START]}).json()["poses"][0]
+    far = {"position": [50.0, 0.0, 0.0], "orientation": None}
+    request = {"robot": ARM, "poses": [pose, far, pose], "solutions": "best", "reference": START}
+    answer = checked(service.post("/v1/kinematics/inverse", request), kinematics.InverseKinematicsAnswer)
+    first, second, third = answer["results"]
+    assert [result["status"] for result in answer["results"]] == ["solved", "unreachable_waypoint", "solved"]
+    np.testing.assert_allclose(first["solutions"][0]["position"], START, atol=1e-5)
+    assert third == first
+    assert second["solutions"] == []
+    nearest = np.array(second["nearest"]["pose"]["position"])
+    assert np.linalg.norm(nearest - [50.0, 0.0, 0.0]) == pytest.approx(second["nearest"]["position_error"], abs=1e-9)
+
+
+def test_an_own_plan_validates(service: RunningService) -> None:
+    plan = service.post("/v1/trajectories", plan_request(backend={"kind": "quintic"})).json()
+    names = ("time", "position", "velocity", "acceleration")
+    samples = {name: plan["samples"][name] for name in names}
+    certificate = checked(
+        service.post("/v1/trajectories/validate", validate_request(samples=samples)), answers.CertificateAnswer
+    )
+    assert certificate["satisfied"] is True
+
+
+def test_too_fast_a_trajectory_does_not_validate_and_that_is_no_error(service: RunningService) -> None:
+    samples = {"time": [0.0, 1e-3], "position": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
+    certificate = checked(
+        service.post("/v1/trajectories/validate", validate_request(samples=samples)), answers.CertificateAnswer
+    )
+    assert certificate["satisfied"] is False
+    [velocity] = [check for check in certificate["checks"] if check["quantity"] == "velocity"]
+    assert velocity["peak"] == pytest.approx(1000.0)
+    assert velocity["ratio"] > 1.0
+
+
+def test_backends_say_what_they_guarantee(service: RunningService) -> None:
+    listed = checked(service.client.get("/v1/backends"), answers.BackendsAnswer)["backends"]
+    kinds = {backend["kind"]: backend for backend in listed}
+    assert {"cubic", "quintic", "trapezoidal"} <= set(kinds)
+    assert kinds["cubic"]["guarantees"]["velocity"] == "hard"
+    assert kinds["cubic"]["guarantees"]["jerk"] == "reported"
+    assert kinds["quintic"]["guarantees"]["jerk"] == "hard"
+    assert set(kinds["trapezoidal"]["options"]) == {"acceleration_time", "deceleration_time"}
+    assert kinds["cubic"]["options"] == {}
+
+
+def test_catalogue_robots(service: RunningService) -> None:
+    listed = checked(service.client.get("/v1/robots"), robots.RobotsAnswer)["robots"]
+    ids = [robot["id"] for robot in listed]
+    assert {ARM, "three_dof_arm", "kuka_kr16_2", "welding_arm", "date_sorting_arm"} <= set(ids)
+    assert ids == sorted(ids)
+    for robot in listed:
+        one = checked(service.client.get(f"/v1/robots/{robot['id']}"), robots.RobotDescription)
+        assert one == robot
+        assert len(robot["joints"]) == robot["dof"] == len(robot["joint_names"])
+
+
+def test_a_dh_robot_comes_and_goes(service: RunningService) -> None:
+    added = service.post("/v1/robots", dh_robot())
+    robot = checked(added, robots.AddedRobot, 201)
+    assert added.headers["Location"] == "/v1/robots/planar_arm"
+    assert "planar_arm" in [robot["id"] for robot in service.client.get("/v1/robots").json()["robots"]]
+    described = checked(service.client.get(added.headers["Location"]), robots.RobotDescription)
+    assert robot == described | {"findings": robot["findings"]}
+
+    # The plane two-link arm: x = 0.4 cos q1 + 0.3 cos (q1 + q2), y likewise.
+    q1, q2 = 0.3, 0.7
+    answer = service.post("/v1/kinematics/forward", {"robot": "planar_arm", "positions": [[q1, q2]]})
+    x = 0.4 * math.cos(q1) + 0.3 * math.cos(q1 + q2)
+    y = 0.4 * math.sin(q1) + 0.3 * math.sin(q1 + q2)
+    np.testing.assert_allclose(answer.json()["poses"][0]["position"], [x, y, 0.0], atol=1e-12)
+
+    assert service.post("/v1/robots", dh_robot()).status_code == 200  # the same again
+    other = service.post("/v1/robots", dh_robot(joints=[dh_joint()]))
+    assert (other.status_code, other.json()["code"]) == (409, "robot_exists")
+
+    assert service.client.delete("/v1/robots/planar_arm").status_code == 204
+    assert service.client.get("/v1/robots/planar_arm").status_code == 404
+    gone = service.post("/v1/kinematics/forward", {"robot": "planar_arm", "positions": [[q1, q2]]})
+    assert (gone.status_code, gone.json()["code"]) == (404, "unknown_robot")
+
+
+def test_a_deleted_id_can_be_used_for_another_robot(service: RunningService) -> None:
+    for length in (0.5, 0.8):
+        service.post("/v1/robots", dh_robot(id="reused", joints=[dh_joint(a=length)]))
+        answer = service.post("/v1/kinematics/forward", {"robot": "reused", "positions": [[0.0]]})
+        np.testing.assert_allclose(answer.json()["poses"][0]["position"], [length, 0.0, 0.0], atol=1e-12)
+        service.client.delete("/v1/robots/reused")
+
+
+def test_a_dh_robot_without_an_id_is_named_after_its_content(service: RunningService) -> None:
+    request = dh_robot()
+    del request["id"]
+    first, again = service.post("/v1/robots", request), service.post("/v1/robots", request)
+    assert (first.status_code, again.status_code) == (201, 200)
+    assert first.json()["id"] == again.json()["id"]
+    service.client.delete(first.headers["Location"])
+
+
+def test_a_urdf_robot_is_added_and_planned_with(service: RunningService) -> None:
+    checked(service.post("/v1/robots", urdf_robot(urdf_chain(3), id="three_links")), robots.AddedRobot, 201)
+    plan = service.post("/v1/trajectories", plan_request(robot="three_links"))
+    assert checked(plan, answers.PlanAnswer)["robot"] == "three_links"
+    assert service.client.delete("/v1/robots/three_links").status_code == 204
+
+
+def test_health_and_limits(service: RunningService) -> None:
+    assert checked(service.client.get("/livez"), answers.Liveness) == {"status": "alive"}
+    ready = checked(service.client.get("/readyz"), answers.Readiness)
+    assert (ready["status"], ready["workers"]) == ("ready", 2)
+    limits = checked(service.client.get("/v1/limits"), answers.ServiceLimits)
+    assert limits["workers"] == 2
+
+
+def test_the_documentation_needs_no_other_host(service: RunningService) -> None:
+    page = service.client.get("/docs")
+    assert page.status_code == 200
+    assert "//" not in page.text.replace("://www.w3.org", "").replace("// ", "")
+    for name in ("swagger-ui-bundle.js", "swagger-ui.css", "favicon-32x32.png"):
+        assert f"docs/{name}" in page.text
+        assert len(service.client.get(f"/docs/{name}").content) > 100
+
+
+def test_timings_and_request_id_are_in_the_headers(service: RunningService) -> None:
+    answer = service.post("/v1/trajectories", plan_request(), headers={"X-Request-ID": "trace-42"})
+    assert answer.headers["X-Request-ID"] == "trace-42"
+    entries = dict(entry.split(";dur=") for entry in answer.headers["Server-Timing"].split(", "))
+    assert list(entries) == ["queue", "validate", "plan", "serialise", "total"]
+    stages = {name: float(milliseconds) for name, milliseconds in entries.items()}
+    total = stages.pop("total")
+    assert 0.0 < sum(stages.values()) < total
+
+    insane = service.client.get("/livez", headers={"X-Request-ID": "a b;c"})
+    assert insane.headers["X-Request-ID"] != "a b;c"
+
+    [line] = [line for line in service.logged() if line.get("request_id") == "trace-42"]
+    assert (line["method"], line["path"], line["status"]) == ("POST", "/v1/trajectories", 200)
+    assert line["bytes"] == len(answer.content)

@@ -1,0 +1,115 @@
+"""The OpenAPI document agrees with the contract and can be worked with."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tests.api.conftest import RunningService
+
+CONTRACT = {
+    ("post", "/v1/trajectories"): "plan_trajectory",
+    ("post", "/v1/trajectories/validate"): "validate_trajectory",
+    ("get", "/v1/backends"): "list_backends",
+    ("get", "/v1/robots"): "list_robots",
+    ("get", "/v1/robots/{id}"): "get_robot",
+    ("post", "/v1/robots"): "add_robot",
+    ("delete", "/v1/robots/{id}"): "delete_robot",
+    ("post", "/v1/kinematics/forward"): "forward_kinematics",
+    ("post", "/v1/kinematics/inverse"): "inverse_kinematics",
+}
+
+
+@pytest.fixture(scope="module")
+def document(service: RunningService) -> dict[str, Any]:
+    answer: dict[str, Any] = service.client.get("/openapi.json").json()
+    return answer
+
+
+def nodes(value: Any) -> Iterator[dict[str, Any]]:
+    """Every object in the document."""
+    if isinstance(value, dict):
+        yield value
+        value = list(value.values())
+    if isinstance(value, list):
+        for item in value:
+            yield from nodes(item)
+
+
+def operations(document: dict[str, Any]) -> dict[tuple[str, str], dict[str, Any]]:
+    return {(method, path): op for path, item in document["paths"].items() for method, op in item.items()}
+
+
+def test_operations_have_the_ids_of_the_contract(document: dict[str, Any]) -> None:
+    ids = {key: operation["operationId"] for key, operation in operations(document).items()}
+    assert CONTRACT.items() <= ids.items()
+    assert len(set(ids.values())) == len(ids)
+    assert document["openapi"].startswith("3.1")
+
+
+def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
+    names = {node["$ref"].rpartition("/")[2] for node in nodes(document) if "$ref" in node}
+    assert names <= set(document["components"]["schemas"])
+    # And nothing is defined that nobody refers to.
+    assert names == set(document["components"]["schemas"])
+
+
+def test_unions_are_discriminated_by_a_required_kind(document: dict[str, Any]) -> None:
+    schemas = document["components"]["schemas"]
+    unions = [node for node in nodes(schemas) if "oneOf" in node]
+    assert len(unions) >= 5
+    for union in unions:
+        assert union["discriminator"]["propertyName"] == "kind"
+        for reference in union["discriminator"]["mapping"].values():
+            variant = schemas[reference.rpartition("/")[2]]
+            assert "kind" in variant["required"]
+            assert "default" not in variant["properties"]["kind"]
+            assert variant["additionalProperties"] is False
+        shapes = [frozenset(schemas[v["$ref"].rpartition("/")[2]]["properties"]) for v in union["oneOf"]]
+        kinds = [schemas[v["$ref"].rpartition("/")[2]]["properties"]["kind"] for v in union["oneOf"]]
+        assert len(shapes) == len(kinds)
+        assert all("const" in kind for kind in kinds)
+
+
+def test_there_are_no_tuples_and_no_unnamed_objects(document: dict[str, Any]) -> None:
+    for node in nodes(document["components"]["schemas"]):
+        assert "prefixItems" not in node
+    for name, schema in document["components"]["schemas"].items():
+        for field in schema.get("properties", {}).values():
+            assert "properties" not in field, name
+
+
+def test_everything_that_a_caller_sends_is_described(document: dict[str, Any]) -> None:
+    for (method, path), operation in operations(document).items():
+        assert operation["summary"].endswith("."), path
+        assert ("requestBody" in operation) == (method == "post"), path
+        if method == "post":
+            content = operation["requestBody"]["content"]["application/json"]
+            assert content["examples"], path
+            assert set(content["schema"]) == {"$ref"}
+            assert {"413", "422", "500", "503", "504"} <= set(operation["responses"])
+            assert "Retry-After" in operation["responses"]["503"]["headers"]
+        for status, response in operation["responses"].items():
+            if status >= "400" and path != "/readyz":
+                assert set(response["content"]) == {"application/problem+json"}
+
+
+def test_every_form_of_a_plan_is_described(document: dict[str, Any]) -> None:
+    responses = document["paths"]["/v1/trajectories"]["post"]["responses"]
+    forms = {"application/json", "text/csv", "application/vnd.ros2.joint-trajectory+json"}
+    assert set(responses["200"]["content"]) == forms
+
+
+def test_the_examples_work(service: RunningService, document: dict[str, Any]) -> None:
+    for (method, path), operation in operations(document).items():
+        if method != "post":
+            continue
+        for example in operation["requestBody"]["content"]["application/json"]["examples"].values():
+            answer = service.post(path, example["value"])
+            assert answer.status_code in (200, 201), answer.text
+            if "Location" in answer.headers:
+                service.client.delete(answer.headers["Location"])

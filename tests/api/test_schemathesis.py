@@ -1,0 +1,49 @@
+"""Requests made up from the OpenAPI document, valid and invalid: no 5xx, and every answer as documented."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, given, settings
+from schemathesis.checks import CHECKS
+
+from api.operations import OPERATIONS, Operation
+from api.schemas.common import LARGEST
+
+if TYPE_CHECKING:
+    from tests.api.conftest import RunningService
+
+EXAMPLES = 60 if os.environ.get("CI") else 15
+BUDGET = settings(
+    max_examples=EXAMPLES,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
+)
+
+
+@pytest.fixture(scope="module")
+def openapi(service: RunningService) -> Any:
+    return schemathesis.openapi.from_url(f"{service.url}/openapi.json")
+
+
+@pytest.mark.parametrize("mode", schemathesis.GenerationMode)
+@pytest.mark.parametrize("operation", OPERATIONS, ids=lambda operation: operation.id)
+def test_made_up_requests(openapi: Any, operation: Operation, mode: schemathesis.GenerationMode) -> None:
+    if mode is schemathesis.GenerationMode.NEGATIVE and operation.request is None:
+        pytest.skip("it takes nothing that could be invalid")
+    # What is valid by the document may still contradict the robot: that 422 is no rejection of valid data.
+    excluded = CHECKS.get_by_names(["positive_data_acceptance"])
+
+    @BUDGET
+    @given(case=openapi[operation.path][operation.method].as_strategy(generation_mode=mode))
+    def check(case: schemathesis.Case) -> None:
+        deadline = case.body.get("deadline") if isinstance(case.body, dict) else None
+        if isinstance(deadline, int | float) and 0.0 < deadline <= LARGEST:
+            case.body["deadline"] = 10.0  # a nanosecond is valid too, and its 504 says nothing
+        case.call_and_validate(excluded_checks=excluded, timeout=30)
+
+    check()

@@ -1,0 +1,172 @@
+"""Deadlines, deaths, overload and shutdown, each on a service of its own."""
+
+from __future__ import annotations
+
+import signal
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import httpx
+import psutil
+import pytest
+from pydantic import ValidationError
+
+from api.settings import Settings
+from tests.api.conftest import WORKER_MEMORY_MIB, wait_until
+from tests.api.requests import dh_robot, plan_request
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.api.conftest import RunningService
+
+PLAN, INVERSE = "/v1/trajectories", "/v1/kinematics/inverse"
+
+
+def slow_request(deadline: float = 10.0) -> dict[str, Any]:
+    """Honest work of minutes: the search gives up on each of these poses only after every start has failed."""
+    poses = [{"position": [3.0 + 0.001 * i, 0.0, 0.0], "orientation": None} for i in range(1000)]
+    return {"robot": "ngv_refuelling_arm", "poses": poses, "deadline": deadline}
+
+
+def busy(service: RunningService) -> int:
+    """How many workers are computing right now."""
+    return sum(worker.cpu_percent(interval=0.1) > 30.0 for worker in service.workers())
+
+
+def test_a_deadline_kills_the_work_and_the_next_request_is_served(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1)
+    before = {worker.pid for worker in service.workers()}
+
+    answer = service.post(INVERSE, slow_request(deadline=0.5))
+
+    assert (answer.status_code, answer.json()["code"]) == (504, "deadline_exceeded")
+    assert service.post(PLAN, plan_request()).status_code == 200
+    assert not before & {worker.pid for worker in service.workers()}
+    service.wait_ready()
+
+
+def test_the_deadline_counts_the_time_in_the_queue(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1)
+    with ThreadPoolExecutor() as threads:
+        slow = threads.submit(service.post, INVERSE, slow_request(deadline=3.0))
+        wait_until(lambda: busy(service) == 1)
+        queued = service.post(PLAN, plan_request(deadline=0.2))
+        assert (queued.status_code, queued.json()["code"]) == (504, "deadline_exceeded")
+        assert not slow.done()
+        assert slow.result().status_code == 504
+    assert service.post(PLAN, plan_request()).status_code == 200
+
+
+def test_a_worker_that_dies_at_work_is_a_500_and_is_replaced(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1)
+    with ThreadPoolExecutor() as threads:
+        slow = threads.submit(service.post, INVERSE, slow_request())
+        wait_until(lambda: busy(service) == 1)
+        service.workers()[0].kill()
+        answer = slow.result()
+    assert (answer.status_code, answer.json()["code"]) == (500, "internal_error")
+    assert answer.headers["Content-Type"] == "application/problem+json"
+    assert service.post(PLAN, plan_request()).status_code == 200
+    service.wait_ready()
+
+
+def test_idle_workers_that_die_are_replaced(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=2)
+    for victims in (1, 2):
+        killed = service.workers()[:victims]
+        for worker in killed:
+            worker.kill()
+        psutil.wait_procs(killed, 10.0)
+        assert service.post(PLAN, plan_request()).status_code == 200
+        service.wait_ready()
+        wait_until(lambda: len(service.workers()) == 2)
+
+
+def test_stopped_workers_do_not_stop_the_service(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=2)
+    stopped = service.workers()
+    for worker in stopped:
+        worker.suspend()
+    answer = service.post(PLAN, plan_request(deadline=0.3))
+    assert (answer.status_code, answer.json()["code"]) == (504, "deadline_exceeded")
+    assert service.client.get("/livez").status_code == 200
+    for worker in stopped:
+        worker.resume()
+    assert service.post(PLAN, plan_request()).status_code == 200
+
+
+def test_a_full_queue_turns_away(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1, queue_size=3)
+    with ThreadPoolExecutor(10) as threads:
+        answers = list(threads.map(lambda _: service.post(INVERSE, slow_request(deadline=3.0)), range(10)))
+    assert sorted(answer.status_code for answer in answers) == [503] * 6 + [504] * 4
+    for answer in answers:
+        if answer.status_code == 503:
+            assert answer.json()["code"] == "overloaded"
+            assert int(answer.headers["Retry-After"]) > 0
+    assert service.post(PLAN, plan_request()).status_code == 200
+
+
+def test_sigterm_drains(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1)
+    workers = service.workers()
+    with ThreadPoolExecutor() as threads:
+        slow = threads.submit(service.post, INVERSE, slow_request(deadline=2.0))
+        wait_until(lambda: busy(service) == 1)
+        service.process.send_signal(signal.SIGTERM)
+        wait_until(lambda: refuses_connections(service.url))
+        assert not slow.done()
+        # The request in flight is worked on until its own end: here its deadline.
+        assert slow.result().status_code == 504
+    assert service.process.wait(10.0) == 0
+    wait_until(lambda: not any(worker.is_running() for worker in workers))
+
+
+def refuses_connections(url: str) -> bool:
+    try:
+        httpx.get(f"{url}/livez", trust_env=False)
+    except httpx.ConnectError:
+        return True
+    return False
+
+
+def test_workers_are_recycled(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1, worker_max_tasks=3)
+    pids = set()
+    for _ in range(8):
+        assert service.post(PLAN, plan_request()).status_code == 200
+        pids |= {worker.pid for worker in service.workers()}
+    assert len(pids) >= 2
+
+
+def test_a_worker_cannot_outgrow_its_memory(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1, worker_memory_mib=256, max_samples=100_000_000, max_body_bytes=2**25)
+    # A million rows, whose answer takes more than the cap allows.
+    request = plan_request(sample_period=1e-6, include=["jerk", "tcp_pose"], deadline=60.0)
+    answer = service.post(PLAN, request)
+    assert (answer.status_code, answer.json()["code"]) == (422, "memory_exceeded")
+    assert service.post(PLAN, plan_request()).status_code == 200
+    service.wait_ready()
+    assert max(worker.memory_info().rss for worker in service.workers()) < 256 * 2**20
+
+
+def test_there_is_room_for_so_many_robots_only(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1, max_robots=2)
+    answers = [service.post("/v1/robots", dh_robot(id=f"arm_{i}")) for i in range(3)]
+    assert [answer.status_code for answer in answers] == [201, 201, 409]
+    assert answers[-1].json()["code"] == "too_many_robots"
+
+
+def test_the_memory_of_a_warm_worker(service: RunningService) -> None:
+    for worker in service.workers():
+        assert worker.memory_info().rss < WORKER_MEMORY_MIB * 2**20
+        loaded = {mapping.path for mapping in worker.memory_maps()}
+        assert not [path for path in loaded if "/scipy/" in path or "/matplotlib/" in path]
+
+
+@pytest.mark.parametrize("variable", ["PLANNER_WORKERS=0", "PLANNER_PORT=-1", "PLANNER_LOG_LEVEL=loud"])
+def test_settings_out_of_bounds_are_refused(monkeypatch: pytest.MonkeyPatch, variable: str) -> None:
+    monkeypatch.setenv(*variable.split("="))
+    with pytest.raises(ValidationError):
+        Settings()
