@@ -37,7 +37,8 @@ def client(service: RunningService, tmp_path_factory: pytest.TempPathFactory) ->
     )
     assert result.returncode == 0, result.stdout + result.stderr
     sys.path.insert(0, str(folder))
-    yield import_module(f"{PACKAGE}.client").Client(base_url=service.url)
+    with import_module(f"{PACKAGE}.client").Client(base_url=service.url) as client:
+        yield client
     sys.path.remove(str(folder))
 
 
