@@ -54,11 +54,7 @@ def test_every_plan_keeps_its_promises(kind: str, data: st.DataObject) -> None:
         assert jumps <= 1e-9 * max(np.abs(values).max(), 1.0)
     assert int(result.certificate.continuity[1:]) >= CONTINUITY[kind]
 
-
-@pytest.mark.parametrize("kind", sorted(BACKENDS))
-@given(data=st.data())
-def test_the_same_request_gives_the_same_bytes(kind: str, data: st.DataObject) -> None:
-    problem = data.draw(problems(kind))
-    form = FORMATS[data.draw(st.sampled_from(sorted(FORMATS)))]
-    options = ExportOptions(sample_period=plan(problem).trajectory.duration / 20.7)
-    assert form.render(plan(problem), options) == form.render(plan(problem), options)
+    # The same request gives the same bytes.
+    options = ExportOptions(sample_period=trajectory.duration / 10.7)
+    again = plan(problem)
+    assert FORMATS["json"].render(again, options) == FORMATS["json"].render(result, options)
