@@ -147,7 +147,10 @@ def check_position_limits(joint: Joint, findings: Findings) -> Joint:
     if joint.kind == "continuous":
         return replace(joint, lower=-math.inf, upper=math.inf)
     lower, upper = (math.copysign(math.inf, x) if abs(x) > MAX_NUMBER else x for x in (joint.lower, joint.upper))
-    if not lower < upper:
+    if math.isfinite(lower) != math.isfinite(upper):
+        text = f"{shown(joint.name)} has a position limit on one side only: give both, or none"
+        findings.error("one_sided_position_limit", shown(joint.name), text)
+    elif not lower < upper:
         text = f"the lower position limit {lower:g} of {shown(joint.name)} is not below the upper one {upper:g}"
         findings.error("lower_not_below_upper", shown(joint.name), text)
     return replace(joint, lower=lower, upper=upper)

@@ -114,6 +114,9 @@ class Robot:
     @cached_property
     def tip_frame_id(self) -> int:
         """Pinocchio's id of the tip frame; by type, for a link may have the tool's name."""
+        if not self.model.existFrame(self.tip_frame, pin.FrameType.BODY):
+            # Pinocchio would give an id beyond the last frame, and crash when it is used.
+            raise ValueError(f"{self.id} has no link called {self.tip_frame!r}")
         return int(self.model.getFrameId(self.tip_frame, pin.FrameType.BODY))
 
     @cached_property

@@ -174,6 +174,12 @@ DH_TABLES: list[tuple[str, str, DHModel]] = [
         DHModel("standard", (replace(GOOD, mass=1.0, inertia=(1.0, 0.0, 0.0, -1.0, 0.0, 1.0)),)),
     ),
     ("lower above upper", "lower_not_below_upper", DHModel("standard", (replace(GOOD, lower=1.0, upper=0.0),))),
+    ("limited on one side", "one_sided_position_limit", DHModel("standard", (replace(GOOD, lower=1.0),))),
+    (
+        "the upper side beyond all reason",
+        "one_sided_position_limit",
+        DHModel("standard", (replace(GOOD, lower=0.0, upper=1e12),)),
+    ),
     ("lower equal to upper", "lower_not_below_upper", DHModel("standard", (replace(GOOD, lower=1.0, upper=1.0),))),
     ("a negative speed", "negative_limit", DHModel("standard", (replace(GOOD, velocity=-1.0),))),
     ("a negative torque", "negative_limit", DHModel("standard", (replace(GOOD, torque=-1.0),))),
