@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from api.conversion import to_problem
 from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
+from api.tasks import request_hash
 from planner.export import FORMATS, ExportOptions, Format
 from planner.plan import Plan, plan
 from planner.robots import load_robot
@@ -54,4 +55,5 @@ def format_of(name: str) -> Format | None:
 
 def render(solved: Plan, request: PlanRequest, form: Format) -> bytes:
     """The plan in that format, sampled as the request asks."""
-    return form.render(solved, ExportOptions(request.sample_period, frozenset(request.include)))
+    options = ExportOptions(request.sample_period, frozenset(request.include), request_hash(request))
+    return form.render(solved, options)

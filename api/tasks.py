@@ -60,7 +60,7 @@ def plan_trajectory(task: Task, caps: Caps) -> Reply:
         request = _validate(PlanRequest, task.body)
         _check_caps(request, caps, waypoints=request.waypoints)
         problem = to_problem(request, _robot(request.robot, task))
-        request_hash = "sha256:" + hashlib.sha256(_canonical(request)).hexdigest()
+        quoted = request_hash(request)
     with watch.stage("plan"):
         solved = plan(problem)
     rows = math.ceil(solved.trajectory.duration / request.sample_period) + 1
@@ -69,7 +69,7 @@ def plan_trajectory(task: Task, caps: Caps) -> Reply:
         raise InvalidProblem([("/sample_period", limit)])
     form = FORMATS[task.arguments["format"]]
     with watch.stage("serialise"):
-        options = ExportOptions(request.sample_period, frozenset(request.include), request_hash)
+        options = ExportOptions(request.sample_period, frozenset(request.include), quoted)
         body = form.render(solved, options)
     return Reply(200, form.media_type, body, watch.timings)
 
@@ -214,6 +214,11 @@ def _validate(schema: Any, body: bytes) -> Any:
         return _adapters[schema].validate_json(body)
     except ValidationError as error:
         raise invalid_request(error, orjson.loads(body)) from None
+
+
+def request_hash(request: BaseModel) -> str:
+    """What an answer quotes its request by: the same for requests that differ only in notation."""
+    return "sha256:" + hashlib.sha256(_canonical(request)).hexdigest()
 
 
 def _canonical(request: BaseModel) -> bytes:

@@ -132,7 +132,7 @@ async def load(port: int, connections: int, seconds: float, requests: list[bytes
         "latency_median": latencies[len(latencies) // 2],
         "latency_p99": latencies[int(len(latencies) * 0.99)],
         "latency_worst": latencies[-1],
-        "client_cpu": cpu / elapsed,
+        "client_cpu": cpu / len(latencies),
     }
 
 

@@ -41,6 +41,7 @@ def measure(seconds: float, requests: int, starts: int) -> dict[str, Any]:
         requests: Requests of the latency measurement.
         starts: Starts of the service.
     """
+    busy = os.getloadavg()[0]
     requested = bodies(load_robot(ROBOT).middle.tolist())
     wire = [http_request(body) for body in requested]
     with tempfile.TemporaryDirectory() as folder:
@@ -59,6 +60,7 @@ def measure(seconds: float, requests: int, starts: int) -> dict[str, Any]:
             "processor": _processor(),
             "cores": len(os.sched_getaffinity(0)),
             "python": platform.python_version(),
+            "load_average_before": busy,
         },
         "workers": WORKERS,
         "latency": latency,
@@ -114,14 +116,14 @@ def _distribution(values: list[float]) -> dict[str, float]:
 
 
 def _load(port: int, connections: int, seconds: float, file: Path, service: psutil.Process) -> dict[str, Any]:
-    """Several clients at once, in a process of their own; and the cores that everybody used."""
+    """Several clients at once, in a process of their own; and the processor time that a request cost everybody."""
     command = [sys.executable, "-m", "benchmarks.clients", str(port), str(connections), str(seconds), str(file)]
     workers = _workers(service)
     before = _cpu_seconds([service]), _cpu_seconds(workers)
     output = subprocess.run(command, check=True, capture_output=True).stdout
     result: dict[str, Any] = orjson.loads(output)
-    result["server_cpu"] = (_cpu_seconds([service]) - before[0]) / result["seconds"]
-    result["workers_cpu"] = (_cpu_seconds(workers) - before[1]) / result["seconds"]
+    result["server_cpu"] = (_cpu_seconds([service]) - before[0]) / result["requests"]
+    result["workers_cpu"] = (_cpu_seconds(workers) - before[1]) / result["requests"]
     return result
 
 

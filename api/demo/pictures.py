@@ -27,7 +27,7 @@ QUANTITIES = ("position", "velocity", "acceleration")
 UNITS = {True: ("°", "°/s", "°/s²"), False: ("mm", "mm/s", "mm/s²")}
 """Of the three quantities, by whether the joint turns."""
 
-KEY = "grey bars: from the lower to the upper limit, coloured where used; dashed: a limit near the curves; shaded: at rest"
+KEY = "grey bars: from the lower to the upper limit, colour: used; dashed: a limit near the curves; shaded: at rest"
 
 ROOM_FOR_LIMIT = 1.25
 """A limit is drawn among the curves when that makes their axis no taller than this many times."""
