@@ -9,6 +9,7 @@ import signal
 import sys
 import time
 import traceback
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -86,12 +87,9 @@ def work(pipe: Connection, caps: Caps) -> None:
     gc.collect()
     gc.freeze()
     pipe.send(None)
-    while True:
-        try:
-            task: Task = pipe.recv()
-        except EOFError:
-            return
-        pipe.send(execute(task, caps))
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the parent is no more
+        while True:
+            pipe.send(execute(pipe.recv(), caps))
 
 
 def execute(task: Task, caps: Caps) -> Reply:

@@ -39,7 +39,7 @@ class Schema(BaseModel):
 class Answer(BaseModel):
     """Of answers: they are described by these models, not built through them. Fields may be added one day."""
 
-    model_config = ConfigDict(frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, use_attribute_docstrings=True, defer_build=True)
 
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
