@@ -24,21 +24,31 @@ app = typer.Typer(
 
 @app.command()
 def serve(
-    host: Annotated[str | None, typer.Option(help="Address to listen on.", show_default="127.0.0.1")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on.", show_default="8000", min=0, max=65535)] = None,
+    host: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Address to listen on.", show_default="127.0.0.1")
+    ] = None,
+    port: Annotated[
+        int | None, typer.Option(metavar="NUMBER", help="Port to listen on.", show_default="8000", min=0, max=65535)
+    ] = None,
     workers: Annotated[
-        int | None, typer.Option(help="Worker processes.", show_default="one a core", min=1, max=256)
+        int | None, typer.Option(metavar="N", help="Worker processes.", show_default="one a core", min=1, max=256)
     ] = None,
 ) -> None:
     """Run the HTTP service until it is told to stop.
 
     What is left out comes from the environment: PLANNER_HOST, PLANNER_PORT, PLANNER_WORKERS, ...
     """
+    from pydantic import ValidationError
+
     from api.server import serve as run
     from api.settings import Settings
 
     given = {"host": host, "port": port, "workers": workers}
-    settings = Settings.model_validate({name: value for name, value in given.items() if value is not None})
+    try:
+        settings = Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    except ValidationError as error:
+        faults = (f"PLANNER_{str(fault['loc'][0]).upper()}: {fault['msg']}" for fault in error.errors())
+        raise typer.BadParameter("; ".join(faults), param_hint="environment") from None
     if sys.stderr.isatty():
         from api.local_service import announce_when_ready
 
@@ -48,13 +58,17 @@ def serve(
 
 @app.command()
 def plan(
-    request: Annotated[str, typer.Argument(help="File with a request of POST /v1/trajectories; - reads stdin.")],
+    request: Annotated[
+        str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")
+    ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Write the trajectory here; the suffix chooses the format."),
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write the trajectory here; the suffix chooses the format."
+        ),
     ] = None,
     backend: Annotated[
-        str | None, typer.Option(help="Back end in place of the request's, with its default options.")
+        str | None, typer.Option(metavar="KIND", help="Back end in place of the request's, with its default options.")
     ] = None,
 ) -> None:
     """Plan a request here, without a service, and show what came out."""
@@ -109,7 +123,9 @@ def robots(
 
 @app.command()
 def demo(
-    output: Annotated[Path, typer.Option(help="Folder for the pictures and the answers.")] = Path("demo-output"),
+    output: Annotated[
+        Path, typer.Option(metavar="FOLDER", help="Folder for the pictures and the service's log.")
+    ] = Path("demo-output"),
 ) -> None:
     """Start the service, plan the cases of four published works over HTTP, and draw them."""
     from api.demo import run_demo

@@ -137,6 +137,13 @@ def test_wrong_usage_ends_with_2(arguments: list[str]) -> None:
     assert planner(*arguments).exit_code == 2
 
 
+def test_a_bad_environment_ends_with_2_and_says_which(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PLANNER_QUEUE_SIZE", "many")
+    result = planner("serve")
+    assert result.exit_code == 2
+    assert "PLANNER_QUEUE_SIZE" in result.stderr
+
+
 def test_robots_are_listed() -> None:
     result = planner("robots")
     assert result.exit_code == 0
