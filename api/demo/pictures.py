@@ -126,15 +126,28 @@ def _draw_curves(axis: Axes, answer: dict[str, Any], drawn: Drawn, joints: np.nd
     axis.set_ylabel(label)
     axis.set_xlim(time[0], time[-1])
     axis.margins(y=0.08)
-    bottom, top = axis.get_ylim()
-    for joint in np.flatnonzero(joints).tolist():
-        for limit in (drawn.lower[joint], drawn.upper[joint]):
-            if max(top, limit) - min(bottom, limit) <= ROOM_FOR_LIMIT * (top - bottom):
-                axis.axhline(limit, color=_colour(joint), linewidth=1.0, linestyle=(0, (5, 3)))
+    _draw_limits(axis, answer["joint_names"], drawn, np.flatnonzero(joints).tolist())
     for waypoint in answer["waypoints"]:
         axis.axvline(waypoint["arrival_time"], color="#BBBBBB", linewidth=0.8, zorder=0)
         if waypoint["departure_time"] > waypoint["arrival_time"]:
             axis.axvspan(waypoint["arrival_time"], waypoint["departure_time"], color="#F3F3F3", zorder=0)
+
+
+def _draw_limits(axis: Axes, names: list[str], drawn: Drawn, joints: list[int]) -> None:
+    """The limits that are near the curves; one line for joints that share one, with their names on it."""
+    bottom, top = axis.get_ylim()
+    for limit in {*drawn.lower[joints], *drawn.upper[joints]}:
+        if max(top, limit) - min(bottom, limit) > ROOM_FOR_LIMIT * (top - bottom):
+            continue
+        bound = [joint for joint in joints if limit in {drawn.lower[joint], drawn.upper[joint]}]
+        colour = _colour(bound[0]) if len(bound) == 1 else "#777777"
+        axis.axhline(limit, color=colour, linewidth=1.0, linestyle=(0, (5, 3)))
+        below = limit in drawn.lower[bound]
+        axis.annotate(
+            "limit of " + ", ".join(names[joint] for joint in bound), (1.0, limit), (-2, -2 if below else 2),
+            xycoords=("axes fraction", "data"), textcoords="offset points",
+            ha="right", va="top" if below else "bottom", fontsize=7, color=colour,
+        )  # fmt: skip
 
 
 def _draw_shares(axis: Axes, robot: dict[str, Any], drawn: Drawn, units: list[str]) -> None:
