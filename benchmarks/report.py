@@ -37,7 +37,8 @@ def print_table(figures: dict[str, Any]) -> None:
     machine, latency, memory = figures["machine"], figures["latency"], figures["memory"]
     console.print(f"\n{machine['processor']}, {machine['cores']} cores, Python {machine['python']}")
     if machine["load_average_before"] > BUSY:
-        busy = f"the machine was busy (load average {machine['load_average_before']:.1f}), so these figures are worse than its best"
+        load = machine["load_average_before"]
+        busy = f"the machine was busy (load average {load:.1f}), so these figures are worse than its best"
         console.print(busy, style="yellow")
     console.print(f"{figures['workers']} workers, answers of {latency['response_bytes'] / 1e3:.0f} kB\n")
     console.print(_overview(figures), "")
