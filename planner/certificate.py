@@ -9,19 +9,19 @@ they are sampled, and the check says so.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from math import comb, copysign, sqrt
+from math import copysign
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from planner.backends.base import QUANTITIES, Guarantee
 from planner.dynamics import inverse_dynamics
+from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_speeds
 from planner.trajectory import differentiate, horner
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
@@ -36,12 +36,6 @@ CONTINUITY_TOLERANCE = 1e-8
 
 MOST_CONTINUOUS = 4
 """Continuity is looked into up to this derivative."""
-
-SUBINTERVALS = 8
-"""Parts of [0, 1] on which a polynomial is bounded by its Bernstein coefficients."""
-
-NEARLY_REAL = 1e-6
-"""Imaginary part, on unit time, up to which a computed root is taken for a real one: a double root splits."""
 
 SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 150, 65, 1001
 """Samples of torque and tool speed on one piece, by the travel of its busiest joint (rad, or m)."""
@@ -122,12 +116,13 @@ def certify(
         guarantees: Which quantities are enforced.
         waypoint_positions: (waypoints, joints), to be met at the trajectory's arrivals.
     """
-    smooth = _continuity(trajectory)
+    derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, MOST_CONTINUOUS + 1)
+    smooth = _continuity(derivatives)
     checks = []
     for quantity in QUANTITIES:
         enforced = guarantees[quantity] is Guarantee.HARD
         if quantity in ORDER_OF:
-            checks.append(_polynomial_check(trajectory, robot, limits, quantity, enforced, smooth))
+            checks.append(_polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced, smooth))
         else:
             checks.extend(_sampled_check(trajectory, robot, limits, quantity, enforced))
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
@@ -139,143 +134,55 @@ def certify(
     )
 
 
-def _continuity(trajectory: Trajectory) -> int:
+def _continuity(derivatives: UnitPolynomials) -> int:
     """The highest k such that derivatives 0 to k are continuous, rest counted before and after; -1: none."""
-    coefficients, ends = trajectory.coefficients, trajectory.lengths[:, None]
-    for k in range(MOST_CONTINUOUS + 1):
-        left = horner(coefficients, ends)
-        right = coefficients[..., 0]
-        jumps = np.abs(right[1:] - left[:-1]).max(initial=0.0)
+    starts, ends = derivatives.starts, derivatives.ends
+    for k in range(len(starts)):
+        jumps = np.abs(starts[k, 1:] - ends[k, :-1]).max(initial=0.0)
         if k > 0:
-            jumps = max(jumps, np.abs(right[0]).max(), np.abs(left[-1]).max())
+            jumps = max(jumps, np.abs(starts[k, 0]).max(), np.abs(ends[k, -1]).max())
         # A bound on the derivative all over, since it may vanish at every breakpoint.
-        scale = horner(np.abs(coefficients), ends).max()
-        if jumps > CONTINUITY_TOLERANCE * scale:
+        if jumps > CONTINUITY_TOLERANCE * np.abs(derivatives.bernstein[k]).max():
             return k - 1
-        coefficients = differentiate(coefficients)
     return MOST_CONTINUOUS
 
 
 def _polynomial_check(
-    trajectory: Trajectory, robot: Robot, limits: SegmentLimits, quantity: str, enforced: bool, smooth: int
+    trajectory: Trajectory,
+    derivatives: UnitPolynomials,
+    robot: Robot,
+    limits: SegmentLimits,
+    quantity: str,
+    enforced: bool,
+    smooth: int,
 ) -> Check:
     order = ORDER_OF[quantity]
-    coefficients = trajectory.derivative_coefficients(order)
+    polynomials, middle = derivatives[order], np.zeros(robot.dof)
     if quantity == "position":
-        lower, upper = limits.lower, limits.upper
-        limited = np.isfinite(lower) & np.isfinite(upper)
-        middle = np.where(limited, (np.where(limited, lower, 0.0) + np.where(limited, upper, 0.0)) / 2.0, 0.0)
-        half = np.where(limited, (np.where(limited, upper, 0.0) - np.where(limited, lower, 0.0)) / 2.0, np.inf)
-        coefficients = coefficients.copy()
-        coefficients[:, :, 0] -= middle
-        limit = np.broadcast_to(half, coefficients.shape[:2])
+        limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)
+        lower, upper = np.where(limited, limits.lower, 0.0), np.where(limited, limits.upper, 0.0)
+        middle = (lower + upper) / 2.0
+        polynomials = polynomials.minus(middle)
+        limit = np.tile(np.where(limited, (upper - lower) / 2.0, np.inf), (len(trajectory.lengths), 1))
     else:
-        middle = np.zeros(robot.dof)
         limit = getattr(limits, quantity)[trajectory.segments]
     # Without any limit the largest value is still worth knowing: measure every joint by 1.
-    unlimited = not np.isfinite(limit).any()
-    measure = np.ones_like(limit) if unlimited else limit
-    piece, joint, tau, value = largest_magnitude(coefficients, trajectory.lengths, measure)
-    bound = float(limit[piece, joint])
-    has_limit, bounded = bool(np.isfinite(bound)), smooth >= order - 1
+    measure = limit if np.isfinite(limit).any() else np.ones_like(limit)
+    piece, joint, u, value = largest_magnitude(polynomials, measure)
+    bound, offset = float(limit[piece, joint]), float(middle[joint])
+    has_limit, bounded = np.isfinite(bound), smooth >= order - 1
+    is_position = quantity == "position"
     return Check(
         quantity=quantity,
         joint=robot.joint_names[joint],
-        peak=float(value + middle[joint]) if quantity == "position" else abs(value),
-        limit=(float(middle[joint] + np.copysign(bound, value)) if quantity == "position" else bound)
-        if has_limit
-        else None,
+        peak=value + offset if is_position else abs(value),
+        limit=None if not has_limit else copysign(bound, value) + offset if is_position else bound,
         ratio=abs(value) / bound if has_limit and bounded else None,
-        time=float(trajectory.breakpoints[piece] + tau),
+        time=float(trajectory.breakpoints[piece] + u * trajectory.lengths[piece]),
         method="exact",
         enforced=enforced,
         bounded=bounded,
     )
-
-
-def largest_magnitude(
-    coefficients: FloatArray, lengths: FloatArray, measure: FloatArray
-) -> tuple[int, int, float, float]:
-    """Where |p| / measure is largest over all polynomials, exactly.
-
-    Args:
-        coefficients: (pieces, joints, order), ascending, in local time.
-        lengths: (pieces,), the ends of local time.
-        measure: (pieces, joints), positive; infinite entries never win against finite ones.
-
-    Returns:
-        Piece, joint, local time and value of p there.
-    """
-    joints, order = coefficients.shape[1:]
-    unit = (coefficients * lengths[:, None, None] ** np.arange(order)).reshape(-1, order)
-    weight = measure.reshape(-1, 1)
-    ratios = (np.abs(unit @ _bernstein_matrix(order)) / weight).reshape(len(unit), SUBINTERVALS, order)
-    upper = ratios.max(axis=2)
-    # The first and last Bernstein coefficient of a subinterval are values of the polynomial: the best so far.
-    ends = ratios[:, :, [0, -1]]
-    best, part, end = (int(index) for index in np.unravel_index(np.argmax(ends), ends.shape))
-    u, ratio = (part + end) / SUBINTERVALS, float(ends[best, part, end])
-    for candidate, part in np.argwhere(upper > ratio * (1.0 + 1e-12)).tolist():
-        if upper[candidate, part] <= ratio * (1.0 + 1e-12):
-            continue  # overtaken by a root found meanwhile
-        polynomial = unit[candidate].tolist()
-        for root in _roots_of_derivative(polynomial, part / SUBINTERVALS, (part + 1) / SUBINTERVALS):
-            there = abs(_value(polynomial, root)) / float(weight[candidate, 0])
-            if there > ratio:
-                best, u, ratio = candidate, root, there
-    piece, joint = divmod(best, joints)
-    return piece, joint, u * float(lengths[piece]), _value(unit[best].tolist(), u)
-
-
-def _value(polynomial: Sequence[float], u: float) -> float:
-    value = 0.0
-    for coefficient in reversed(polynomial):
-        value = value * u + coefficient
-    return value
-
-
-def _roots_of_derivative(polynomial: Sequence[float], start: float, end: float) -> list[float]:
-    """Real roots in [start, end] of the derivative of a polynomial; ascending powers."""
-    slope = [k * coefficient for k, coefficient in enumerate(polynomial)][1:]
-    while slope and slope[-1] == 0.0:
-        slope.pop()
-    if len(slope) < 2:
-        return []
-    if len(slope) == 2:
-        roots = [-slope[0] / slope[1]]
-    elif len(slope) == 3:
-        roots = _quadratic_roots(*slope)
-    else:
-        complex_roots = np.polynomial.polynomial.polyroots(slope)
-        roots = complex_roots.real[np.abs(complex_roots.imag) < NEARLY_REAL].tolist()
-    return [root for root in roots if start <= root <= end]
-
-
-def _quadratic_roots(c: float, b: float, a: float) -> list[float]:
-    """Real roots of a x^2 + b x + c, without cancellation; a != 0."""
-    discriminant = b * b - 4.0 * a * c
-    if discriminant < 0.0:
-        return []
-    q = -0.5 * (b + copysign(sqrt(discriminant), b))
-    return [q / a, c / q] if q != 0.0 else [0.0]
-
-
-@lru_cache(maxsize=16)
-def _bernstein_matrix(order: int) -> FloatArray:
-    """(order, SUBINTERVALS * order): power coefficients on [0, 1] to Bernstein coefficients on each subinterval."""
-    blocks = []
-    degree = order - 1
-    to_bernstein = np.array(
-        [[comb(i, k) / comb(degree, k) if k <= i else 0.0 for i in range(order)] for k in range(order)]
-    )
-    for part in range(SUBINTERVALS):
-        start, width = part / SUBINTERVALS, 1.0 / SUBINTERVALS
-        # p(start + width v) in powers of v
-        shift = np.array(
-            [[comb(k, m) * start ** (k - m) * width**m if m <= k else 0.0 for m in range(order)] for k in range(order)]
-        )
-        blocks.append(shift @ to_bernstein)
-    return np.hstack(blocks)
 
 
 def _sampled_check(
