@@ -91,19 +91,24 @@ def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tupl
     Returns:
         Piece, joint, unit time and value of p there.
     """
-    ratios = np.abs(polynomials.bernstein) / measure[:, :, None, None]
-    ends = ratios[..., [0, -1]]
-    piece, joint, part, end = (int(index) for index in np.unravel_index(np.argmax(ends), ends.shape))
-    u, ratio = (part + end) / SUBINTERVALS, float(ends[piece, joint, part, end])
-    bounds = ratios.max(axis=3)
-    for i, j, part in np.argwhere(bounds > ratio * (1.0 + ROUNDING)).tolist():
-        if bounds[i, j, part] <= ratio * (1.0 + ROUNDING):
-            continue  # overtaken by a root found meanwhile
-        polynomial = polynomials.coefficients[i, j].tolist()
-        for root in _roots_of_derivative(polynomial, part / SUBINTERVALS, (part + 1) / SUBINTERVALS):
-            there = abs(_value(polynomial, root)) / float(measure[i, j])
-            if there > ratio:
-                piece, joint, u, ratio = i, j, root, there
+    pieces, joints, parts, order = polynomials.bernstein.shape
+    weight = measure.reshape(-1)
+    ratios = np.abs(polynomials.bernstein).reshape(pieces * joints, parts * order) / weight[:, None]
+    # Values at the starts of the subintervals, then at the end of the last.
+    values = np.column_stack([ratios[:, ::order], ratios[:, -1]])
+    best, at = divmod(int(np.argmax(values)), parts + 1)
+    u, ratio = at / parts, float(values[best, at])
+    for i in np.flatnonzero(ratios.max(axis=1) > ratio * (1.0 + ROUNDING)).tolist():
+        polynomial = polynomials.coefficients[divmod(i, joints)].tolist()
+        bounds = ratios[i].reshape(parts, order).max(axis=1).tolist()
+        for part, bound in enumerate(bounds):
+            if bound <= ratio * (1.0 + ROUNDING):
+                continue
+            for root in _roots_of_derivative(polynomial, part / parts, (part + 1) / parts):
+                there = abs(_value(polynomial, root)) / float(weight[i])
+                if there > ratio:
+                    best, u, ratio = i, root, there
+    piece, joint = divmod(best, joints)
     return piece, joint, u, _value(polynomials.coefficients[piece, joint].tolist(), u)
 
 

@@ -31,27 +31,30 @@ RAMPS = "ramps"
 SAMPLED_MARGIN = 1.002
 """Durations set by sampled quantities (torque, tool speed) are longer by this, for what lies between samples."""
 
+MOST_STRETCHES = 50
+"""Times that a segment is lengthened for its sampled limits, each time by less."""
+
 SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 48, 512
 """Samples on one piece, by the travel of its busiest joint (rad, or m)."""
 
 
 @dataclass(frozen=True, eq=False)
-class UnitLaw:
-    """The law of one segment on unit time: s(tau) from 0 to 1 in pieces, each in its local time.
+class UnitLaws:
+    """The law of each segment on unit time: s(tau) from 0 to 1 in pieces, each in its local time.
 
     Attributes:
-        lengths: (pieces,), summing to 1.
-        coefficients: (pieces, order), ascending powers of local time.
+        lengths: (segments, pieces), each row summing to 1; a piece of length 0 is not there.
+        coefficients: (segments, pieces, order), ascending powers of local time.
     """
 
     lengths: FloatArray
     coefficients: FloatArray
 
-    def sample(self, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def sample(self, segment: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """S and its first two derivatives at `count` points on each piece, both ends included; each (N, 1)."""
-        tau = np.linspace(0.0, 1.0, count) * self.lengths[:, None]
-        values = (horner(differentiate(self.coefficients, k)[:, None, :], tau) for k in range(3))
-        s, ds, dds = (value.reshape(-1, 1) for value in values)
+        tau = np.linspace(0.0, 1.0, count) * self.lengths[segment, :, None]
+        pieces = self.coefficients[segment, :, None, :]
+        s, ds, dds = (horner(differentiate(pieces, k), tau).reshape(-1, 1) for k in range(3))
         return s, ds, dds
 
 
@@ -80,19 +83,20 @@ class PolynomialLaw:
         }
         if self.jerk is not None:
             bounds["jerk"] = np.cbrt(self.jerk * travels / limits.jerk)
-        law = UnitLaw(np.ones(1), np.array([self.coefficients]))
-        return parametrize_rest_to_rest(path, bounds, lambda _segment, _duration: law)
+        count = len(travels)
+        laws = UnitLaws(np.ones((count, 1)), np.tile(self.coefficients, (count, 1, 1)))
+        return parametrize_rest_to_rest(path, bounds, lambda _durations: laws)
 
 
 def parametrize_rest_to_rest(
-    path: JointPath, bounds: dict[str, FloatArray], law_of: Callable[[int, float], UnitLaw]
+    path: JointPath, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], UnitLaws]
 ) -> Trajectory:
     """Choose the durations and put the laws on the path.
 
     Args:
         path: With asked durations, NaN where the shortest is wanted.
         bounds: Shortest durations (segments, joints), s, that keep each joint limit of closed form.
-        law_of: The law of a segment at a duration.
+        laws_of: The laws of the segments at their durations (segments,).
 
     Raises:
         InfeasibleDuration: An asked duration is shorter than the shortest feasible one.
@@ -109,79 +113,62 @@ def parametrize_rest_to_rest(
             segment=i,
             remedies=[Remedy(f"/waypoints/{i + 1}/duration", 1.0, "any duration will do")],
         )
-    sampled = _SampledLimits(path)
-    if sampled.any:
-        for i in range(len(shortest)):
-            target = shortest[i] if free[i] else max(shortest[i], asked[i])
-            needed = sampled.shortest_duration(i, target, law_of)
-            if needed > target:
-                shortest[i] = needed
+    start = np.where(free, shortest, np.maximum(shortest, asked))
+    stretched = _SampledLimits(path).stretch(start, laws_of)
+    shortest = np.where(stretched > start, stretched, shortest)
     short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE))
     if len(short):
         raise _infeasible(path, bounds, shortest, short)
     durations = np.where(free, shortest, asked)
-    return assemble(path, [law_of(i, duration) for i, duration in enumerate(durations)], durations)
+    return assemble(path, laws_of(durations), durations)
 
 
-def assemble(path: JointPath, laws: list[UnitLaw], durations: FloatArray) -> Trajectory:
+def assemble(path: JointPath, laws: UnitLaws, durations: FloatArray) -> Trajectory:
     """The trajectory that follows `laws` on the segments of `path`, with its dwells.
+
+    Each segment is its law's pieces and then the dwell at its end; the dwell at the first waypoint stands
+    before them all. Pieces without length are left out at last.
 
     Args:
         path: Straight joint motions.
-        laws: One a segment.
+        laws: Of each segment.
         durations: (segments,), s.
     """
-    starts, travels = path.positions[:-1], path.travels
-    order = max(law.coefficients.shape[1] for law in laws)
-    lengths, coefficients, segments, arrival_pieces = [], [], [], [0]
-    pieces = 0
+    segments, pieces, order = laws.coefficients.shape
+    joints = path.travels.shape[1]
+    scaled = laws.coefficients / durations[:, None, None] ** np.arange(order)
+    coefficients = np.zeros((segments, pieces + 1, joints, order))
+    coefficients[:, :pieces] = scaled[:, :, None, :] * path.travels[:, None, :, None]
+    coefficients[:, :pieces, :, 0] += path.positions[:-1, None]
+    coefficients[:, pieces, :, 0] = path.positions[1:]
+    first = np.zeros((1, joints, order))
+    first[0, :, 0] = path.positions[0]
 
-    def add(segment: int, piece_lengths: FloatArray, piece_coefficients: FloatArray) -> None:
-        nonlocal pieces
-        lengths.append(piece_lengths)
-        coefficients.append(piece_coefficients)
-        segments.append(np.full(len(piece_lengths), segment))
-        pieces += len(piece_lengths)
-
-    def rest(segment: int, dwell: float, position: FloatArray) -> None:
-        if dwell > 0.0:
-            still = np.zeros((1, len(position), order))
-            still[0, :, 0] = position
-            add(segment, np.array([dwell]), still)
-
-    rest(0, path.dwells[0], starts[0])
-    departure_pieces = [pieces]
-    powers = np.arange(order)
-    for i, (law, duration) in enumerate(zip(laws, durations, strict=True)):
-        scaled = np.zeros((len(law.lengths), order))
-        scaled[:, : law.coefficients.shape[1]] = law.coefficients
-        scaled /= duration**powers
-        moving = scaled[:, None, :] * travels[i][None, :, None]
-        moving[:, :, 0] += starts[i]
-        add(i, _piece_lengths(law, duration), moving)
-        arrival_pieces.append(pieces)
-        rest(i, path.dwells[i + 1], path.positions[i + 1])
-        departure_pieces.append(pieces)
-    all_lengths = np.concatenate(lengths)
+    lengths = np.column_stack([_piece_lengths(laws, durations), path.dwells[1:]])
+    all_lengths = np.concatenate([path.dwells[:1], lengths.ravel()])
     times = cumulative_times(all_lengths)
+    owners = np.concatenate([[0], np.repeat(np.arange(segments), pieces + 1)])
+    there = all_lengths > 0.0
     return Trajectory(
-        lengths=all_lengths,
-        coefficients=np.concatenate(coefficients),
-        segments=np.concatenate(segments),
-        arrivals=times[arrival_pieces],
-        departures=times[departure_pieces],
+        lengths=all_lengths[there],
+        coefficients=np.concatenate([first, coefficients.reshape(-1, joints, order)])[there],
+        segments=owners[there],
+        arrivals=np.concatenate([times[:1], times[pieces + 1 :: pieces + 1]]),
+        departures=times[1 :: pieces + 1],
     )
 
 
-def _piece_lengths(law: UnitLaw, duration: float) -> FloatArray:
-    """(pieces,), s, that sum to `duration` exactly.
+def _piece_lengths(laws: UnitLaws, durations: FloatArray) -> FloatArray:
+    """(segments, pieces), s, that sum to the durations exactly.
 
     Adding and subtracting the duration puts the breakpoints on its grid of floating-point numbers, where
     differences and their sums are exact.
     """
-    breakpoints = (np.cumsum(law.lengths) * duration + duration) - duration
-    breakpoints[-1] = duration
-    return np.diff(breakpoints, prepend=0.0)
+    column = durations[:, None]
+    breakpoints = np.zeros((len(durations), laws.lengths.shape[1] + 1))
+    breakpoints[:, 1:] = (np.cumsum(laws.lengths, axis=1) * column + column) - column
+    breakpoints[:, -1] = durations
+    return breakpoints[:, 1:] - breakpoints[:, :-1]
 
 
 class _SampledLimits:
@@ -193,13 +180,8 @@ class _SampledLimits:
         self.angular = path.limits.tcp_angular_velocity
         self.torque = path.limits.torque if path.robot.has_dynamics else np.full_like(path.limits.torque, np.inf)
 
-    @property
-    def any(self) -> bool:
-        """Whether there are any."""
-        return bool(np.isfinite(self.linear).any() or np.isfinite(self.angular).any() or np.isfinite(self.torque).any())
-
-    def shortest_duration(self, segment: int, target: float, law_of: Callable[[int, float], UnitLaw]) -> float:
-        """The shortest duration from `target` on, s, that keeps the sampled limits of the segment.
+    def stretch(self, durations: FloatArray, laws_of: Callable[[FloatArray], UnitLaws]) -> FloatArray:
+        """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits.
 
         A law whose shape depends on the duration (a trapezoid with its own times) is looked at again at
         each longer duration, until nothing changes.
@@ -207,18 +189,21 @@ class _SampledLimits:
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
-        duration = target
-        for _ in range(50):
-            needed = self._needed(segment, law_of(segment, duration))
-            if needed <= duration * (1.0 + DURATION_TOLERANCE):
+        limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
+        for _ in range(MOST_STRETCHES):
+            if not limited.any():
                 break
-            duration = needed
-        return duration
+            laws, needed = laws_of(durations), np.zeros(len(durations))
+            for segment in np.flatnonzero(limited).tolist():
+                needed[segment] = self._needed(segment, laws)
+            limited = needed > durations * (1.0 + DURATION_TOLERANCE)
+            durations = np.where(limited, needed, durations)
+        return durations
 
-    def _needed(self, segment: int, law: UnitLaw) -> float:
+    def _needed(self, segment: int, laws: UnitLaws) -> float:
         path, travel = self.path, self.path.travels[segment]
         count = int(np.clip(SAMPLES_PER_RADIAN * np.abs(travel).max(), FEWEST_SAMPLES, MOST_SAMPLES))
-        s, ds, dds = law.sample(count)
+        s, ds, dds = laws.sample(segment, count)
         positions = path.positions[segment] + s * travel
         velocities, accelerations = ds * travel, dds * travel
         needed = [0.0]

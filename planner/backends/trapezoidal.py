@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from planner.backends.base import Guarantee
-from planner.backends.rest_to_rest import RAMPS, UnitLaw, parametrize_rest_to_rest
+from planner.backends.rest_to_rest import RAMPS, UnitLaws, parametrize_rest_to_rest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath
     from planner.trajectory import Trajectory
+
+NO_CRUISE = 1e-12
+"""Share of the duration below which a cruise is rounding."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,8 @@ def _as_fast_as_the_limits(path: JointPath) -> Trajectory:
         "velocity": np.where(velocity_binds, shortest[:, None], 0.0),
         "acceleration": np.where(inverse_a == sluggishness[:, None], shortest[:, None], 0.0),
     }
-    return parametrize_rest_to_rest(path, bounds, lambda i, _duration: _trapezoid(ramp[i], ramp[i]))
+    laws = _trapezoids(ramp, ramp)
+    return parametrize_rest_to_rest(path, bounds, lambda _durations: laws)
 
 
 def _with_times(path: JointPath, t1: float, t3: float) -> Trajectory:
@@ -102,17 +106,18 @@ def _with_times(path: JointPath, t1: float, t3: float) -> Trajectory:
         "acceleration": travels / (limits.acceleration * min(t1, t3)) + ramps,
         RAMPS: np.full_like(travels, t1 + t3),
     }
-    return parametrize_rest_to_rest(path, bounds, lambda _i, duration: _trapezoid(t1 / duration, t3 / duration))
+    return parametrize_rest_to_rest(path, bounds, lambda durations: _trapezoids(t1 / durations, t3 / durations))
 
 
-def _trapezoid(t1: float, t3: float) -> UnitLaw:
-    """S on unit time: accelerates for t1, brakes for t3, cruises between unless they fill the time."""
+def _trapezoids(t1: FloatArray, t3: FloatArray) -> UnitLaws:
+    """S on unit time: accelerates for t1 (segments,), brakes for t3, cruises between unless they fill the time."""
     peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
     cruise = 1.0 - t1 - t3
-    end = 1.0 - peak * t3 / 2.0
-    pieces: list[tuple[float, list[float]]] = [(t1, [0.0, 0.0, peak / t1 / 2.0])]
-    if cruise > 1e-12:
-        pieces.append((cruise, [peak * t1 / 2.0, peak, 0.0]))
-    pieces.append((t3, [end, peak, -peak / t3 / 2.0]))
-    lengths: FloatArray = np.array([length for length, _ in pieces])
-    return UnitLaw(lengths, np.array([coefficients for _, coefficients in pieces]))
+    cruise = np.where(cruise > NO_CRUISE, cruise, 0.0)
+    coefficients = np.zeros((len(t1), 3, 3))
+    coefficients[:, 0, 2] = peak / t1 / 2.0
+    coefficients[:, 1, 0] = peak * t1 / 2.0
+    coefficients[:, 1:, 1] = peak[:, None]
+    coefficients[:, 2, 0] = 1.0 - peak * t3 / 2.0
+    coefficients[:, 2, 2] = -peak / t3 / 2.0
+    return UnitLaws(np.column_stack([t1, cruise, t3]), coefficients)

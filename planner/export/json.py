@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from planner.export.base import ExportOptions, Format, sample
-from planner.kinematics import poses_as_dicts
+from planner.kinematics import manipulability, poses_as_dicts
 
 if TYPE_CHECKING:
     from planner.plan import Plan
@@ -19,6 +19,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     robot, trajectory = plan.path.robot, plan.trajectory
     samples = sample(plan, options)
     poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
+    manipulabilities = manipulability(robot, plan.path.positions).tolist()
     rows: dict[str, Any] = {
         "time": samples.time,
         "position": samples.position,
@@ -49,7 +50,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "position_error": waypoint.position_error,
                 "orientation_error": waypoint.orientation_error,
                 "solutions": waypoint.solutions,
-                "manipulability": waypoint.manipulability,
+                "manipulability": manipulabilities[i],
             }
             for i, waypoint in enumerate(plan.path.waypoints)
         ],

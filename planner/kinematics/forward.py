@@ -34,14 +34,16 @@ def jacobian(robot: Robot, position: FloatArray) -> FloatArray:
     )
 
 
-def manipulability(robot: Robot, position: FloatArray) -> float:
-    """sqrt(det(J J^T)), the product of the singular values of the Jacobian (Yoshikawa 1985); 0: singular.
+def manipulability(robot: Robot, positions: FloatArray) -> FloatArray:
+    """sqrt(det(J J^T)) (N,) at positions (N, joints): the product of the singular values; 0 where singular.
 
-    With fewer than six joints sqrt(det(J^T J)), the same product.
+    Yoshikawa 1985. With fewer than six joints sqrt(det(J^T J)), the same product.
     """
-    J = jacobian(robot, position)
-    gram = J @ J.T if robot.dof >= 6 else J.T @ J
-    return float(np.sqrt(max(np.linalg.det(gram), 0.0)))
+    J = np.array([jacobian(robot, position) for position in positions])
+    transposed = J.transpose(0, 2, 1)
+    gram = J @ transposed if robot.dof >= 6 else transposed @ J
+    result: FloatArray = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
+    return result
 
 
 def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -135,7 +135,9 @@ def _result(
 ) -> InverseKinematicsResult:
     reached = tool_pose(robot, q)
     distance, angle = pose_errors(pose, reached)
-    return InverseKinematicsResult(status, q, reached, distance, angle, count, manipulability(robot, q), joint, value)
+    return InverseKinematicsResult(
+        status, q, reached, distance, angle, count, float(manipulability(robot, q[None])[0]), joint, value
+    )
 
 
 def _starts(robot: Robot, reference: FloatArray, seed: int) -> FloatArray:

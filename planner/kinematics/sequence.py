@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
-from planner.kinematics.forward import manipulability, tool_pose
+from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
 from planner.problem import JointWaypoint, PoseWaypoint
@@ -33,7 +33,6 @@ class SolvedWaypoint:
         position_error: m, from the pose asked; 0 for a joint waypoint.
         orientation_error: rad; None: no orientation was asked.
         solutions: How many isolated solutions the pose has; None: a joint waypoint, or a continuum.
-        manipulability: There.
     """
 
     name: str | None
@@ -42,7 +41,6 @@ class SolvedWaypoint:
     position_error: float
     orientation_error: float | None
     solutions: int | None
-    manipulability: float
 
 
 def solve_waypoints(
@@ -80,7 +78,6 @@ def solve_waypoints(
                 result.position_error,
                 result.orientation_error,
                 result.solutions,
-                result.manipulability,
             )
         )
     return tuple(solved)
@@ -101,7 +98,7 @@ def _joint_waypoint(robot: Robot, index: int, waypoint: JointWaypoint) -> Solved
             limit=limit,
             remedies=[Remedy(f"/waypoints/{index}/position/{joint}", limit, "the nearest position within the limits")],
         )
-    return SolvedWaypoint(waypoint.name, q, tool_pose(robot, q), 0.0, 0.0, None, manipulability(robot, q))
+    return SolvedWaypoint(waypoint.name, q, tool_pose(robot, q), 0.0, 0.0, None)
 
 
 def _moved(wanted: Pose, reached: Pose, waypoint: RelativeWaypoint) -> Pose:
