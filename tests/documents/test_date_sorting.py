@@ -186,9 +186,7 @@ def test_transition_1_on_the_arm_itself(robot: Robot) -> None:
     start, end = (Pose(T[:3, 3], T[:3, :3]) for T in points)
     waypoints = (PoseWaypoint(pose=start), PoseWaypoint(pose=end, duration=30.0))
     options = InverseKinematicsOptions(reference=tuple(joints_of(POINTS[0]).tolist()))
-    result = plan(
-        PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0), inverse_kinematics=options)
-    )
+    result = plan(PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0), inverse_kinematics=options))
     assert result.trajectory.duration == 30.0
     assert result.path.positions == pytest.approx(np.array([joints_of(point) for point in POINTS[:2]]), abs=1e-6)
     peak = result.trajectory.evaluate(np.array([15.0]), [1])[0][0]

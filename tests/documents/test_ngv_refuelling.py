@@ -74,9 +74,7 @@ def planned(case: str, q_deg: FloatArray | None = None) -> Plan:
     """The case study's joint table with the published durations, under the cubic."""
     positions = np.radians(joint_table(case) if q_deg is None else q_deg).tolist()
     durations = [None, *CASES[case]["segments"]["durations_s"]]
-    waypoints = tuple(
-        JointWaypoint(position=tuple(q), duration=T) for q, T in zip(positions, durations, strict=True)
-    )
+    waypoints = tuple(JointWaypoint(position=tuple(q), duration=T) for q, T in zip(positions, durations, strict=True))
     return plan(PlanningProblem(load_robot("ngv_refuelling_arm_published"), waypoints, Cubic()))
 
 
@@ -231,9 +229,7 @@ def test_e13_no_rounded_polynomial_is_further_off_than_1_54_degrees(plans: dict[
     assert 1.4 < worst < 1.54
 
 
-POSES = [
-    pytest.param(case, i, id=f"{case}-P{i + 1}") for case in CASES for i in range(len(CASES[case]["poses"]["T"]))
-]
+POSES = [pytest.param(case, i, id=f"{case}-P{i + 1}") for case in CASES for i in range(len(CASES[case]["poses"]["T"]))]
 
 
 def published_pose(case: str, i: int) -> Pose:
