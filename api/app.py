@@ -47,7 +47,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         workers.attach()
         log.info("started", workers=settings.workers)
         yield
-        workers.detach()
+        await workers.detach()
         workers.stop()
         log.info("stopped")
 

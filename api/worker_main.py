@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import gc
 import os
+import pickle
 import resource
 import signal
+import struct
 import sys
 import time
 import traceback
@@ -15,7 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from multiprocessing.connection import Connection
+    from io import BufferedRWPair
+    from socket import socket
+
+HEADER = struct.Struct("!I")
+"""Length of a pickled message, ahead of it on the channel between server and worker."""
 
 NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -74,7 +80,7 @@ class Reply:
     failure: str | None = None
 
 
-def work(pipe: Connection, caps: Caps) -> None:
+def work(channel: socket, caps: Caps) -> None:
     """Be a worker: get ready and say so with None, then answer tasks until the parent is no more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group: the parent drains, then ends us
     os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))
@@ -86,10 +92,29 @@ def work(pipe: Connection, caps: Caps) -> None:
     warm_up(caps)
     gc.collect()
     gc.freeze()
-    pipe.send(None)
-    with suppress(EOFError, BrokenPipeError, ConnectionResetError):  # the parent is no more
+    with suppress(EOFError, ConnectionError), channel.makefile("rwb") as stream:  # until the parent is no more
+        _send(stream, None)
         while True:
-            pipe.send(execute(pipe.recv(), caps))
+            _send(stream, execute(_receive(stream), caps))
+
+
+def pack(message: Task | Reply | None) -> bytes:
+    """A message as it goes over a channel: the length of its pickle, then the pickle."""
+    payload = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    return HEADER.pack(len(payload)) + payload
+
+
+def _send(stream: BufferedRWPair[Any, Any], message: Reply | None) -> None:
+    stream.write(pack(message))
+    stream.flush()
+
+
+def _receive(stream: BufferedRWPair[Any, Any]) -> Task:
+    header = stream.read(HEADER.size)
+    if len(header) < HEADER.size:
+        raise EOFError
+    task: Task = pickle.loads(stream.read(*HEADER.unpack(header)))  # noqa: S301 - from the parent
+    return task
 
 
 def execute(task: Task, caps: Caps) -> Reply:

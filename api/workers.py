@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import multiprocessing
-import os
+import pickle
+import socket
 import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import structlog
 
 from api.errors import DeadlineExceeded, InternalError, Overloaded
-from api.worker_main import Caps, work
+from api.worker_main import HEADER, Caps, pack, work
 
 if TYPE_CHECKING:
-    from multiprocessing.connection import Connection
-    from multiprocessing.context import SpawnProcess
-
     from api.settings import Settings
     from api.worker_main import Reply, Task
 
@@ -27,35 +24,84 @@ RETRY_AFTER = "1"
 RESPAWN_DELAY = 1.0
 """s, before a worker that could not even start is tried again."""
 
+READ_AHEAD = 2**22
+"""Bytes of an answer that the event loop takes in before it makes the worker wait."""
+
 log = structlog.get_logger()
 
 
-@dataclass(eq=False)
 class Worker:
-    """A worker process, the pipe to it, and what it is doing.
+    """A worker process, started at once, and the channel to it, connected once there is an event loop.
 
     Attributes:
-        process: The process.
-        pipe: Tasks go in, replies come out; first comes None, once the worker is warm.
-        warm: Whether it has come.
         tasks: How many it has been given.
-        reply: Awaited by whoever gave it the present task; None: it is idle.
+        warm: Whether it has solved its first problems.
+        ended: Set when the process has ended.
     """
 
-    process: SpawnProcess
-    pipe: Connection
-    warm: bool = False
-    tasks: int = 0
-    reply: asyncio.Future[Reply] | None = None
+    def __init__(self, caps: Caps) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._channel, its_channel = socket.socketpair()
+        self.process = context.Process(target=work, args=(its_channel, caps), name="worker", daemon=True)
+        self.process.start()
+        its_channel.close()
+        self.tasks = 0
+        self.warm = False
+        self.ended = asyncio.Event()
+
+    async def connect(self) -> None:
+        """Connect the channel to the running event loop and listen for the end of the process."""
+        self._reader, self._writer = await asyncio.open_unix_connection(sock=self._channel, limit=READ_AHEAD)
+        asyncio.get_running_loop().add_reader(self.process.sentinel, self._note_end)
+
+    def _note_end(self) -> None:
+        asyncio.get_running_loop().remove_reader(self.process.sentinel)
+        self._writer.close()
+        self.process.join()
+        self.ended.set()
+
+    async def warm_up(self) -> None:
+        """Wait until the worker says that it is ready, or has ended without."""
+        try:
+            await self._receive()
+        except (EOFError, OSError):
+            await self.ended.wait()
+        else:
+            self.warm = True
+
+    async def run(self, task: Task) -> Reply:
+        """Run a task to its end; cancelling kills the worker.
+
+        Raises:
+            EOFError, OSError: The worker died.
+        """
+        self.tasks += 1
+        try:
+            self._writer.write(pack(task))
+            await self._writer.drain()
+            return await self._receive()
+        except asyncio.CancelledError:
+            self.process.kill()
+            raise
+
+    async def _receive(self) -> Reply:
+        (length,) = HEADER.unpack(await self._reader.readexactly(HEADER.size))
+        reply: Reply = pickle.loads(await self._reader.readexactly(length))  # noqa: S301 - from our own worker
+        return reply
+
+    def stop(self) -> None:
+        """End the process."""
+        self.process.kill()
+        self.process.join()
 
 
 class WorkerPool:
-    """Runs tasks in worker processes, one at a time each, all from the event loop.
+    """Runs tasks in worker processes, one at a time each, all from the event loop, which never waits for one.
 
-    Each worker has a pipe of its own, so that one can be killed at any moment without harm to the others: one
-    that overruns a deadline is, and whichever ends is replaced. (A pool with a queue that its workers share
-    breaks when one dies with a hand on it.) Spawned, not forked: a forked worker would inherit the server's
-    sockets and signal handlers.
+    Each worker has a channel of its own, so that one can be killed at any moment without harm to the others: one
+    that overruns a deadline is, and whichever ends is replaced. (A pool with a queue that its workers share,
+    as pebble's, breaks as a whole when one dies while idle.) Spawned, not forked: a forked worker would inherit
+    the server's sockets and signal handlers.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -71,30 +117,28 @@ class WorkerPool:
         self._idle: asyncio.Queue[Worker] = asyncio.Queue()
         self._in_flight = 0
         self._been_ready = False
-        self._workers = {self._spawn() for _ in range(self._size)}
+        self._keepers: list[asyncio.Task[None]] = []
+        self._workers = [Worker(self._caps) for _ in range(self._size)]
 
     def attach(self) -> None:
-        """Listen to the workers from the running event loop."""
-        for worker in self._workers:
-            self._listen(worker)
+        """Look after the workers from the running event loop."""
+        self._keepers = [asyncio.create_task(self._keep(place)) for place in range(self._size)]
+
+    async def detach(self) -> None:
+        """Look after them no longer."""
+        for keeper in self._keepers:
+            keeper.cancel()
+        await asyncio.gather(*self._keepers, return_exceptions=True)
 
     def stop(self) -> None:
         """End all workers."""
         for worker in self._workers:
-            worker.process.kill()
-            worker.process.join()
-            worker.pipe.close()
-        self._workers.clear()
-
-    def detach(self) -> None:
-        """Stop listening to the workers."""
-        for worker in self._workers:
-            asyncio.get_running_loop().remove_reader(worker.pipe.fileno())
+            worker.stop()
 
     @property
     def warm_workers(self) -> int:
-        """How many workers have solved their first problems."""
-        return sum(worker.warm for worker in self._workers)
+        """How many workers have solved their first problems and are alive."""
+        return sum(worker.warm and not worker.ended.is_set() for worker in self._workers)
 
     @property
     def ready(self) -> bool:
@@ -122,6 +166,8 @@ class WorkerPool:
                 return await self._run_when_idle(task)
         except TimeoutError:
             raise DeadlineExceeded("the deadline passed before there was an answer") from None
+        except (EOFError, OSError):
+            raise InternalError("the service failed on this request") from None
         finally:
             self._in_flight -= 1
 
@@ -129,64 +175,26 @@ class WorkerPool:
         if time.monotonic() >= task.deadline:
             raise TimeoutError
         worker = await self._idle.get()
-        while worker not in self._workers:  # it died while it was idle
+        while worker.ended.is_set():  # it died while it was idle
             worker = await self._idle.get()
-        worker.reply = asyncio.get_running_loop().create_future()
-        worker.tasks += 1
-        try:
-            worker.pipe.send(task)
-            return await worker.reply
-        except OSError:  # it has just died, and the event loop has not heard of it yet
-            return await self._run_when_idle(task)
-        except asyncio.CancelledError:
-            worker.process.kill()
-            raise
-
-    def _spawn(self) -> Worker:
-        context = multiprocessing.get_context("spawn")
-        pipe, its_pipe = context.Pipe()
-        process = context.Process(target=work, args=(its_pipe, self._caps), name="worker", daemon=True)
-        process.start()
-        its_pipe.close()
-        return Worker(process, pipe)
-
-    def _listen(self, worker: Worker) -> None:
-        asyncio.get_running_loop().add_reader(worker.pipe.fileno(), self._receive, worker)
-        os.set_blocking(worker.pipe.fileno(), True)  # uvloop turns it off; messages are read and written whole
-
-    def _receive(self, worker: Worker) -> None:
-        """Called by the event loop when the worker has sent something, or has ended."""
-        try:
-            message: Reply | None = worker.pipe.recv()
-        except (EOFError, OSError):
-            self._bury(worker)
-            return
-        if message is None:
-            worker.warm = True
-        elif worker.reply is not None and not worker.reply.done():
-            worker.reply.set_result(message)
-        worker.reply = None
+        reply = await worker.run(task)
         if worker.tasks >= self._max_tasks:
             worker.process.kill()
         else:
             self._idle.put_nowait(worker)
+        return reply
 
-    def _bury(self, worker: Worker) -> None:
-        """Put another worker in the place of one that has ended."""
-        loop = asyncio.get_running_loop()
-        loop.remove_reader(worker.pipe.fileno())
-        worker.pipe.close()
-        worker.process.join()
-        self._workers.discard(worker)
-        log.info("worker_ended", pid=worker.process.pid, exit_code=worker.process.exitcode, tasks=worker.tasks)
-        if worker.reply is not None and not worker.reply.done():
-            worker.reply.set_exception(InternalError("the service failed on this request"))
-        if worker.warm:
-            self._replace()
-        else:
-            loop.call_later(RESPAWN_DELAY, self._replace)
-
-    def _replace(self) -> None:
-        worker = self._spawn()
-        self._workers.add(worker)
-        self._listen(worker)
+    async def _keep(self, place: int) -> None:
+        """Keep a place in the pool filled: warm its worker up, and put another there when it has ended."""
+        while True:
+            worker = self._workers[place]
+            await worker.connect()
+            await worker.warm_up()
+            if worker.warm:
+                self._idle.put_nowait(worker)
+            await worker.ended.wait()
+            process = worker.process
+            log.info("worker_ended", pid=process.pid, exit_code=process.exitcode, tasks=worker.tasks)
+            if not worker.warm:
+                await asyncio.sleep(RESPAWN_DELAY)
+            self._workers[place] = Worker(self._caps)
