@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import time
 import uuid
@@ -60,7 +61,7 @@ class RequestContext:
             if status == 0:
                 await _send_internal_error(scope["path"], send_and_note)
         log.log(
-            _LEVELS["error" if status >= 500 else "info"],
+            _level(status),
             "request",
             request_id=state["request_id"],
             method=scope["method"],
@@ -72,7 +73,11 @@ class RequestContext:
         )
 
 
-_LEVELS = {"info": 20, "error": 40}
+def _level(status: int) -> int:
+    """An error is what should not happen; a deadline, a full queue or a service not yet ready is a warning."""
+    if status >= 500:
+        return logging.ERROR if status == 500 else logging.WARNING
+    return logging.INFO
 
 
 def _request_id(scope: Scope) -> str:
