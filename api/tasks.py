@@ -222,8 +222,8 @@ def request_hash(request: BaseModel) -> str:
 
 
 def _canonical(request: BaseModel) -> bytes:
-    """The request with its defaults filled in, keys sorted."""
-    return orjson.dumps(request.model_dump(mode="json"), option=orjson.OPT_SORT_KEYS)
+    """The request with its defaults filled in, keys in the order of its schema."""
+    return request.model_dump_json().encode()
 
 
 def _check_caps(request: Any, caps: Caps, **lists: Sequence[Any]) -> None:

@@ -34,6 +34,9 @@ QUANTITIES = (
 )
 """Everything that a limit can be put on, in the order of the certificate."""
 
+ALL_HARD: Mapping[str, Guarantee] = dict.fromkeys(QUANTITIES, Guarantee.HARD)
+"""Every limit kept."""
+
 
 class BackEnd(Protocol):
     """Puts time on a joint path. Implementations are frozen dataclasses whose fields are the options.

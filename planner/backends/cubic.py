@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from planner.backends.base import Guarantee
+from planner.backends.base import ALL_HARD, Guarantee
 from planner.backends.rest_to_rest import PolynomialLaw
 
 if TYPE_CHECKING:
@@ -24,15 +24,7 @@ class Cubic:
 
     kind: ClassVar[str] = "cubic"
     summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
-    guarantees: ClassVar[Mapping[str, Guarantee]] = {
-        "position": Guarantee.HARD,
-        "velocity": Guarantee.HARD,
-        "acceleration": Guarantee.HARD,
-        "jerk": Guarantee.REPORTED,
-        "torque": Guarantee.HARD,
-        "tcp_linear_velocity": Guarantee.HARD,
-        "tcp_angular_velocity": Guarantee.HARD,
-    }
+    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
     law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
 
     def parametrize(self, path: JointPath) -> Trajectory:

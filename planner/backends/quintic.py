@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING, ClassVar
 
-from planner.backends.base import QUANTITIES, Guarantee
+from planner.backends.base import ALL_HARD, Guarantee
 from planner.backends.rest_to_rest import PolynomialLaw
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class Quintic:
 
     kind: ClassVar[str] = "quintic"
     summary: ClassVar[str] = "Fifth-order polynomial, rest to rest: smooth acceleration, limited jerk, C2."
-    guarantees: ClassVar[Mapping[str, Guarantee]] = dict.fromkeys(QUANTITIES, Guarantee.HARD)
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
     law: ClassVar[PolynomialLaw] = PolynomialLaw(
         (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), velocity=15.0 / 8.0, acceleration=10.0 / sqrt(3.0), jerk=60.0
     )

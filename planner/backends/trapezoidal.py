@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.base import Guarantee
+from planner.backends.base import ALL_HARD, Guarantee
 from planner.backends.rest_to_rest import RAMPS, UnitLaws, parametrize_rest_to_rest
 
 if TYPE_CHECKING:
@@ -37,15 +37,7 @@ class Trapezoidal:
 
     kind: ClassVar[str] = "trapezoidal"
     summary: ClassVar[str] = "Accelerate, cruise, brake: the fastest law from rest to rest without a jerk limit, C1."
-    guarantees: ClassVar[Mapping[str, Guarantee]] = {
-        "position": Guarantee.HARD,
-        "velocity": Guarantee.HARD,
-        "acceleration": Guarantee.HARD,
-        "jerk": Guarantee.REPORTED,
-        "torque": Guarantee.HARD,
-        "tcp_linear_velocity": Guarantee.HARD,
-        "tcp_angular_velocity": Guarantee.HARD,
-    }
+    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
 
     acceleration_time: float | None = field(
         default=None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
-from planner.kinematics import forward_kinematics, quaternions
+from planner.kinematics import forward_kinematics, quaternion
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -96,7 +96,7 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
     if "tcp_pose" in options.include:
         poses = forward_kinematics(robot, position)
         tcp_position = np.array([pose.position for pose in poses])
-        tcp_quaternion = quaternions(np.array([pose.rotation for pose in poses]))
+        tcp_quaternion = np.array([quaternion(pose.rotation) for pose in poses if pose.rotation is not None])
     return Samples(
         time=time,
         position=position,

@@ -2,7 +2,7 @@
 
 from planner.kinematics.forward import forward_kinematics, jacobian, manipulability, tool_speeds
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics
-from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternions
+from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternion
 
 __all__ = [
     "FloatArray",
@@ -13,6 +13,6 @@ __all__ = [
     "jacobian",
     "manipulability",
     "poses_as_dicts",
-    "quaternions",
+    "quaternion",
     "tool_speeds",
 ]

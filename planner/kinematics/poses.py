@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
@@ -69,39 +70,20 @@ def project_to_rotation(matrix: FloatArray) -> FloatArray:
     return nearest
 
 
-def quaternions(rotations: FloatArray) -> FloatArray:
-    """Quaternions (N, 4) x, y, z, w with w >= 0 of rotations (N, 3, 3).
-
-    Shepperd's method: of the four equivalent formulas each rotation takes the one that divides by the
-    largest number.
-    """
-    R = rotations
-    trace = R[:, 0, 0] + R[:, 1, 1] + R[:, 2, 2]
-    choice = np.argmax(np.stack([R[:, 0, 0], R[:, 1, 1], R[:, 2, 2], trace], axis=1), axis=1)
-    i = np.where(choice == 3, 0, choice)
-    j, k, rows = (i + 1) % 3, (i + 2) % 3, np.arange(len(R))
-    q = np.empty((len(R), 4))
-    q[rows, i] = 1.0 - trace + 2.0 * R[rows, i, i]
-    q[rows, j] = R[rows, j, i] + R[rows, i, j]
-    q[rows, k] = R[rows, k, i] + R[rows, i, k]
-    q[:, 3] = R[rows, k, j] - R[rows, j, k]
-    vector = choice == 3
-    q[vector, 0] = R[vector, 2, 1] - R[vector, 1, 2]
-    q[vector, 1] = R[vector, 0, 2] - R[vector, 2, 0]
-    q[vector, 2] = R[vector, 1, 0] - R[vector, 0, 1]
-    q[vector, 3] = 1.0 + trace[vector]
-    q /= np.linalg.norm(q, axis=1, keepdims=True)
-    return np.where(q[:, 3:] < 0.0, -q, q)
+def quaternion(rotation: FloatArray) -> FloatArray:
+    """Quaternion (4,) x, y, z, w of a rotation (3, 3); of the two that there are, the one with w >= 0."""
+    xyzw: FloatArray = pin.Quaternion(rotation).coeffs()
+    return -xyzw if xyzw[3] < 0.0 else xyzw
 
 
 def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
     """Poses in the form that requests and answers use: quaternions, or null where any orientation will do."""
-    identity = np.eye(3)
-    xyzw = quaternions(np.array([identity if pose.rotation is None else pose.rotation for pose in poses])).tolist()
     return [
         {
             "position": pose.position.tolist(),
-            "orientation": None if pose.rotation is None else {"kind": "quaternion", "xyzw": quaternion},
+            "orientation": None
+            if pose.rotation is None
+            else {"kind": "quaternion", "xyzw": quaternion(pose.rotation).tolist()},
         }
-        for pose, quaternion in zip(poses, xyzw, strict=True)
+        for pose in poses
     ]
