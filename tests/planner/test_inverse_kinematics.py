@@ -154,7 +154,7 @@ def test_an_arm_of_one_joint(kind: JointKind) -> None:
         result = inverse_kinematics(robot, wanted, OPTIONS)
         assert (result.status, result.solutions) == ("solved", 1)
         assert result.position == pytest.approx([0.3], abs=1e-9)
-    off = inverse_kinematics(robot, Pose(pose.position + [0.0, 0.3, 0.4]), OPTIONS)
+    off = inverse_kinematics(robot, Pose(pose.position + np.array([0.0, 0.3, 0.4])), OPTIONS)
     assert off.status == "unreachable_waypoint"
     waypoints = (JointWaypoint(position=(-0.5,)), PoseWaypoint(pose=pose))
     assert plan(PlanningProblem(robot, waypoints)).trajectory.evaluate(np.zeros(1), [0])[0] == pytest.approx(-0.5)
