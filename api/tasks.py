@@ -23,7 +23,15 @@ from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
 from planner.errors import InvalidProblem
 from planner.export import FORMATS, ExportOptions
-from planner.kinematics import forward_kinematics, inverse_kinematics, poses_as_dicts
+from planner.kinematics import (
+    all_solutions,
+    forward_kinematics,
+    inverse_kinematics,
+    manipulability,
+    pose_errors,
+    poses_as_dicts,
+    with_whole_turns,
+)
 from planner.plan import plan
 from planner.problem import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, describe, load_robot
@@ -32,9 +40,14 @@ from planner.validate import certify_samples
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from planner.kinematics import FloatArray, Pose
+
 JSON = "application/json"
 CACHED_ROBOTS = 32
 """Robots from definitions that one worker keeps built."""
+
+MOST_SOLUTIONS = 64
+"""Solutions of one pose in an answer."""
 
 T = TypeVar("T")
 
@@ -118,21 +131,38 @@ def run_inverse_kinematics(task: Task, caps: Caps) -> Reply:
         options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
     with watch.stage("plan"):
         results: list[dict[str, Any]] = []
-        for pose in request.poses:
-            result = inverse_kinematics(robot, to_pose(pose), options, reference)
-            found: dict[str, Any] = {
-                "position": result.position,
-                "position_error": result.position_error,
-                "orientation_error": result.orientation_error,
-            }
-            if result.status == "solved":
-                reference = result.position
-                solutions = [found | {"manipulability": result.manipulability}]
-                results.append({"status": result.status, "solutions": solutions})
-            else:
-                nearest = found | {"pose": poses_as_dicts([result.pose])[0]}
+        for asked in request.poses:
+            pose = to_pose(asked)
+            every = request.solutions == "all"
+            result = inverse_kinematics(robot, pose, options, None if every else reference)
+            if result.status != "solved":
+                nearest = _reached(robot, pose, result.position) | {"pose": poses_as_dicts([result.pose])[0]}
                 results.append({"status": result.status, "solutions": [], "nearest": nearest})
+                continue
+            if every:
+                positions = _all_solutions(robot, pose, options, reference)
+            else:
+                positions, reference = (result.position,), result.position
+            measures = manipulability(robot, np.array(positions)).tolist()
+            solutions = [
+                _reached(robot, pose, position) | {"manipulability": measure}
+                for position, measure in zip(positions, measures, strict=True)
+            ]
+            results.append({"status": "solved", "solutions": solutions})
     return _json({"results": results}, watch)
+
+
+def _all_solutions(
+    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None
+) -> tuple[FloatArray, ...]:
+    near = robot.middle if reference is None else reference
+    return with_whole_turns(robot, all_solutions(robot, pose, options, near), near, MOST_SOLUTIONS)
+
+
+def _reached(robot: Robot, pose: Pose, position: FloatArray) -> dict[str, Any]:
+    """A joint position, and by how much the tool misses the pose there."""
+    distance, angle = pose_errors(pose, forward_kinematics(robot, position[None])[0])
+    return {"position": position, "position_error": distance, "orientation_error": angle}
 
 
 def add_robot(task: Task, caps: Caps) -> Reply:

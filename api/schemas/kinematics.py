@@ -39,11 +39,14 @@ class InverseKinematicsRequest(Schema):
     robot: RobotId
     """An id of GET /v1/robots."""
     poses: Annotated[list[Pose], Field(min_length=1, max_length=MOST_ROWS)]
-    """Of the tool in the base frame; each is solved next to the solution before."""
-    solutions: Literal["best"] = "best"
-    """Which solutions to return."""
+    """Of the tool in the base frame."""
+    solutions: Literal["best", "all"] = "best"
+    """`best`: one solution, of the first pose the one nearest to `reference`, of any other the one nearest to the
+    solution before. `all`: every isolated solution within the limits, nearest to `reference` first, those that
+    differ by whole turns of joints included, 64 at most; of a redundant robot a spread of solutions."""
     reference: JointVector | None = None
-    """Joint position that the first pose is solved next to; omitted: the middle of the limits."""
+    """Joint position. Omitted: of the first pose any solution is best, and all are sorted by their distance to the
+    middle of the limits."""
     tool: Pose | None = None
     """Tool centre point in the tip frame; omitted: the tip itself."""
     tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6

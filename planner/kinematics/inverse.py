@@ -1,4 +1,4 @@
-"""Inverse kinematics: Levenberg-Marquardt on Pinocchio's Jacobian, within the position limits, from many starts."""
+"""Inverse kinematics: Levenberg-Marquardt within the position limits, from starts that a table of poses suggests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import pinocchio as pin
 
+from planner.kinematics.descent import Descent
 from planner.kinematics.forward import jacobian, manipulability, tool_pose
+from planner.kinematics.seeds import random_configurations, seed_table
 
 if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray, Pose
@@ -17,17 +19,38 @@ if TYPE_CHECKING:
 
 Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
 
-STARTS, MOST_STARTS = 24, 128
-"""Starts of the search for solutions: at least, and at most while there is reason to expect more."""
+QUICK = {"patience": 2, "iterations": 30}
+"""How a descent for a first solution goes; one that is slow is given up for the next start."""
 
-ITERATIONS = 60
-"""Steps of one descent; a start that needs more is a bad one."""
+STEADY = {"patience": 3, "iterations": 30}
+"""How a descent for all solutions goes."""
 
-CONVERGED = 1e-12
-"""A descent ends when the error (m, rad) is as small as this: rounding is all that is left."""
+THOROUGH = {"patience": 8, "iterations": 60}
+"""How a descent goes where quick ones have found nothing."""
+
+POLISH = {"patience": 300, "iterations": 300}
+"""How the nearest pose is approached where none is reached, and convergence is slow."""
+
+QUICK_STARTS, THOROUGH_STARTS, BLIND_STARTS = 16, 24, 8
+"""Starts from the table for a first solution; for another attempt; and random ones."""
+
+POOL, QUIET = 512, 40
+"""Starts among which all solutions are sought, and after how many without a new one the search ends."""
+
+NEAR = 0.4
+"""rad or m in every joint: starts as close as this to a solution, or to one another, would find the same."""
+
+TWINS, AHEAD = 2, 1e-4
+"""Singular values behind whose singularity another branch is sought; and the step of the difference quotient, rad."""
 
 SAME_SOLUTION = 1e-4
-"""Solutions closer than this in every joint (rad, whole turns apart; m) are one."""
+"""Isolated solutions closer than this in every joint (rad, whole turns apart; m) are one."""
+
+SPREAD, MOST_SPREAD = 0.3, 16
+"""Of a continuum: how far solutions are apart at least in one joint, rad or m, and how many are given."""
+
+JUMP = 0.5
+"""rad or m: a descent from the reference that moves no joint by more has found the solution that goes with it."""
 
 TURN = 2.0 * np.pi
 
@@ -42,7 +65,6 @@ class InverseKinematicsResult:
         pose: Of the tool at `position`, by forward kinematics.
         position_error: Distance of `pose` from the pose asked, m.
         orientation_error: Angle between them, rad; None: no orientation was asked.
-        solutions: How many isolated solutions were found; None: there is a continuum of them, or none.
         manipulability: At `position`.
         joint: With `joint_position_limit`: the joint that would have to leave its limits.
         value: With `joint_position_limit`: where that joint would have to be, rad or m.
@@ -53,7 +75,6 @@ class InverseKinematicsResult:
     pose: Pose
     position_error: float
     orientation_error: float | None
-    solutions: int | None
     manipulability: float
     joint: str | None = None
     value: float | None = None
@@ -62,58 +83,197 @@ class InverseKinematicsResult:
 def inverse_kinematics(
     robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None = None
 ) -> InverseKinematicsResult:
-    """Solve for the joint position nearest to `reference` that brings the tool to `pose`.
+    """Solve for a joint position that brings the tool to `pose`; with a reference, for the one nearest to it.
 
     Nearest counts in time: the joints' distances are divided by their velocity limits. The answer is verified
     by forward kinematics and depends on nothing but the arguments.
 
-    The search goes on while a solution has been found only once: by Good's estimate (1953) the chance that the
-    next start finds a new one is the share of starts that found what no other has.
+    Args:
+        robot: With its tool.
+        pose: In the base frame; without a rotation, the position alone counts.
+        options: Tolerances, reference and seed.
+        reference: (joints,); None: `options.reference`. Without either the first solution found is returned.
+    """
+    search = _Search(robot, pose, options)
+    if reference is None and options.reference is not None:
+        reference = np.array(options.reference)
+    solution = search.first() if reference is None else search.nearest(reference)
+    return search.failure() if solution is None else _result(robot, pose, solution, "solved")
+
+
+def all_solutions(
+    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None = None
+) -> tuple[FloatArray, ...]:
+    """All isolated solutions within the limits, nearest to the reference first; of a continuum, a spread of some.
+
+    Configurations that differ by whole turns of joints count once, turned to lie nearest to the reference.
 
     Args:
         robot: With its tool.
         pose: In the base frame; without a rotation, the position alone counts.
-        options: Tolerances and seed.
+        options: Tolerances, reference and seed.
         reference: (joints,); None: `options.reference`, or the middle of the limits.
     """
     if reference is None:
         reference = robot.middle if options.reference is None else np.array(options.reference)
+    return tuple(_by_distance(robot, _Search(robot, pose, options).all(reference), reference))
+
+
+def with_whole_turns(
+    robot: Robot, solutions: tuple[FloatArray, ...], reference: FloatArray, most: int
+) -> tuple[FloatArray, ...]:
+    """The solutions and what whole turns of their joints make of them within finite limits.
+
+    Nearest to the reference first; of more than `most`, the nearest.
+    """
     lower, upper = robot.limit("lower"), robot.limit("upper")
-    starts = _starts(robot, reference, options.seed)
-    solutions: list[FloatArray] = []
-    found: list[int] = []
-    best = (np.inf, reference)
-    for i, start in enumerate(starts):
-        if i >= STARTS and solutions and (1 not in found or not _is_isolated(robot, pose, solutions[0])):
-            break
-        error, q = _descend(robot, pose, start, lower, upper)
-        best = min(best, (error, q), key=lambda pair: pair[0])
-        if _is_solution(robot, pose, q, options):
-            known = next((k for k, other in enumerate(solutions) if _same(robot, q, other)), None)
-            if known is None:
-                solutions.append(_nearest_turn(robot, q, reference))
-                found.append(1)
+    turned: list[FloatArray] = []
+    for solution in solutions:
+        variants = solution[None]
+        for joint in np.flatnonzero(robot.is_angle & np.isfinite(upper - lower)):
+            fewest = np.ceil((lower[joint] - solution[joint]) / TURN - 1e-12)
+            turns = np.arange(fewest, np.floor((upper[joint] - solution[joint]) / TURN + 1e-12) + 1.0)
+            nearest_turns = turns[np.argsort(np.abs(solution[joint] + TURN * turns - reference[joint]))[:most]]
+            variants = np.repeat(variants, len(nearest_turns), axis=0)
+            variants[:, joint] += TURN * np.tile(nearest_turns, len(variants) // len(nearest_turns))
+            # The distance is a sum over the joints: what is far already does not come near again.
+            variants = np.array(_by_distance(robot, list(variants), reference)[:most])
+        turned += list(np.clip(variants, lower, upper))
+    return tuple(_by_distance(robot, turned, reference)[:most])
+
+
+def is_isolated(robot: Robot, pose: Pose, position: FloatArray) -> bool:
+    """Whether no motion of the joints leaves the tool where it is asked to be."""
+    J = jacobian(robot, position)[: 3 if pose.rotation is None else 6]
+    return bool(np.linalg.matrix_rank(J, tol=1e-6) == robot.dof)
+
+
+class _Search:
+    """The search for one pose: what is tried, and the best of it."""
+
+    def __init__(self, robot: Robot, pose: Pose, options: InverseKinematicsOptions) -> None:
+        self.robot, self.pose, self.options = robot, pose, options
+        self.lower, self.upper = robot.limit("lower"), robot.limit("upper")
+        self.descend = Descent(robot, pose)
+        self.best: tuple[float, FloatArray] = (np.inf, robot.middle)
+
+    def first(self) -> FloatArray | None:
+        """The first solution found."""
+        for start in self._table_starts(QUICK_STARTS):
+            if (solution := self._solve(start, **QUICK)) is not None:
+                return solution
+        for start in np.vstack([self._table_starts(THOROUGH_STARTS), self._blind_starts()]):
+            if (solution := self._solve(start, **THOROUGH)) is not None:
+                return solution
+        return None
+
+    def nearest(self, reference: FloatArray) -> FloatArray | None:
+        """The solution nearest to the reference."""
+        solution = self._solve(np.clip(reference, self.lower, self.upper), **QUICK)
+        if solution is not None and np.abs(solution - reference).max() <= JUMP:
+            return solution
+        solutions = self.all(reference)
+        return _by_distance(self.robot, solutions, reference)[0] if solutions else None
+
+    def all(self, reference: FloatArray) -> list[FloatArray]:
+        """Isolated solutions, or a spread of a continuum, turned to lie nearest to the reference.
+
+        Starts near what is known are left out: they would find it again. The search ends when many starts in
+        different places have found nothing new.
+        """
+        first = self._solve(np.clip(reference, self.lower, self.upper), **QUICK)
+        if first is None and (first := self.first()) is None:
+            return []
+        isolated = is_isolated(self.robot, self.pose, first)
+        apart = SAME_SOLUTION if isolated else SPREAD
+        solutions = [first]
+        pool = self._away_from(first, self._table_starts(POOL))
+        twins = self._twins(first) if isolated else []
+        quiet = 0
+        while quiet < QUIET and len(twins) + len(pool) and (isolated or len(solutions) < MOST_SPREAD):
+            if twins:
+                start = twins.pop()
             else:
-                found[known] += 1
-    if solutions:
-        weights = 1.0 / np.where(np.isfinite(robot.limit("velocity")), robot.limit("velocity"), 1.0)
-        nearest = min(solutions, key=lambda q: float(np.linalg.norm((q - reference) * weights)))
-        count = len(solutions) if _is_isolated(robot, pose, nearest) else None
-        return _result(robot, pose, nearest, "solved", count)
-    beyond = _beyond_the_limits(robot, pose, starts, options)
-    if beyond is None:
-        return _result(robot, pose, best[1], "unreachable_waypoint", None)
-    excess = np.maximum(lower - beyond, beyond - upper)
-    joint = int(np.argmax(excess))
-    return _result(
-        robot,
-        pose,
-        best[1],
-        "joint_position_limit",
-        None,
-        joint=robot.joint_names[joint],
-        value=float(beyond[joint]),
-    )
+                start = pool[0]
+                pool = self._away_from(start, pool)
+            solution = self._solve(start, **STEADY)
+            quiet += 1
+            if solution is None or any(_distance(self.robot, solution, known) < apart for known in solutions):
+                continue
+            quiet = 0
+            solutions.append(solution)
+            twins += self._twins(solution) if isolated else []
+            pool = self._away_from(solution, pool)
+        return [_nearest_turn(self.robot, solution, reference) for solution in solutions]
+
+    def failure(self) -> InverseKinematicsResult:
+        """Why there is no solution, and the nearest pose found."""
+        beyond = self._beyond_the_limits()
+        _, nearest = self.descend(self.best[1], self.lower, self.upper, **POLISH)
+        if beyond is None:
+            return _result(self.robot, self.pose, nearest, "unreachable_waypoint")
+        joint = int(np.argmax(np.maximum(self.lower - beyond, beyond - self.upper)))
+        name, value = self.robot.joint_names[joint], float(beyond[joint])
+        return _result(self.robot, self.pose, nearest, "joint_position_limit", name, value)
+
+    def _solve(self, start: FloatArray, patience: int, iterations: int) -> FloatArray | None:
+        error, q = self.descend(start, self.lower, self.upper, patience, iterations)
+        if error < self.best[0]:
+            self.best = error, q
+        return q if self._is_solution(q) else None
+
+    def _is_solution(self, q: FloatArray) -> bool:
+        distance, angle = pose_errors(self.pose, tool_pose(self.robot, q))
+        within = distance <= self.options.tolerance_position
+        return within and (angle is None or angle <= self.options.tolerance_orientation)
+
+    def _table_starts(self, count: int) -> FloatArray:
+        table, tool = seed_table(self.robot), self.robot.tool_in_tip
+        if self.pose.rotation is None:
+            return table.starts_at(self.pose.position, tool.translation, count)
+        return table.starts(pin.SE3(self.pose.rotation, self.pose.position) * tool.inverse(), count)
+
+    def _blind_starts(self) -> FloatArray:
+        return random_configurations(self.robot, BLIND_STARTS, self.options.seed)
+
+    def _away_from(self, solution: FloatArray, starts: FloatArray) -> FloatArray:
+        away: FloatArray = starts[np.abs(_difference(self.robot, starts, solution)).max(axis=1) > NEAR]
+        return away
+
+    def _twins(self, solution: FloatArray) -> list[FloatArray]:
+        """Where other solutions may be; starts, no more.
+
+        Two branches meet at a singularity. From a solution q, along the direction v of a small singular value s of
+        the Jacobian, the error grows like s t + h t^2 / 2 (h: how that value changes along v), so that the
+        other branch lies near t = -2 s / h. And a spherical wrist in the last three joints can be flipped.
+        """
+        rows = 3 if self.pose.rotation is None else 6
+        u, values, vt = np.linalg.svd(jacobian(self.robot, solution)[:rows])
+        starts = []
+        for s, left, v in zip(values[::-1][:TWINS], u.T[::-1], vt[len(values) - 1 :: -1], strict=False):
+            ahead = jacobian(self.robot, solution + AHEAD * v)[:rows]
+            h = float(left @ (ahead @ v) - s) / AHEAD
+            if abs(h) * np.pi > 2.0 * s:
+                starts.append(solution - (2.0 * s / h) * v)
+        if self.robot.dof == 6 and self.robot.is_angle[3:].all() and self.pose.rotation is not None:
+            starts.append(solution + np.array([0.0, 0.0, 0.0, np.pi, -2.0 * solution[4], np.pi]))
+        turned = [_nearest_turn(self.robot, start, self.robot.middle) for start in starts]
+        return [np.clip(start, self.lower, self.upper) for start in turned]
+
+    def _beyond_the_limits(self) -> FloatArray | None:
+        """The solution that leaves the limits least, whole turns apart; None: not even without limits is there one."""
+        if not (np.isfinite(self.lower).any() or np.isfinite(self.upper).any()):
+            return None
+        unlimited = np.full(self.robot.dof, np.inf)
+        found = []
+        for start in np.vstack([self._table_starts(QUICK_STARTS), self._blind_starts()]):
+            _, q = self.descend(start, -unlimited, unlimited, **THOROUGH)
+            if self._is_solution(q):
+                centre = np.clip(q, self.lower, self.upper)
+                turned = np.where(self.robot.is_angle, q + TURN * np.round((centre - q) / TURN), q)
+                excess = np.maximum(self.lower - turned, turned - self.upper).max()
+                found.append((float(excess), turned))
+        return min(found, key=lambda pair: pair[0])[1] if found else None
 
 
 def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
@@ -125,97 +285,19 @@ def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
 
 
 def _result(
-    robot: Robot,
-    pose: Pose,
-    q: FloatArray,
-    status: Status,
-    count: int | None,
-    joint: str | None = None,
-    value: float | None = None,
+    robot: Robot, pose: Pose, q: FloatArray, status: Status, joint: str | None = None, value: float | None = None
 ) -> InverseKinematicsResult:
     reached = tool_pose(robot, q)
     distance, angle = pose_errors(pose, reached)
-    return InverseKinematicsResult(
-        status, q, reached, distance, angle, count, float(manipulability(robot, q[None])[0]), joint, value
-    )
+    measure = float(manipulability(robot, q[None])[0])
+    return InverseKinematicsResult(status, q, reached, distance, angle, measure, joint, value)
 
 
-def _starts(robot: Robot, reference: FloatArray, seed: int) -> FloatArray:
-    """(MOST_STARTS, joints): the reference first, then random positions within the limits.
-
-    Angles are drawn from one turn about the reference: more would only repeat the same poses.
-    """
-    rng = np.random.default_rng(seed)
-    reach = np.where(robot.is_angle, np.pi, 1.0)
-    lower, upper = robot.limit("lower"), robot.limit("upper")
-    centre = np.clip(reference, lower, upper)
-    low, high = np.maximum(lower, centre - reach), np.minimum(upper, centre + reach)
-    whole = np.isfinite(lower) & np.isfinite(upper) & ~(robot.is_angle & (upper - lower > TURN))
-    low, high = np.where(whole, lower, low), np.where(whole, upper, high)
-    random = low + (high - low) * rng.random((MOST_STARTS - 1, robot.dof))
-    return np.vstack([centre, random])
-
-
-def _descend(
-    robot: Robot, pose: Pose, start: FloatArray, lower: FloatArray, upper: FloatArray
-) -> tuple[float, FloatArray]:
-    """The error and joint position where Levenberg-Marquardt within the box ends.
-
-    Minimises |p* - p|^2 + |log(R* R^T)|^2 (m and rad alike), the linear part of whose Jacobian is exact and
-    whose gradient is. Damping follows the error (Sugihara 2011), so that steps are Newton's near a solution,
-    and survives a singular Jacobian; it grows when a step does not pay. A joint that presses against its
-    limit is taken out of the step.
-    """
-    q = start
-    damping = 1.0
-    error = _error(robot, pose, q)
-    squared = float(error @ error)
-    stalled = 0
-    for _ in range(ITERATIONS):
-        if squared < CONVERGED**2:
-            break
-        J = jacobian(robot, q)[: len(error)]
-        gradient = J.T @ error
-        free = ~(((q <= lower) & (gradient < 0.0)) | ((q >= upper) & (gradient > 0.0)))
-        J = J[:, free]
-        if J.shape[1] == 0:
-            break
-        normal = J.T @ J
-        normal.flat[:: len(normal) + 1] += damping * 1e-2 * min(squared, 1.0) + 1e-14
-        step = np.zeros_like(q)
-        step[free] = np.linalg.solve(normal, gradient[free])
-        largest = float(np.abs(step).max())
-        if largest > 1.0:
-            step /= largest
-        candidate = np.clip(q + step, lower, upper)
-        error_there = _error(robot, pose, candidate)
-        squared_there = float(error_there @ error_there)
-        if squared_there < squared:
-            stalled = stalled + 1 if squared_there > 0.99 * squared else 0
-            q, error, squared = candidate, error_there, squared_there
-            damping = max(damping / 4.0, 1e-6)
-            if stalled >= 8:
-                break
-        else:
-            damping *= 8.0
-            if largest < 1e-13 or damping > 1e12:
-                break
-    return float(np.sqrt(squared)), q
-
-
-def _error(robot: Robot, pose: Pose, q: FloatArray) -> FloatArray:
-    """(3,) or (6,): what is missing to the pose, linear over angular, in the base's axes."""
-    pin.forwardKinematics(robot.model, robot.data, q)
-    placement = pin.updateFramePlacement(robot.model, robot.data, robot.tool_frame_id)
-    linear: FloatArray = pose.position - placement.translation
-    if pose.rotation is None:
-        return linear
-    return np.concatenate([linear, pin.log3(pose.rotation @ placement.rotation.T)])
-
-
-def _is_solution(robot: Robot, pose: Pose, q: FloatArray, options: InverseKinematicsOptions) -> bool:
-    distance, angle = pose_errors(pose, tool_pose(robot, q))
-    return distance <= options.tolerance_position and (angle is None or angle <= options.tolerance_orientation)
+def _by_distance(robot: Robot, solutions: list[FloatArray], reference: FloatArray) -> list[FloatArray]:
+    """Nearest to the reference first, in time at the velocity limits."""
+    velocity = robot.limit("velocity")
+    weights = 1.0 / np.where(np.isfinite(velocity), velocity, 1.0)
+    return sorted(solutions, key=lambda q: float(np.linalg.norm((q - reference) * weights)))
 
 
 def _nearest_turn(robot: Robot, q: FloatArray, reference: FloatArray) -> FloatArray:
@@ -228,32 +310,12 @@ def _nearest_turn(robot: Robot, q: FloatArray, reference: FloatArray) -> FloatAr
     return np.where(robot.is_angle, np.clip(turned, lower, upper), q)
 
 
-def _same(robot: Robot, q: FloatArray, other: FloatArray) -> bool:
-    difference = q - other
-    wrapped = np.where(robot.is_angle, difference - TURN * np.round(difference / TURN), difference)
-    return bool(np.abs(wrapped).max() < SAME_SOLUTION)
+def _difference(robot: Robot, positions: FloatArray, other: FloatArray) -> FloatArray:
+    """(..., joints), of angles less than half a turn."""
+    difference: FloatArray = positions - other
+    difference -= np.where(robot.is_angle, TURN * np.round(difference / TURN), 0.0)
+    return difference
 
 
-def _is_isolated(robot: Robot, pose: Pose, q: FloatArray) -> bool:
-    """Whether no motion of the joints leaves the tool where it is asked to be."""
-    J = jacobian(robot, q)[: 3 if pose.rotation is None else 6]
-    return bool(np.linalg.matrix_rank(J, tol=1e-6) == robot.dof)
-
-
-def _beyond_the_limits(
-    robot: Robot, pose: Pose, starts: FloatArray, options: InverseKinematicsOptions
-) -> FloatArray | None:
-    """The solution that leaves the limits least, whole turns apart; None: not even without limits is there one."""
-    lower, upper = robot.limit("lower"), robot.limit("upper")
-    if not (np.isfinite(lower).any() or np.isfinite(upper).any()):
-        return None
-    unlimited = np.full(robot.dof, np.inf)
-    found = []
-    for start in starts[:STARTS]:
-        _, q = _descend(robot, pose, start, -unlimited, unlimited)
-        if _is_solution(robot, pose, q, options):
-            centre = np.clip(q, lower, upper)
-            turned = np.where(robot.is_angle, q + TURN * np.round((centre - q) / TURN), q)
-            excess = np.maximum(lower - turned, turned - upper).max()
-            found.append((float(excess), turned))
-    return min(found, key=lambda pair: pair[0])[1] if found else None
+def _distance(robot: Robot, q: FloatArray, other: FloatArray) -> float:
+    return float(np.abs(_difference(robot, q, other)).max())

@@ -9,7 +9,13 @@ import numpy as np
 
 from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics
+from planner.kinematics.inverse import (
+    InverseKinematicsResult,
+    all_solutions,
+    inverse_kinematics,
+    is_isolated,
+    pose_errors,
+)
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
 from planner.problem import JointWaypoint, PoseWaypoint
 
@@ -67,19 +73,13 @@ def solve_waypoints(
             assert wanted is not None  # noqa: S101 - check_problem refuses a relative first waypoint
             wanted = _moved(wanted, solved[-1].pose, waypoint)
         reference = solved[-1].position if solved else None
-        result = inverse_kinematics(robot, wanted, options, reference)
-        if result.status != "solved":
+        solutions = all_solutions(robot, wanted, options, reference)
+        if not solutions:
+            result = inverse_kinematics(robot, wanted, options, reference)
             raise _unsolved(robot, index, wanted, result, is_pose=isinstance(waypoint, PoseWaypoint))
-        solved.append(
-            SolvedWaypoint(
-                waypoint.name,
-                result.position,
-                result.pose,
-                result.position_error,
-                result.orientation_error,
-                result.solutions,
-            )
-        )
+        pose = tool_pose(robot, solutions[0])
+        count = len(solutions) if is_isolated(robot, wanted, solutions[0]) else None
+        solved.append(SolvedWaypoint(waypoint.name, solutions[0], pose, *pose_errors(wanted, pose), count))
     return tuple(solved)
 
 

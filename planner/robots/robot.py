@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.kinematics.poses import FloatArray, Pose
+    from planner.kinematics.seeds import SeedTable
     from planner.problem import Payload
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
@@ -66,6 +67,7 @@ class Robot:
         joints: In the order of every joint array.
         tip_frame: Name of the frame at the flange.
         geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
+        seed_tables: What the inverse kinematics prepare when first asked; shared by the copies with tools and payloads.
     """
 
     id: str
@@ -74,6 +76,7 @@ class Robot:
     joints: tuple[Joint, ...]
     tip_frame: str
     geometry: tuple[Mapping[str, Any], ...] = ()
+    seed_tables: list[SeedTable] = field(default_factory=list, repr=False)
 
     @cached_property
     def data(self) -> pin.Data:
@@ -118,6 +121,12 @@ class Robot:
             # Pinocchio would give an id beyond the last frame, and crash when it is used.
             raise ValueError(f"{self.id} has no link called {self.tip_frame!r}")
         return int(self.model.getFrameId(self.tip_frame, pin.FrameType.BODY))
+
+    @cached_property
+    def tool_in_tip(self) -> pin.SE3:
+        """Placement of the tool in the tip frame; the identity without a tool."""
+        frames = self.model.frames
+        return frames[self.tip_frame_id].placement.actInv(frames[self.tool_frame_id].placement)
 
     @cached_property
     def mass(self) -> float:

@@ -21,6 +21,7 @@ from tests.api.requests import (
     urdf_robot,
     validate_request,
 )
+from tests.documents.published import document
 
 if TYPE_CHECKING:
     from httpx import Response
@@ -169,6 +170,26 @@ def test_inverse_kinematics_answers_each_pose(service: RunningService) -> None:
     assert second["solutions"] == []
     nearest = np.array(second["nearest"]["pose"]["position"])
     assert np.linalg.norm(nearest - [50.0, 0.0, 0.0]) == pytest.approx(second["nearest"]["position_error"], abs=1e-9)
+
+
+@pytest.mark.parametrize("row", document("three_dof_arm")["inverse_kinematics"]["table_2_2"]["rows"])
+def test_all_solutions_come_sorted_by_their_distance_to_the_reference(
+    service: RunningService, row: dict[str, Any]
+) -> None:
+    """Document 002, Table 2.2: four solutions for each of five targets. All joints are equally fast."""
+    published = np.radians(row["published_solutions_deg"])
+    reference = published[2]
+    poses = [{"position": row["target_m"], "orientation": None}, {"position": [1.0, 0.0, 0.0], "orientation": None}]
+    request = {"robot": "three_dof_arm", "poses": poses, "solutions": "all", "reference": reference.tolist()}
+    answer = checked(service.post("/v1/kinematics/inverse", request), kinematics.InverseKinematicsAnswer)
+    found, far = answer["results"]
+    assert (far["status"], far["solutions"]) == ("unreachable_waypoint", [])
+    positions = np.array([solution["position"] for solution in found["solutions"]])
+    assert (np.diff(np.linalg.norm(positions - reference, axis=1)) >= 0.0).all()
+    for printed in published:
+        apart = (positions - printed + np.pi) % (2.0 * np.pi) - np.pi
+        assert np.abs(apart).max(axis=1).min() < np.radians(0.14)  # rounded and misprinted as E23 says
+    assert all(solution["position_error"] <= 1e-6 for solution in found["solutions"])
 
 
 def test_an_own_plan_validates(service: RunningService) -> None:

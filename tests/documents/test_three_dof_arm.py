@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.backends import Cubic
-from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics
+from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics
 from planner.plan import Plan, plan
 from planner.problem import InverseKinematicsOptions, JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
@@ -95,16 +95,22 @@ def test_table_2_2_as_published_and_in_full_precision(robot: Robot, i: int, k: i
 
 
 @pytest.mark.parametrize(("i", "k"), SOLUTIONS)
-def test_inverse_kinematics_finds_four_solutions_and_returns_the_one_near_the_reference(
-    robot: Robot, i: int, k: int
-) -> None:
+def test_inverse_kinematics_returns_the_solution_near_the_reference(robot: Robot, i: int, k: int) -> None:
     target = np.array(TABLE_2_2[i]["target_m"])
     near = np.radians(TABLE_2_2[i]["published_solutions_deg"][k])
     result = inverse_kinematics(robot, Pose(target), OPTIONS, near)
     assert result.status == "solved"
-    assert result.solutions == 4
     assert apart(result.position, closed_form(target)[k]) < 1e-9
     assert np.linalg.norm(position_of(result.position) - target) < 1e-9
+
+
+@pytest.mark.parametrize("i", range(5))
+def test_all_four_solutions_of_table_2_2_are_found(robot: Robot, i: int) -> None:
+    target = np.array(TABLE_2_2[i]["target_m"])
+    solutions = all_solutions(robot, Pose(target), OPTIONS)
+    assert len(solutions) == 4
+    for exact in closed_form(target):
+        assert min(apart(exact, found) for found in solutions) < 1e-9
 
 
 def test_e22_theta_1_needs_atan2(robot: Robot) -> None:

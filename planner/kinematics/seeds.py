@@ -1,0 +1,105 @@
+"""Good starts for the inverse kinematics: a table of configurations with the poses they reach."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+if TYPE_CHECKING:
+    from planner.kinematics.poses import FloatArray
+    from planner.robots import Robot
+
+ROWS = 2048
+"""Configurations in a table: about 1 MB and 25 ms for a robot with six joints."""
+
+TURN_IN_REACHES = 0.5
+"""What a turn by 1 rad counts beside a distance, in standard deviations of the tip's position."""
+
+DAMPING = 1e-4
+"""Of the Newton step of every row, so that a row at a singularity predicts no wild step."""
+
+OUTSIDE = 2.0
+"""What a predicted joint position outside the limits costs, for each rad or m of the predicted step."""
+
+
+class SeedTable:
+    """Random configurations of a robot within its limits, and what Newton's step makes of each for a given pose.
+
+    Both the likeness of a row's pose to the one asked and, with (R - R^T) / 2 for the logarithm of a rotation, Newton's
+    step from the row to it are linear in the pose asked: two small matrix products find and improve the starts.
+
+    The rows hold the pose of the tip, not of the tool, so that one table serves the robot with any tool.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.lower, self.upper = robot.limit("lower"), robot.limit("upper")
+        self.configurations = random_configurations(robot, ROWS, seed=0)
+        self.positions, self.rotations = np.empty((ROWS, 3)), np.empty((ROWS, 3, 3))
+        jacobians = np.empty((ROWS, 6, robot.dof))
+        model, data, tip = robot.model, robot.data, robot.tip_frame_id
+        for row, q in enumerate(self.configurations):
+            pin.computeJointJacobians(model, data, q)
+            placement = pin.updateFramePlacement(model, data, tip)
+            self.positions[row], self.rotations[row] = placement.translation, placement.rotation
+            J = pin.getFrameJacobian(model, data, tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+            jacobians[row] = J.reshape(6, robot.dof)  # of a robot with one joint Pinocchio gives a vector
+        reach = float(np.sqrt(self.positions.var(axis=0).sum())) or 1.0
+        # |p - p*|^2 / reach^2 + (0.5 |R - R*|_F)^2, without the terms that are the same in every row
+        likeness = [
+            self.positions / reach**2,
+            TURN_IN_REACHES**2 * self.rotations.reshape(ROWS, 9),
+            -0.5 * (self.positions**2).sum(axis=1, keepdims=True) / reach**2,
+        ]
+        self._likeness = np.hstack(likeness).astype(np.float32)
+        transposed = jacobians.transpose(0, 2, 1)
+        inverse = transposed @ np.linalg.inv(jacobians @ transposed + DAMPING * np.eye(6))
+        prediction = inverse @ _errors_per_pose(self.positions, self.rotations)
+        prediction[:, :, 12] += self.configurations
+        self._prediction = prediction.astype(np.float32)
+
+    def starts(self, tip: pin.SE3, count: int) -> FloatArray:
+        """(count, joints): for this pose of the tip, the starts that promise the shortest way first."""
+        pose = np.empty(13, dtype=np.float32)
+        pose[:3], pose[3:12], pose[12] = tip.translation, tip.rotation.ravel(), 1.0
+        rows = np.argpartition(self._likeness @ pose, ROWS - count)[ROWS - count :]
+        predicted = (self._prediction.take(rows, axis=0) @ pose).astype(np.float64)
+        within = np.minimum(np.maximum(predicted, self.lower), self.upper)
+        cost = np.abs(predicted - self.configurations[rows]) + OUTSIDE * np.abs(predicted - within)
+        best_first: FloatArray = within[cost.max(axis=1).argsort(kind="stable")]
+        return best_first
+
+    def starts_at(self, point: FloatArray, tool: FloatArray, count: int) -> FloatArray:
+        """(count, joints): configurations that bring the point `tool` of the tip frame near `point`, nearest first."""
+        distance = ((self.positions + self.rotations @ tool - point) ** 2).sum(axis=1)
+        rows = np.argpartition(distance, count)[:count]
+        nearest_first: FloatArray = self.configurations[rows[distance[rows].argsort(kind="stable")]]
+        return nearest_first
+
+
+def seed_table(robot: Robot) -> SeedTable:
+    """The robot's table, made when it is first asked for and shared by the robot's copies with tools and payloads."""
+    if not robot.seed_tables:
+        robot.seed_tables.append(SeedTable(robot))
+    return robot.seed_tables[0]
+
+
+def random_configurations(robot: Robot, count: int, seed: int) -> FloatArray:
+    """(count, joints) within the limits: of angles one turn at most, of open lengths 1 m to either side."""
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    reach = np.where(robot.is_angle, np.pi, np.where(np.isfinite(upper - lower), np.inf, 1.0))
+    low, high = np.maximum(lower, robot.middle - reach), np.minimum(upper, robot.middle + reach)
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
+
+
+def _errors_per_pose(positions: FloatArray, rotations: FloatArray) -> FloatArray:
+    """(rows, 6, 13): what a row's pose lacks of the pose (p, R, 1), linear over angular, as a linear map of it."""
+    errors = np.zeros((len(positions), 6, 13))
+    errors[:, :3, :3] = np.eye(3)
+    errors[:, :3, 12] = -positions
+    # (R R_row^T)_ij is the product of row i of R and row j of R_row.
+    for axis, (i, j) in enumerate(((2, 1), (0, 2), (1, 0))):
+        errors[:, 3 + axis, 3 + 3 * i : 6 + 3 * i] = 0.5 * rotations[:, j]
+        errors[:, 3 + axis, 3 + 3 * j : 6 + 3 * j] = -0.5 * rotations[:, i]
+    return errors
