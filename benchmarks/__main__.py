@@ -6,12 +6,14 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="Measure the service on this machine.", add_completion=False, no_args_is_help=True)
+app = typer.Typer(
+    help="Measure the service and the library on this machine.", add_completion=False, no_args_is_help=True
+)
 
 
 @app.callback()
 def benchmarks() -> None:
-    """Measure the service on this machine."""
+    """Measure service and library on this machine."""
 
 
 @app.command()
@@ -26,6 +28,19 @@ def http(
     from benchmarks.report import print_json, print_table
 
     figures = measure(seconds, requests, starts)
+    print_json(figures) if json else print_table(figures)
+
+
+@app.command()
+def ik(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    poses: Annotated[int, typer.Option(help="Random reachable poses of each arm.", min=10)] = 2000,
+) -> None:
+    """Inverse kinematics: rate, time and residual on six arms, beside the peers that are installed."""
+    from benchmarks.ik import measure
+    from benchmarks.ik_report import print_json, print_table
+
+    figures = measure(poses)
     print_json(figures) if json else print_table(figures)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import platform
 import subprocess
 import sys
 import tempfile
@@ -19,6 +17,7 @@ from api.conversion import to_problem
 from api.local_service import local_service
 from api.schemas.requests import PlanRequest
 from benchmarks.clients import Connection
+from benchmarks.machine import machine
 from benchmarks.workload import ROBOT, ROWS, bodies, http_request
 from planner.export import FORMATS, ExportOptions
 from planner.plan import plan
@@ -41,7 +40,7 @@ def measure(seconds: float, requests: int, starts: int) -> dict[str, Any]:
         requests: Requests of the latency measurement.
         starts: Starts of the service.
     """
-    busy = os.getloadavg()[0]
+    where = machine()
     requested = bodies(load_robot(ROBOT).middle.tolist())
     wire = [http_request(body) for body in requested]
     with tempfile.TemporaryDirectory() as folder:
@@ -56,12 +55,7 @@ def measure(seconds: float, requests: int, starts: int) -> dict[str, Any]:
             loads = [_load(port, connections, seconds, file, process) for connections in CONNECTIONS]
             loaded = _memory(process)
     return {
-        "machine": {
-            "processor": _processor(),
-            "cores": len(os.sched_getaffinity(0)),
-            "python": platform.python_version(),
-            "load_average_before": busy,
-        },
+        "machine": where,
         "workers": WORKERS,
         "latency": latency,
         "throughput": loads,
@@ -167,8 +161,3 @@ def _in_process(requested: list[bytes]) -> dict[str, Any]:
         "render": _distribution(rendering),
         "plans_per_second": len(planning) / (sum(planning) + sum(rendering)),
     }
-
-
-def _processor() -> str:
-    models = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
-    return models[0].partition(": ")[2] if models else platform.machine()

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import orjson
 from rich.text import Text
 
 from api.terminal import plain_table, terminal
 from benchmarks.http import MEGABYTE
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 AIMS = {"added_median": 1e-3, "added_p99": 5e-3, "requests_per_second": 800.0, "start": 3.0, "memory": 180.0 * MEGABYTE}
 """s, 1/s, bytes."""
@@ -34,12 +37,8 @@ def print_json(figures: dict[str, Any]) -> None:
 
 def print_table(figures: dict[str, Any]) -> None:
     console = terminal()
-    machine, latency, memory = figures["machine"], figures["latency"], figures["memory"]
-    console.print(f"\n{machine['processor']}, {machine['cores']} cores, Python {machine['python']}")
-    if machine["load_average_before"] > BUSY:
-        load = machine["load_average_before"]
-        busy = f"the machine was busy (load average {load:.1f}), so these figures are worse than its best"
-        console.print(busy, style="yellow")
+    latency, memory = figures["latency"], figures["memory"]
+    print_machine(console, figures["machine"])
     console.print(f"{figures['workers']} workers, answers of {latency['response_bytes'] / 1e3:.0f} kB\n")
     console.print(_overview(figures), "")
     console.print(_where_the_time_goes(figures), "")
@@ -50,6 +49,14 @@ def print_table(figures: dict[str, Any]) -> None:
             sizes = memory[when][process]
             table.add_row(f"{process}, {title}", *(f"{sizes[kind] / MEGABYTE:.0f}" for kind in ("rss", "pss", "uss")))
     console.print(table, "")
+
+
+def print_machine(console: Console, machine: dict[str, Any]) -> None:
+    console.print(f"\n{machine['processor']}, {machine['cores']} cores, Python {machine['python']}")
+    if machine["load_average_before"] > BUSY:
+        load = machine["load_average_before"]
+        busy = f"the machine was busy (load average {load:.1f}), so these figures are worse than its best"
+        console.print(busy, style="yellow")
 
 
 def _overview(figures: dict[str, Any]) -> Any:

@@ -31,7 +31,7 @@ THOROUGH = {"patience": 8, "iterations": 60}
 POLISH = {"patience": 300, "iterations": 300}
 """How the nearest pose is approached where none is reached, and convergence is slow."""
 
-QUICK_STARTS, THOROUGH_STARTS, BLIND_STARTS = 16, 24, 8
+QUICK_STARTS, THOROUGH_STARTS, BLIND_STARTS = 16, 64, 16
 """Starts from the table for a first solution; for another attempt; and random ones."""
 
 POOL, QUIET = 512, 40

@@ -1,0 +1,41 @@
+"""The figures of the inverse kinematics for a person."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import orjson
+
+from api.terminal import plain_table, terminal
+from benchmarks.report import print_machine
+
+AIMS = {"solved": 0.999, "mean": 0.3e-3, "p99": 2e-3, "worst_residual": 1e-6}
+"""Share, s, s, m and rad."""
+
+
+def print_json(figures: dict[str, Any]) -> None:
+    sys.stdout.write(orjson.dumps(figures | {"aims": AIMS}, option=orjson.OPT_INDENT_2).decode() + "\n")
+
+
+def print_table(figures: dict[str, Any]) -> None:
+    console = terminal()
+    print_machine(console, figures["machine"])
+    console.print(f"{figures['poses']} random reachable poses of each arm, one process; times in ms")
+    console.print("aims: 99.9 % solved, mean 0.3, p99 2, residual 1e-6 m and rad\n", style="dim")
+    columns = ["arm", "solver", "solved", "mean", "p50", "p99", "worst residual", "wrong"]
+    table = plain_table(*columns, right=columns[2:])
+    for arm, measured in figures["arms"].items():
+        for solver, row in measured["solvers"].items():
+            residual = "" if row["worst_residual"] is None else f"{row['worst_residual']:.0e}"
+            times = (f"{row[key] * 1e3:.3f}" for key in ("mean", "p50", "p99"))
+            style = "bold" if solver == "planner" else ""
+            table.add_row(arm, solver, f"{row['solved']:.2%}", *times, residual, str(row["wrong"]), style=style)
+        times = (f"{measured['all_solutions'][key] * 1e3:.3f}" for key in ("mean", "p50", "p99"))
+        table.add_row(arm, "planner, all solutions", "", *times, "", "", style="dim")
+    console.print(table)
+    console.print("wrong: called solved, but outside the limits or further from the pose than 1e-6", style="dim")
+    prepared = max(measured["prepare"] for measured in figures["arms"].values())
+    console.print(f"table of starts, once per robot and process: {prepared * 1e3:.0f} ms at most", style="dim")
+    for name in figures["absent"]:
+        console.print(f"not installed, not measured: {name}", style="yellow")
