@@ -212,4 +212,4 @@ PEERS: dict[str, tuple[str | None, Callable[[Robot], Solver | None]]] = {
     "optik-py": ("optik", _optik),
     "roboticstoolbox-python (C++)": ("roboticstoolbox", _robotics_toolbox),
 }
-"""Module that a solver needs besides this library's own, and what makes it for a robot; None: it cannot solve such a robot."""
+"""Module that a solver needs besides this library, and what makes it; None: there is none for such a robot."""
