@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 CONVERGED = 1e-10
 """A descent ends when the error (m, rad) is as small as this; its last step leaves far less."""
 
-DAMPING, LEAST_DAMPING = 1e-3, 1e-13
+DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-13, 1e12
+"""Share of the squared error that damps a step at first; what is added to it; and the share at which steps vanish."""
+
 LONGEST_STEP = 1.5
 """rad or m, the norm of a step: the Jacobian says nothing of what lies further away."""
 
@@ -75,7 +77,7 @@ class Descent:
                 damping = max(damping / 4.0, DAMPING)
             else:
                 damping *= 16.0
-            if slow >= patience:
+            if slow >= patience or damping > MOST_DAMPING:
                 break
         return squared**0.5, q
 

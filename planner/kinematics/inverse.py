@@ -13,6 +13,8 @@ from planner.kinematics.forward import jacobian, manipulability, tool_pose
 from planner.kinematics.seeds import random_configurations, seed_table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.kinematics.poses import FloatArray, Pose
     from planner.problem import InverseKinematicsOptions
     from planner.robots import Robot
@@ -85,7 +87,8 @@ def inverse_kinematics(
 ) -> InverseKinematicsResult:
     """Solve for a joint position that brings the tool to `pose`; with a reference, for the one nearest to it.
 
-    Nearest counts in time: the joints' distances are divided by their velocity limits. The answer is verified
+    Nearest counts in time: the joints' distances are divided by their velocity limits. What a descent from the
+    reference reaches without a jump is taken as the nearest, else all solutions are compared. The answer is verified
     by forward kinematics and depends on nothing but the arguments.
 
     Args:
@@ -127,17 +130,17 @@ def with_whole_turns(
     Nearest to the reference first; of more than `most`, the nearest.
     """
     lower, upper = robot.limit("lower"), robot.limit("upper")
-    turned: list[FloatArray] = []
+    turned = []
     for solution in solutions:
-        variants = solution[None]
+        variants = _nearest_turn(robot, solution, reference)[None]
         for joint in np.flatnonzero(robot.is_angle & np.isfinite(upper - lower)):
-            fewest = np.ceil((lower[joint] - solution[joint]) / TURN - 1e-12)
-            turns = np.arange(fewest, np.floor((upper[joint] - solution[joint]) / TURN + 1e-12) + 1.0)
-            nearest_turns = turns[np.argsort(np.abs(solution[joint] + TURN * turns - reference[joint]))[:most]]
-            variants = np.repeat(variants, len(nearest_turns), axis=0)
-            variants[:, joint] += TURN * np.tile(nearest_turns, len(variants) // len(nearest_turns))
+            turns = np.arange(-most, most + 1)
+            values = variants[0, joint] + TURN * turns
+            values = values[(values >= lower[joint] - 1e-12) & (values <= upper[joint] + 1e-12)]
+            variants = np.repeat(variants, len(values), axis=0)
+            variants[:, joint] = np.tile(values, len(variants) // len(values))
             # The distance is a sum over the joints: what is far already does not come near again.
-            variants = np.array(_by_distance(robot, list(variants), reference)[:most])
+            variants = np.array(_by_distance(robot, variants, reference)[:most])
         turned += list(np.clip(variants, lower, upper))
     return tuple(_by_distance(robot, turned, reference)[:most])
 
@@ -248,9 +251,9 @@ class _Search:
         other branch lies near t = -2 s / h. And a spherical wrist in the last three joints can be flipped.
         """
         rows = 3 if self.pose.rotation is None else 6
-        u, values, vt = np.linalg.svd(jacobian(self.robot, solution)[:rows])
+        u, values, vt = np.linalg.svd(jacobian(self.robot, solution)[:rows], full_matrices=False)
         starts = []
-        for s, left, v in zip(values[::-1][:TWINS], u.T[::-1], vt[len(values) - 1 :: -1], strict=False):
+        for s, left, v in zip(values[::-1][:TWINS], u.T[::-1], vt[::-1], strict=False):
             ahead = jacobian(self.robot, solution + AHEAD * v)[:rows]
             h = float(left @ (ahead @ v) - s) / AHEAD
             if abs(h) * np.pi > 2.0 * s:
@@ -293,11 +296,14 @@ def _result(
     return InverseKinematicsResult(status, q, reached, distance, angle, measure, joint, value)
 
 
-def _by_distance(robot: Robot, solutions: list[FloatArray], reference: FloatArray) -> list[FloatArray]:
+def _by_distance(robot: Robot, solutions: Sequence[FloatArray] | FloatArray, reference: FloatArray) -> list[FloatArray]:
     """Nearest to the reference first, in time at the velocity limits."""
+    if len(solutions) == 0:
+        return []
     velocity = robot.limit("velocity")
     weights = 1.0 / np.where(np.isfinite(velocity), velocity, 1.0)
-    return sorted(solutions, key=lambda q: float(np.linalg.norm((q - reference) * weights)))
+    times = np.linalg.norm((np.array(solutions) - reference) * weights, axis=1)
+    return [solutions[i] for i in np.argsort(times, kind="stable")]
 
 
 def _nearest_turn(robot: Robot, q: FloatArray, reference: FloatArray) -> FloatArray:
