@@ -23,19 +23,21 @@ def print_table(figures: dict[str, Any]) -> None:
     print_machine(console, figures["machine"])
     console.print(f"{figures['poses']} random reachable poses of each arm, one process; times in ms")
     console.print("aims: 99.9 % solved, mean 0.3, p99 2, residual 1e-6 m and rad\n", style="dim")
-    columns = ["arm", "solver", "solved", "mean", "p50", "p99", "worst residual", "wrong"]
-    table = plain_table(*columns, right=columns[2:])
+    columns = ["solver", "solved", "mean", "p50", "p99", "worst residual", "wrong"]
     for arm, measured in figures["arms"].items():
+        table = plain_table(*columns, right=columns[1:], title=arm)
         for solver, row in measured["solvers"].items():
             residual = "" if row["worst_residual"] is None else f"{row['worst_residual']:.0e}"
-            times = (f"{row[key] * 1e3:.3f}" for key in ("mean", "p50", "p99"))
             style = "bold" if solver == "planner" else ""
-            table.add_row(arm, solver, f"{row['solved']:.2%}", *times, residual, str(row["wrong"]), style=style)
-        times = (f"{measured['all_solutions'][key] * 1e3:.3f}" for key in ("mean", "p50", "p99"))
-        table.add_row(arm, "planner, all solutions", "", *times, "", "", style="dim")
-    console.print(table)
+            table.add_row(solver, f"{row['solved']:.2%}", *_milliseconds(row), residual, str(row["wrong"]), style=style)
+        table.add_row("planner, all solutions", "", *_milliseconds(measured["all_solutions"]), "", "", style="dim")
+        console.print(table, "")
     console.print("wrong: called solved, but outside the limits or further from the pose than 1e-6", style="dim")
     prepared = max(measured["prepare"] for measured in figures["arms"].values())
     console.print(f"table of starts, once per robot and process: {prepared * 1e3:.0f} ms at most", style="dim")
     for name in figures["absent"]:
         console.print(f"not installed, not measured: {name}", style="yellow")
+
+
+def _milliseconds(times: dict[str, float]) -> tuple[str, ...]:
+    return tuple(f"{times[key] * 1e3:.3f}" for key in ("mean", "p50", "p99"))
