@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import MissingDynamics
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -96,3 +98,15 @@ def limit_faults(robot: Robot, limits: Limits, pointer: str) -> Iterator[tuple[s
                     f"{pointer}/{quantity}/{i}",
                     f"{value:g} is wider than the robot's own {quantity} limit of {robot.joint_names[i]}, {own:.10g}",
                 )
+
+
+def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
+    """A torque limit that cannot be checked is refused, not ignored.
+
+    Raises:
+        MissingDynamics: One is asked, and the robot has neither inertias nor a payload.
+    """
+    if not robot.has_dynamics and any(limits.torque is not None for limits in asked):
+        raise MissingDynamics(
+            f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
+        )

@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from planner.backends.base import Guarantee
 from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
-from planner.limits import limit_faults
+from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
 from planner.paths import JointPath, solve_path
 from planner.problem import JointWaypoint, RelativeWaypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.problem import PlanningProblem
+    from planner.problem import Limits, PlanningProblem
     from planner.trajectory import Trajectory
 
 
@@ -56,10 +59,18 @@ def check_problem(problem: PlanningProblem) -> None:
 
     Raises:
         InvalidProblem: With every fault found.
+        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
     """
     faults = list(_faults(problem))
     if faults:
         raise InvalidProblem(faults)
+    if problem.payload is None:
+        refuse_unknown_torques(problem.robot, _all_limits(problem))
+
+
+def _all_limits(problem: PlanningProblem) -> tuple[Limits, ...]:
+    own = (waypoint.limits for waypoint in problem.waypoints)
+    return (problem.limits, *(limits for limits in own if limits is not None))
 
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
@@ -105,6 +116,13 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
 
 
 def _warnings(problem: PlanningProblem) -> Iterator[PlanWarning]:
-    robot = problem.robot
+    robot, backend = problem.robot, problem.backend
     if problem.payload is not None and not robot.has_dynamics:
         yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")
+    elif not robot.has_dynamics and np.isfinite(robot.limit("torque")).any():
+        yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")
+    for quantity in JOINT_QUANTITIES:
+        asked = any(getattr(limits, quantity) is not None for limits in _all_limits(problem))
+        if asked and backend.guarantees[quantity] is not Guarantee.HARD:
+            message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
+            yield PlanWarning(f"{quantity}_not_enforced", message)

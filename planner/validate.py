@@ -9,7 +9,7 @@ import numpy as np
 from planner.backends.base import QUANTITIES, Guarantee
 from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem
-from planner.limits import limit_faults, segment_limits
+from planner.limits import limit_faults, refuse_unknown_torques, segment_limits
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -42,12 +42,14 @@ def certify_samples(
         acceleration: (N, joints); only with velocities.
 
     Raises:
+        MissingDynamics: Torque limits are asked of a robot without inertias.
         InvalidProblem: Shapes that do not fit, times that do not increase, limits wider than the robot's.
     """
     faults = list(limit_faults(robot, limits, "/limits"))
     faults += _sample_faults(robot, time, position, velocity, acceleration)
     if faults:
         raise InvalidProblem(faults)
+    refuse_unknown_torques(robot, (limits,))
     lengths = np.diff(time)
     coefficients = _hermite(lengths, position, velocity, acceleration)
     trajectory = Trajectory(

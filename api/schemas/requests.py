@@ -193,9 +193,9 @@ class SampledTrajectory(Schema):
     position: Rows
     """rad or m."""
     velocity: Rows | None = None
-    """rad/s or m/s; omitted: differences of the positions."""
+    """rad/s or m/s; omitted: the robot is taken to run straight lines between the positions."""
     acceleration: Rows | None = None
-    """rad/s^2 or m/s^2; omitted: differences of the velocities."""
+    """rad/s^2 or m/s^2; omitted: the robot is taken to run cubics between positions and velocities."""
 
 
 class ValidateRequest(Schema):

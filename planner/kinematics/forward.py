@@ -27,11 +27,9 @@ def tool_pose(robot: Robot, position: FloatArray) -> Pose:
 
 def jacobian(robot: Robot, position: FloatArray) -> FloatArray:
     """(6, joints): linear over angular velocity of the tool, in the base's axes, per joint velocity."""
-    return np.array(
-        pin.computeFrameJacobian(
-            robot.model, robot.data, position, robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        )
-    )
+    axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    J: FloatArray = pin.computeFrameJacobian(robot.model, robot.data, position, robot.tool_frame_id, axes)
+    return J.reshape(6, robot.dof)  # of one joint Pinocchio gives a vector
 
 
 def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:

@@ -166,7 +166,6 @@ def _descend(
     and survives a singular Jacobian; it grows when a step does not pay. A joint that presses against its
     limit is taken out of the step.
     """
-    model, data, frame = robot.model, robot.data, robot.tool_frame_id
     q = start
     damping = 1.0
     error = _error(robot, pose, q)
@@ -175,7 +174,7 @@ def _descend(
     for _ in range(ITERATIONS):
         if squared < CONVERGED**2:
             break
-        J = pin.computeFrameJacobian(model, data, q, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)[: len(error)]
+        J = jacobian(robot, q)[: len(error)]
         gradient = J.T @ error
         free = ~(((q <= lower) & (gradient < 0.0)) | ((q >= upper) & (gradient > 0.0)))
         J = J[:, free]

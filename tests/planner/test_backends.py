@@ -10,7 +10,7 @@ import ruckig
 
 from planner.backends import Cubic, Quintic, Trapezoidal
 from planner.dynamics import inverse_dynamics
-from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
+from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, MissingDynamics
 from planner.kinematics import tool_speeds
 from planner.plan import Plan, plan
 from planner.problem import JointWaypoint, Limits, Payload, PlanningProblem
@@ -201,6 +201,38 @@ def test_gravity_beyond_the_torque_limit_is_refused() -> None:
         plan(replace(problem, limits=Limits(torque=(1.0,) * 6)))
     assert refusal.value.joint is not None
     assert refusal.value.value > refusal.value.limit == 1.0
+
+
+def test_a_torque_limit_that_nobody_can_check_is_refused() -> None:
+    problem = problem_of("ngv_refuelling_arm", "cubic", 19, 3)
+    asked = Limits(torque=(100.0,) * 6)
+    with pytest.raises(MissingDynamics):
+        plan(replace(problem, limits=asked))
+    own = (*problem.waypoints[:-1], replace(problem.waypoints[-1], limits=asked))
+    with pytest.raises(MissingDynamics):
+        plan(replace(problem, waypoints=own))
+    carrying = plan(replace(problem, limits=asked, payload=Payload(1.0)))
+    assert worst_on_dense_samples(carrying, "torque") <= 1.0
+
+
+def test_a_limit_asked_that_the_back_end_only_reports_comes_with_a_warning() -> None:
+    problem = problem_of("ngv_refuelling_arm", "cubic", 19, 3)
+    asked = replace(problem, limits=Limits(jerk=(1.0,) * 6))
+    assert [warning.code for warning in plan(asked).warnings] == ["jerk_not_enforced"]
+    assert plan(problem).warnings == plan(replace(asked, backend=Quintic())).warnings == ()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_duration_too_short_for_the_tool_speed_is_refused_with_a_remedy_that_works(kind: str) -> None:
+    problem = replace(problem_of("ngv_refuelling_arm", kind, 17, 3), limits=Limits(tcp_linear_velocity=0.25))
+    hurried = (problem.waypoints[0], replace(problem.waypoints[1], duration=4.0), problem.waypoints[2])
+    assert plan(problem).trajectory.arrivals[1] > 4.0
+    with pytest.raises(InfeasibleDuration) as refusal:
+        plan(replace(problem, waypoints=hurried))
+    assert refusal.value.joint is None
+    (remedy,) = refusal.value.remedies
+    mended = (hurried[0], replace(hurried[1], duration=remedy.value), hurried[2])
+    assert plan(replace(problem, waypoints=mended)).certificate.satisfied
 
 
 def test_a_segment_that_nothing_limits_needs_a_duration() -> None:

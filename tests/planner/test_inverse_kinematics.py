@@ -11,7 +11,8 @@ from planner.errors import JointPositionLimit, UnreachableWaypoint
 from planner.kinematics import Pose, forward_kinematics, inverse_kinematics, jacobian, tool_speeds
 from planner.plan import plan
 from planner.problem import InverseKinematicsOptions, JointWaypoint, PlanningProblem, PoseWaypoint
-from planner.robots import Robot, load_robot
+from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
+from planner.robots.robot import JointKind
 from tests.planner.problems import random_position
 
 OPTIONS = InverseKinematicsOptions()
@@ -141,6 +142,22 @@ def test_a_joint_waypoint_beyond_its_limit_names_the_joint(axis: int) -> None:
         plan(PlanningProblem(robot, waypoints))
     assert (refusal.value.waypoint, refusal.value.joint) == (1, robot.joint_names[axis])
     assert refusal.value.remedies[0].value == robot.limit("upper")[axis]
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
+def test_an_arm_of_one_joint(kind: JointKind) -> None:
+    """Pinocchio gives its Jacobian as a vector, which once broke the service with a 500."""
+    row = DHJoint(kind, a=0.5) if kind == "continuous" else DHJoint(kind, a=0.5, lower=-1.0, upper=1.0)
+    robot, _ = read_dh(DHModel("standard", (row,)), id="one", source="test")
+    pose = forward_kinematics(robot, np.array([[0.3]]))[0]
+    for wanted in (pose, Pose(pose.position)):
+        result = inverse_kinematics(robot, wanted, OPTIONS)
+        assert (result.status, result.solutions) == ("solved", 1)
+        assert result.position == pytest.approx([0.3], abs=1e-9)
+    off = inverse_kinematics(robot, Pose(pose.position + np.array([0.0, 0.3, 0.4])), OPTIONS)
+    assert off.status == "unreachable_waypoint"
+    waypoints = (JointWaypoint(position=(-0.5,)), PoseWaypoint(pose=pose))
+    assert plan(PlanningProblem(robot, waypoints)).trajectory.evaluate(np.zeros(1), [0])[0] == pytest.approx(-0.5)
 
 
 def test_the_rank_5_arm_is_solved_on_its_surface_and_survives_off_it() -> None:
