@@ -174,7 +174,7 @@ def run_workspace(task: Task, caps: Caps) -> Reply:
         request = _validate(WorkspaceRequest, task.body)
         _check_caps(request, caps)
         if 3 * request.samples > caps.max_samples:
-            limit = f"{request.samples} points are more than the {caps.max_samples} values of an answer"
+            limit = f"{request.samples} points of 3 values are more than the {caps.max_samples} values of an answer"
             raise InvalidProblem([("/samples", limit)])
         robot = with_tool(_robot(request.robot, task), request.tool)
     with watch.stage("plan"):

@@ -1,4 +1,4 @@
-"""Forward and inverse kinematics on Pinocchio."""
+"""Forward and inverse kinematics and the workspace, on Pinocchio."""
 
 from planner.kinematics.forward import forward_kinematics, jacobian, manipulability, singular_values, tool_speeds
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics

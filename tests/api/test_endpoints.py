@@ -23,6 +23,8 @@ from tests.api.requests import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from httpx import Response
 
     from tests.api.conftest import RunningService
@@ -204,6 +206,15 @@ def test_workspace_of_the_published_arm(service: RunningService) -> None:
     longer = request | {"tool": {"position": [0.0, 0.1, 0.0], "orientation": None}}
     tool = service.post("/v1/kinematics/workspace", longer).json()
     assert tool["maximum_height"]["value"] == pytest.approx(1.55, abs=1e-9)
+
+
+def test_a_cloud_is_no_larger_than_any_other_answer(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1, max_samples=1000)
+    request = {"robot": "three_dof_arm", "samples": 333}
+    assert len(service.post("/v1/kinematics/workspace", request).json()["points"]) == 333
+    refused = service.post("/v1/kinematics/workspace", request | {"samples": 334})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["pointer"] == "/samples"
 
 
 def test_torques_hold_a_payload(service: RunningService) -> None:
