@@ -118,7 +118,7 @@ def workspace(robot: Robot, samples: int, seed: int = 0) -> Workspace:
     lowest = best(Objective(linear=(0.0, 0.0, -1.0)))
     tie = TIE / max(float(np.abs(points).max()), TIE)
     highest = best(Objective(linear=(0.0, 0.0, 1.0), square=(tie, tie, 0.0)))
-    # What the tie-break took from the height, at most TIE of the size to the side, is given back.
+    # The tie-break pulls the tool off the top by about TIE of its size: one more ascent, by height alone.
     highest = _ascend(robot, Objective(linear=(0.0, 0.0, 1.0)), highest, longest)
     return Workspace(
         points[:samples],
