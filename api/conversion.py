@@ -39,7 +39,7 @@ def to_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningP
             reference=None if request.ik.reference is None else tuple(request.ik.reference),
             seed=request.seed,
         ),
-        payload=None if request.payload is None else _to_payload(request.payload),
+        payload=None if request.payload is None else to_payload(request.payload),
     )
 
 
@@ -51,6 +51,13 @@ def with_tool(robot: Robot, tool: common.Pose | None) -> Robot:
 def to_pose(pose: common.Pose) -> Pose:
     """A pose; without an orientation the position alone counts."""
     return Pose(np.array(pose.position), _to_rotation(pose.orientation))
+
+
+def to_payload(payload: common.Payload) -> problem.Payload:
+    """A payload."""
+    x, y, z = payload.center_of_mass
+    ixx, iyy, izz = payload.inertia
+    return problem.Payload(payload.mass, (x, y, z), (ixx, iyy, izz))
 
 
 def to_limits(limits: common.Limits) -> problem.Limits:
@@ -75,6 +82,17 @@ def to_robot(definition: robots.RobotDefinition, robot_id: str) -> tuple[Robot, 
                 tip=None if definition.tip is None else to_pose(definition.tip),
             )
             return read_dh(model, id=robot_id, source="uploaded Denavit-Hartenberg table")
+
+
+def to_vector(values: Sequence[float], length: int, pointer: str) -> FloatArray:
+    """One value a joint as an array (length,).
+
+    Raises:
+        InvalidProblem: There are more, or fewer.
+    """
+    if len(values) != length:
+        raise InvalidProblem([(pointer, f"{len(values)} values for {length} joints")])
+    return np.array(values, dtype=np.float64)
 
 
 def to_matrix(rows: Sequence[Sequence[float]], columns: int, pointer: str) -> FloatArray:
@@ -137,9 +155,3 @@ def _to_move(move: requests.Move) -> problem.Move:
             return problem.CylindricalMove(move.r, move.alpha, move.l)
         case requests.SphericalMove():
             return problem.SphericalMove(move.r, move.beta, move.gamma)
-
-
-def _to_payload(payload: common.Payload) -> problem.Payload:
-    x, y, z = payload.center_of_mass
-    ixx, iyy, izz = payload.inertia
-    return problem.Payload(payload.mass, (x, y, z), (ixx, iyy, izz))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from api.routes import info, planning, robots
-from api.schemas import answers, kinematics, requests
+from api.schemas import answers, dynamics, kinematics, requests
 from api.schemas import robots as robot_schemas
 
 if TYPE_CHECKING:
@@ -197,6 +197,48 @@ OPERATIONS = (
             "one_position": {
                 "robot": "ngv_refuelling_arm",
                 "poses": [{"position": [-0.8, 1.0, -0.3], "orientation": None}],
+            }
+        },
+    ),
+    Operation(
+        id="jacobian",
+        method="POST",
+        path="/v1/kinematics/jacobian",
+        tag="kinematics",
+        summary="Jacobian of the tool at a joint position, and how far that is from singular.",
+        endpoint=planning.jacobian,
+        request=kinematics.JacobianRequest,
+        answer=kinematics.JacobianAnswer,
+        problems=(*BODY_CODES, "unknown_robot"),
+        examples={"one_position": {"robot": "three_dof_arm", "position": [0.1, 0.2, 0.3]}},
+    ),
+    Operation(
+        id="workspace",
+        method="POST",
+        path="/v1/kinematics/workspace",
+        tag="kinematics",
+        summary="How far the tool reaches within the position limits, and a cloud of points where it can be.",
+        endpoint=planning.workspace,
+        request=kinematics.WorkspaceRequest,
+        answer=kinematics.WorkspaceAnswer,
+        problems=(*BODY_CODES, "unknown_robot"),
+        examples={"hundred_points": {"robot": "date_sorting_arm", "samples": 100}},
+    ),
+    Operation(
+        id="inverse_dynamics",
+        method="POST",
+        path="/v1/dynamics/inverse",
+        tag="dynamics",
+        summary="Joint torques of states of motion.",
+        endpoint=planning.inverse_dynamics,
+        request=dynamics.InverseDynamicsRequest,
+        answer=dynamics.InverseDynamicsAnswer,
+        problems=(*BODY_CODES, "unknown_robot", "missing_dynamics"),
+        examples={
+            "holding_a_payload": {
+                "robot": "date_sorting_arm",
+                "payload": {"mass": 1.0},
+                "positions": [[0.0, 0.25, 0.0, 0.0, 1.5, 0.0]],
             }
         },
     ),

@@ -14,23 +14,33 @@ import numpy as np
 import orjson
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from api.conversion import to_limits, to_matrix, to_pose, to_problem, to_robot, with_tool
+from api.conversion import to_limits, to_matrix, to_payload, to_pose, to_problem, to_robot, to_vector, with_tool
 from api.errors import CatalogueRobot, invalid_request
-from api.schemas.kinematics import ForwardKinematicsRequest, InverseKinematicsRequest
+from api.schemas.dynamics import InverseDynamicsRequest
+from api.schemas.kinematics import (
+    ForwardKinematicsRequest,
+    InverseKinematicsRequest,
+    JacobianRequest,
+    WorkspaceRequest,
+)
 from api.schemas.requests import PlanRequest, ValidateRequest
 from api.schemas.robots import RobotDefinition
 from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
+from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem
 from planner.export import FORMATS, ExportOptions
 from planner.kinematics import (
     all_solutions,
     forward_kinematics,
     inverse_kinematics,
+    jacobian,
     manipulability,
     pose_errors,
     poses_as_dicts,
+    singular_values,
     with_whole_turns,
+    workspace,
 )
 from planner.plan import plan
 from planner.problem import InverseKinematicsOptions
@@ -165,6 +175,64 @@ def _reached(robot: Robot, pose: Pose, position: FloatArray) -> dict[str, Any]:
     return {"position": position, "position_error": distance, "orientation_error": angle}
 
 
+def run_jacobian(task: Task, caps: Caps) -> Reply:
+    """POST /v1/kinematics/jacobian."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(JacobianRequest, task.body)
+        _check_caps(request, caps)
+        robot = with_tool(_robot(request.robot, task), request.tool)
+        position = to_vector(request.position, robot.dof, "/position")
+    with watch.stage("plan"):
+        answer = {
+            "jacobian": jacobian(robot, position),
+            "manipulability": manipulability(robot, position[None])[0],
+            "singular_values": singular_values(robot, position[None])[0],
+        }
+    return _json(answer, watch)
+
+
+def run_workspace(task: Task, caps: Caps) -> Reply:
+    """POST /v1/kinematics/workspace."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(WorkspaceRequest, task.body)
+        _check_caps(request, caps)
+        if 3 * request.samples > caps.max_samples:
+            limit = f"{request.samples} points of 3 values are more than the {caps.max_samples} values of an answer"
+            raise InvalidProblem([("/samples", limit)])
+        robot = with_tool(_robot(request.robot, task), request.tool)
+    with watch.stage("plan"):
+        found = workspace(robot, request.samples, request.seed)
+    return _json(found, watch)
+
+
+def run_inverse_dynamics(task: Task, caps: Caps) -> Reply:
+    """POST /v1/dynamics/inverse."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(InverseDynamicsRequest, task.body)
+        _check_caps(request, caps)
+        robot = _robot(request.robot, task)
+        if request.payload is not None:
+            robot = robot.with_payload(to_payload(request.payload))
+        positions = to_matrix(request.positions, robot.dof, "/positions")
+        velocities, accelerations = (
+            np.zeros_like(positions) if rows is None else to_matrix(rows, robot.dof, f"/{name}")
+            for name, rows in (("velocities", request.velocities), ("accelerations", request.accelerations))
+        )
+        faults = [
+            (f"/{name}", f"{len(rows)} rows for {len(positions)} positions")
+            for name, rows in (("velocities", velocities), ("accelerations", accelerations))
+            if len(rows) != len(positions)
+        ]
+        if faults:
+            raise InvalidProblem(faults)
+    with watch.stage("plan"):
+        torques = inverse_dynamics(robot, positions, velocities, accelerations)
+    return _json({"torques": torques}, watch)
+
+
 def add_robot(task: Task, caps: Caps) -> Reply:
     """POST /v1/robots: read the model. The parent keeps the definition that comes back in `result`."""
     watch = Stopwatch()
@@ -210,6 +278,9 @@ RUN: dict[str, Callable[[Task, Caps], Reply]] = {
     "validate_trajectory": validate_trajectory,
     "forward_kinematics": run_forward_kinematics,
     "inverse_kinematics": run_inverse_kinematics,
+    "jacobian": run_jacobian,
+    "workspace": run_workspace,
+    "inverse_dynamics": run_inverse_dynamics,
     "add_robot": add_robot,
     "list_robots": list_robots,
     "get_robot": get_robot,

@@ -37,14 +37,17 @@ class Worker:
         tasks: How many it has been given.
         warm: Whether it has solved its first problems.
         ended: Set when the process has ended.
+        exit_code: Of the process, once it has ended.
     """
 
     def __init__(self, caps: Caps) -> None:
         context = multiprocessing.get_context("spawn")
         self._channel, its_channel = socket.socketpair()
-        self.process = context.Process(target=work, args=(its_channel, caps), name="worker", daemon=True)
-        self.process.start()
+        self._process = context.Process(target=work, args=(its_channel, caps), name="worker", daemon=True)
+        self._process.start()
         its_channel.close()
+        self.pid = self._process.pid
+        self.exit_code: int | None = None
         self.tasks = 0
         self.warm = False
         self.ended = asyncio.Event()
@@ -52,12 +55,14 @@ class Worker:
     async def connect(self) -> None:
         """Connect the channel to the running event loop and listen for the end of the process."""
         self._reader, self._writer = await asyncio.open_unix_connection(sock=self._channel, limit=READ_AHEAD)
-        asyncio.get_running_loop().add_reader(self.process.sentinel, self._note_end)
+        asyncio.get_running_loop().add_reader(self._process.sentinel, self._note_end)
 
     def _note_end(self) -> None:
-        asyncio.get_running_loop().remove_reader(self.process.sentinel)
+        asyncio.get_running_loop().remove_reader(self._process.sentinel)
         self._writer.close()
-        self.process.join()
+        self._process.join()
+        self.exit_code = self._process.exitcode
+        self._process.close()
         self.ended.set()
 
     async def warm_up(self) -> None:
@@ -81,7 +86,7 @@ class Worker:
             await self._writer.drain()
             return await self._receive()
         except asyncio.CancelledError:
-            self.process.kill()
+            self.kill()
             raise
 
     async def _receive(self) -> Reply:
@@ -89,10 +94,16 @@ class Worker:
         reply: Reply = pickle.loads(await self._reader.readexactly(length))  # noqa: S301 - from our own worker
         return reply
 
+    def kill(self) -> None:
+        """End the process at once, if it has not ended."""
+        if not self.ended.is_set():
+            self._process.kill()
+
     def stop(self) -> None:
-        """End the process."""
-        self.process.kill()
-        self.process.join()
+        """End the process and wait until it has ended."""
+        if not self.ended.is_set():
+            self._process.kill()
+            self._process.join()
 
 
 class WorkerPool:
@@ -179,7 +190,7 @@ class WorkerPool:
             worker = await self._idle.get()
         reply = await worker.run(task)
         if worker.tasks >= self._max_tasks:
-            worker.process.kill()
+            worker.kill()
         else:
             self._idle.put_nowait(worker)
         return reply
@@ -193,8 +204,7 @@ class WorkerPool:
             if worker.warm:
                 self._idle.put_nowait(worker)
             await worker.ended.wait()
-            process = worker.process
-            log.info("worker_ended", pid=process.pid, exit_code=process.exitcode, tasks=worker.tasks)
+            log.info("worker_ended", pid=worker.pid, exit_code=worker.exit_code, tasks=worker.tasks)
             if not worker.warm:
                 await asyncio.sleep(RESPAWN_DELAY)
             self._workers[place] = Worker(self._caps)

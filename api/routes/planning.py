@@ -1,4 +1,4 @@
-"""Trajectories and kinematics: all the work is a worker's."""
+"""Trajectories, kinematics and dynamics: all the work is a worker's."""
 
 from __future__ import annotations
 
@@ -26,3 +26,18 @@ async def forward_kinematics(request: Request) -> Response:
 async def inverse_kinematics(request: Request) -> Response:
     """POST /v1/kinematics/inverse."""
     return respond(await run_with_body(request, "inverse_kinematics"))
+
+
+async def jacobian(request: Request) -> Response:
+    """POST /v1/kinematics/jacobian."""
+    return respond(await run_with_body(request, "jacobian"))
+
+
+async def workspace(request: Request) -> Response:
+    """POST /v1/kinematics/workspace."""
+    return respond(await run_with_body(request, "workspace"))
+
+
+async def inverse_dynamics(request: Request) -> Response:
+    """POST /v1/dynamics/inverse."""
+    return respond(await run_with_body(request, "inverse_dynamics"))

@@ -59,6 +59,34 @@ class InverseKinematicsRequest(Schema):
     """s, after which the service gives up."""
 
 
+class JacobianRequest(Schema):
+    """A joint position whose Jacobian is asked."""
+
+    robot: RobotId
+    """An id of GET /v1/robots."""
+    position: JointVector
+    """Joint position, rad or m."""
+    tool: Pose | None = None
+    """Tool centre point in the tip frame; omitted: the tip itself."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """s, after which the service gives up."""
+
+
+class WorkspaceRequest(Schema):
+    """A robot whose workspace is asked."""
+
+    robot: RobotId
+    """An id of GET /v1/robots."""
+    samples: Annotated[int, Field(ge=1, le=100_000)] = 1000
+    """How many points to answer; the figures do not depend on it."""
+    seed: Seed = 0
+    """Of the random joint positions."""
+    tool: Pose | None = None
+    """Tool centre point in the tip frame; omitted: the tip itself."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """s, after which the service gives up."""
+
+
 class AnsweredPose(Answer):
     """A pose of the tool in the base frame."""
 
@@ -113,3 +141,44 @@ class InverseKinematicsAnswer(Answer):
     """Results, one per pose, in order."""
 
     results: list[InverseKinematicsResult]
+
+
+class JacobianAnswer(Answer):
+    """The Jacobian of the tool at one joint position."""
+
+    jacobian: list[list[float]]
+    """6 rows, one column a joint: linear (m/s) over angular velocity (rad/s) in the base's axes per joint velocity."""
+    manipulability: float
+    """sqrt(det(J J^T)) of Yoshikawa (1985): the product of the singular values."""
+    singular_values: list[float]
+    """Largest first."""
+
+
+class Extreme(Answer):
+    """A figure of the workspace, and where it is reached."""
+
+    value: float
+    """m."""
+    position: list[float]
+    """A joint position with that value, rad or m."""
+
+
+class WorkspaceAnswer(Answer):
+    """Where the tool can be within the position limits; collisions are not looked at."""
+
+    points: list[list[float]]
+    """x, y, z, m: the tool in the base frame, at random joint positions."""
+    minimum_radius: Extreme
+    """Distance from the base frame's z axis."""
+    maximum_radius: Extreme
+    """Distance from the base frame's z axis."""
+    minimum_height: Extreme
+    """z in the base frame."""
+    maximum_height: Extreme
+    """z in the base frame."""
+    radius_at_maximum_height: Extreme
+    """The largest, where the maximum height is reached at several."""
+    minimum_reach: Extreme
+    """Distance from the base frame's origin."""
+    maximum_reach: Extreme
+    """Distance from the base frame's origin."""

@@ -1,6 +1,6 @@
-"""Forward and inverse kinematics on Pinocchio."""
+"""Forward and inverse kinematics and the workspace, on Pinocchio."""
 
-from planner.kinematics.forward import forward_kinematics, jacobian, manipulability, tool_speeds
+from planner.kinematics.forward import forward_kinematics, jacobian, manipulability, singular_values, tool_speeds
 from planner.kinematics.inverse import (
     InverseKinematicsResult,
     all_solutions,
@@ -10,11 +10,14 @@ from planner.kinematics.inverse import (
     with_whole_turns,
 )
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternion
+from planner.kinematics.workspace import Extreme, Workspace, workspace
 
 __all__ = [
+    "Extreme",
     "FloatArray",
     "InverseKinematicsResult",
     "Pose",
+    "Workspace",
     "all_solutions",
     "forward_kinematics",
     "inverse_kinematics",
@@ -24,6 +27,8 @@ __all__ = [
     "pose_errors",
     "poses_as_dicts",
     "quaternion",
+    "singular_values",
     "tool_speeds",
     "with_whole_turns",
+    "workspace",
 ]

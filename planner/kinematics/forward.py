@@ -32,15 +32,19 @@ def jacobian(robot: Robot, position: FloatArray) -> FloatArray:
     return J.reshape(6, robot.dof)  # of one joint Pinocchio gives a vector
 
 
-def manipulability(robot: Robot, positions: FloatArray) -> FloatArray:
-    """sqrt(det(J J^T)) (N,) at positions (N, joints): the product of the singular values; 0 where singular.
-
-    Yoshikawa 1985. With fewer than six joints sqrt(det(J^T J)), the same product.
-    """
+def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
+    """Of the Jacobian (m and rad alike), largest first (N, min(6, joints)), at positions (N, joints)."""
     J = np.array([jacobian(robot, position) for position in positions])
-    transposed = J.transpose(0, 2, 1)
-    gram = J @ transposed if robot.dof >= 6 else transposed @ J
-    result: FloatArray = np.sqrt(np.maximum(np.linalg.det(gram), 0.0))
+    result: FloatArray = np.linalg.svd(J, compute_uv=False)
+    return result
+
+
+def manipulability(robot: Robot, positions: FloatArray) -> FloatArray:
+    """sqrt(det(J J^T)) (N,) at positions (N, joints), as the product of the singular values; 0 where singular.
+
+    Yoshikawa 1985. With fewer than six joints it is sqrt(det(J^T J)), the same product.
+    """
+    result: FloatArray = singular_values(robot, positions).prod(axis=1)
     return result
 
 

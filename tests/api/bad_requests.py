@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from tests.api.bad_kinematics import BAD_KINEMATICS
 from tests.api.bad_robots import BAD_ROBOTS, Bad
 from tests.api.requests import IDENTITY, joint, plan_request, pose_waypoint, relative_waypoint, validate_request
 
@@ -343,5 +344,6 @@ BAD_REQUESTS = [
         INVALID,
         "/reference/0",
     ),
+    *BAD_KINEMATICS,
     *BAD_ROBOTS,
 ]

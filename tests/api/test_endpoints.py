@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from api.schemas import answers, kinematics, robots
+from api.schemas import answers, dynamics, kinematics, robots
 from tests.api.requests import (
     dh_joint,
     dh_robot,
@@ -24,6 +24,8 @@ from tests.api.requests import (
 from tests.documents.published import document
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from httpx import Response
 
     from tests.api.conftest import RunningService
@@ -190,6 +192,65 @@ def test_all_solutions_come_sorted_by_their_distance_to_the_reference(
         apart = (positions - printed + np.pi) % (2.0 * np.pi) - np.pi
         assert np.abs(apart).max(axis=1).min() < np.radians(0.14)  # rounded and misprinted as E23 says
     assert all(solution["position_error"] <= 1e-6 for solution in found["solutions"])
+
+
+def test_jacobian_of_a_tool(service: RunningService) -> None:
+    """Against differences of the poses that the service answers."""
+    tool = {"position": [0.1, 0.2, -0.1], "orientation": None}
+    asked = {"robot": ARM, "position": START, "tool": tool}
+    answer = checked(service.post("/v1/kinematics/jacobian", asked), kinematics.JacobianAnswer)
+    J, h = np.array(answer["jacobian"]), 1e-5
+    assert J.shape == (6, 6)
+    positions = np.vstack([START + h * np.eye(6), START - h * np.eye(6)]).tolist()
+    poses = service.post("/v1/kinematics/forward", {"robot": ARM, "positions": positions, "tool": tool}).json()["poses"]
+    p = np.array([pose["position"] for pose in poses])
+    np.testing.assert_allclose(J[:3], (p[:6] - p[6:]).T / (2.0 * h), atol=1e-8)
+    assert answer["manipulability"] == pytest.approx(abs(np.linalg.det(J)), rel=1e-9)
+    assert answer["manipulability"] == pytest.approx(math.prod(answer["singular_values"]), rel=1e-12)
+    # Fewer than six joints: as many columns and singular values.
+    small = service.post("/v1/kinematics/jacobian", {"robot": "three_dof_arm", "position": [0.1, 0.2, 0.3]}).json()
+    assert np.array(small["jacobian"]).shape == (6, 3)
+    assert len(small["singular_values"]) == 3
+
+
+def test_workspace_of_the_published_arm(service: RunningService) -> None:
+    """Section 4 of document 004: 43.93, 800, 1450 and 650 mm."""
+    request = {"robot": "date_sorting_arm", "samples": 50}
+    first = service.post("/v1/kinematics/workspace", request)
+    answer = checked(first, kinematics.WorkspaceAnswer)
+    names = ("minimum_radius", "maximum_radius", "maximum_height", "radius_at_maximum_height")
+    figures = [1000.0 * answer[name]["value"] for name in names]
+    assert figures == pytest.approx([43.93, 800.0, 1450.0, 650.0], abs=0.01)
+    assert np.array(answer["points"]).shape == (50, 3)
+    assert service.post("/v1/kinematics/workspace", request | {"seed": 0}).content == first.content
+    # A tool 0.1 m along the flange's y, which points outwards when the arm is stretched.
+    longer = request | {"tool": {"position": [0.0, 0.1, 0.0], "orientation": None}}
+    tool = service.post("/v1/kinematics/workspace", longer).json()
+    assert tool["maximum_height"]["value"] == pytest.approx(1.55, abs=1e-9)
+
+
+def test_a_cloud_is_no_larger_than_any_other_answer(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1, max_samples=1000)
+    request = {"robot": "three_dof_arm", "samples": 333}
+    assert len(service.post("/v1/kinematics/workspace", request).json()["points"]) == 333
+    refused = service.post("/v1/kinematics/workspace", request | {"samples": 334})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["pointer"] == "/samples"
+
+
+def test_torques_hold_a_payload(service: RunningService) -> None:
+    """J^T F of document 004, and what is omitted is zero."""
+    request = {"robot": "date_sorting_arm", "payload": {"mass": 2.0}, "positions": [[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]]}
+    path = "/v1/dynamics/inverse"
+    answer = checked(service.post(path, request), dynamics.InverseDynamicsAnswer)
+    at = {"robot": "date_sorting_arm", "position": request["positions"][0]}
+    J = np.array(service.post("/v1/kinematics/jacobian", at).json()["jacobian"])
+    np.testing.assert_allclose(answer["torques"], [J[2] * 2.0 * 9.81], atol=1e-12)
+    still = {"velocities": [[0.0] * 6], "accelerations": [[0.0] * 6]}
+    assert service.post(path, request | still).json() == answer
+    # Lifting with 1 m/s^2 adds 1 N a kilogram on the vertical axis.
+    lifting = service.post(path, request | {"accelerations": [[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]]}).json()
+    assert lifting["torques"][0][1] == pytest.approx(2.0 * (9.81 + 1.0), abs=1e-12)
 
 
 def test_an_own_plan_validates(service: RunningService) -> None:

@@ -21,6 +21,9 @@ CONTRACT = {
     ("delete", "/v1/robots/{id}"): "delete_robot",
     ("post", "/v1/kinematics/forward"): "forward_kinematics",
     ("post", "/v1/kinematics/inverse"): "inverse_kinematics",
+    ("post", "/v1/kinematics/jacobian"): "jacobian",
+    ("post", "/v1/kinematics/workspace"): "workspace",
+    ("post", "/v1/dynamics/inverse"): "inverse_dynamics",
 }
 
 

@@ -84,6 +84,19 @@ def test_idle_workers_that_die_are_replaced(start_service: Callable[..., Running
         wait_until(lambda: len(service.workers()) == 2)
 
 
+def test_workers_that_die_leave_no_open_files_behind(start_service: Callable[..., RunningService]) -> None:
+    service = start_service(workers=1)
+    server = psutil.Process(service.process.pid)
+    service.post(PLAN, plan_request())
+    before = server.num_fds()
+    for _ in range(3):
+        (worker,) = service.workers()
+        worker.kill()
+        psutil.wait_procs([worker], 10.0)
+        assert service.post(PLAN, plan_request()).status_code == 200
+    assert server.num_fds() == before
+
+
 def test_stopped_workers_do_not_stop_the_service(start_service: Callable[..., RunningService]) -> None:
     service = start_service(workers=2)
     stopped = service.workers()

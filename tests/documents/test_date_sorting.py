@@ -9,7 +9,15 @@ import pytest
 
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
-from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, jacobian
+from planner.kinematics import (
+    FloatArray,
+    Pose,
+    all_solutions,
+    forward_kinematics,
+    inverse_kinematics,
+    jacobian,
+    workspace,
+)
 from planner.plan import Plan, plan
 from planner.problem import InverseKinematicsOptions, JointWaypoint, Payload, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
@@ -101,6 +109,23 @@ def test_e30_two_solutions_within_the_limits_not_four(robot: Robot, point: dict[
 def test_jacobian_with_e27_and_e28_corrected(robot: Robot, point: dict[str, Any]) -> None:
     q = joints_of(point)
     assert jacobian(robot, q) == pytest.approx(document_jacobian(q), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("figure", "key", "axes"),
+    [
+        ("minimum_radius", "min_radius_mm", [0, 1]),
+        ("maximum_radius", "max_radius_mm", [0, 1]),
+        ("minimum_height", "min_height_mm", [2]),
+        ("maximum_height", "max_height_mm", [2]),
+        ("radius_at_maximum_height", "radius_at_max_height_mm", [0, 1]),
+    ],
+)
+def test_section_4_workspace(robot: Robot, figure: str, key: str, axes: list[int]) -> None:
+    """43.93 (printed as 44), 800, 1450 and 650 mm."""
+    extreme = getattr(workspace(robot, 1), figure)
+    assert 1000.0 * extreme.value == pytest.approx(DOCUMENT["workspace"]["computed"][key], abs=1e-6)
+    assert extreme.value == pytest.approx(np.linalg.norm(chain(extreme.position)[axes, 3]), abs=1e-12)
 
 
 @every_point

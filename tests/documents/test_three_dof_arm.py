@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.backends import Cubic
-from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics
+from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, workspace
 from planner.plan import Plan, plan
 from planner.problem import InverseKinematicsOptions, JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
@@ -111,6 +111,18 @@ def test_all_four_solutions_of_table_2_2_are_found(robot: Robot, i: int) -> None
     assert len(solutions) == 4
     for exact in closed_form(target):
         assert min(apart(exact, found) for found in solutions) < 1e-9
+
+
+def test_workspace_is_a_hollow_sphere(robot: Robot) -> None:
+    """From L2 - L1 = 70 mm to L1 + L2 = 270 mm about the base, open on no side."""
+    found = workspace(robot, 1)
+    reach = DOCUMENT["robot"]["computed_reach_mm"]
+    assert [1000.0 * found.minimum_reach.value, 1000.0 * found.maximum_reach.value] == pytest.approx(
+        [reach["min"], reach["max"]], abs=1e-9
+    )
+    assert found.minimum_radius.value == pytest.approx(0.0, abs=1e-9)
+    heights = [found.minimum_height.value, found.maximum_height.value]
+    assert heights == pytest.approx([-L1 - L2, L1 + L2], abs=1e-12)
 
 
 def test_e22_theta_1_needs_atan2(robot: Robot) -> None:

@@ -1,0 +1,188 @@
+"""The workspace: where the tool can be within the position limits, and how far that goes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import InvalidProblem
+from planner.kinematics.forward import forward_kinematics, jacobian, tool_pose
+
+if TYPE_CHECKING:
+    from planner.kinematics.poses import FloatArray
+    from planner.robots import Robot
+
+DRAWS = 1000
+"""Random positions to look for starts in, at least: the figures are as good with a small cloud as with a large one."""
+
+STARTS = 8
+"""Ascents for each figure; the best of their ends counts."""
+
+ITERATIONS = 100
+"""Newton steps of one ascent; ten are the rule."""
+
+HALVINGS = 40
+"""Halvings of a step before there is none that leads up."""
+
+FLAT = 1e-9
+"""Curvature (relative to the largest) that counts as none: the step there goes as far as it may."""
+
+TIE = 1e-6
+"""Weight of (radius / size)^2 beside height / size: it decides between points that are equally high."""
+
+
+@dataclass(frozen=True, eq=False)
+class Extreme:
+    """A figure of the workspace, and where it is reached.
+
+    Attributes:
+        value: m.
+        position: (joints,), rad or m: a joint position with that value.
+    """
+
+    value: float
+    position: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace:
+    """Where the tool can be. Collisions are not looked at.
+
+    Attributes:
+        points: (N, 3), m: the tool in the base frame, at random joint positions.
+        minimum_radius: Distance from the base frame's z axis.
+        maximum_radius: Likewise.
+        minimum_height: z in the base frame.
+        maximum_height: Likewise.
+        radius_at_maximum_height: The largest, where the maximum height is reached at several.
+        minimum_reach: Distance from the base frame's origin.
+        maximum_reach: Likewise.
+    """
+
+    points: FloatArray
+    minimum_radius: Extreme
+    maximum_radius: Extreme
+    minimum_height: Extreme
+    maximum_height: Extreme
+    radius_at_maximum_height: Extreme
+    minimum_reach: Extreme
+    maximum_reach: Extreme
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is to be large: linear . p + square . p^2, of the tool's position p, m."""
+
+    linear: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    square: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def value(self, p: FloatArray) -> FloatArray:
+        """At positions (..., 3)."""
+        result: FloatArray = p @ np.array(self.linear) + p**2 @ np.array(self.square)
+        return result
+
+
+def workspace(robot: Robot, samples: int, seed: int = 0) -> Workspace:
+    """Sample the workspace, and find its extremes.
+
+    The best samples are only where the search for the extremes starts: from each a Newton ascent within the
+    position limits goes up to an extreme, to rounding error. The answer depends on nothing but the arguments.
+
+    Args:
+        robot: With its tool.
+        samples: How many points are wanted.
+        seed: Of the random positions: uniform within the limits, over one turn where a joint has none.
+
+    Raises:
+        InvalidProblem: A joint slides without limits.
+    """
+    endless = [joint.name for joint in robot.joints if not joint.is_angle and not np.isfinite(joint.upper)]
+    if endless:
+        raise InvalidProblem([("/robot", f"{name} slides without limits: no workspace") for name in endless])
+    limited = np.isfinite(robot.limit("lower"))
+    lower = np.where(limited, robot.limit("lower"), -np.pi)
+    upper = np.where(limited, robot.limit("upper"), np.pi)
+    positions = np.random.default_rng(seed).uniform(lower, upper, (max(samples, DRAWS), robot.dof))
+    points = np.array([pose.position for pose in forward_kinematics(robot, positions)])
+    longest = float((upper - lower).max())
+
+    def best(objective: Objective) -> FloatArray:
+        starts = positions[np.argsort(-objective.value(points), kind="stable")[:STARTS]]
+        ends = [_ascend(robot, objective, start, longest) for start in starts]
+        return max(ends, key=lambda q: float(objective.value(tool_pose(robot, q).position)))
+
+    innermost, outermost = best(Objective(square=(-1.0, -1.0, 0.0))), best(Objective(square=(1.0, 1.0, 0.0)))
+    nearest, farthest = best(Objective(square=(-1.0, -1.0, -1.0))), best(Objective(square=(1.0, 1.0, 1.0)))
+    lowest = best(Objective(linear=(0.0, 0.0, -1.0)))
+    tie = TIE / max(float(np.abs(points).max()), TIE)
+    highest = best(Objective(linear=(0.0, 0.0, 1.0), square=(tie, tie, 0.0)))
+    # The tie-break pulls the tool off the top by about TIE of its size: one more ascent, by height alone.
+    highest = _ascend(robot, Objective(linear=(0.0, 0.0, 1.0)), highest, longest)
+    return Workspace(
+        points[:samples],
+        minimum_radius=_radius(robot, innermost),
+        maximum_radius=_radius(robot, outermost),
+        minimum_height=_height(robot, lowest),
+        maximum_height=_height(robot, highest),
+        radius_at_maximum_height=_radius(robot, highest),
+        minimum_reach=_reach(robot, nearest),
+        maximum_reach=_reach(robot, farthest),
+    )
+
+
+def _radius(robot: Robot, q: FloatArray) -> Extreme:
+    return Extreme(float(np.linalg.norm(tool_pose(robot, q).position[:2])), q)
+
+
+def _height(robot: Robot, q: FloatArray) -> Extreme:
+    return Extreme(float(tool_pose(robot, q).position[2]), q)
+
+
+def _reach(robot: Robot, q: FloatArray) -> Extreme:
+    return Extreme(float(np.linalg.norm(tool_pose(robot, q).position)), q)
+
+
+def _ascend(robot: Robot, objective: Objective, q: FloatArray, longest: float) -> FloatArray:
+    """The joint position where Newton's method within the box ends.
+
+    Steps divide by the magnitude of the curvatures, so that they lead up from a saddle too (Dauphin et al. 2014);
+    along an axis without curvature they are as long as `longest`, rad or m. A joint that presses against its limit
+    is taken out of the step, the others are projected on the box (Bertsekas 1982).
+    """
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    value = objective.value(tool_pose(robot, q).position)
+    for _ in range(ITERATIONS):
+        gradient, hessian = _derivatives(robot, objective, q)
+        free = ~(((q <= lower) & (gradient < 0.0)) | ((q >= upper) & (gradient > 0.0)))
+        if not free.any():
+            break
+        curvatures, axes = np.linalg.eigh(hessian[np.ix_(free, free)])
+        curvatures = np.abs(curvatures)
+        floor = FLAT * max(float(curvatures.max()), 1.0)
+        step = np.zeros_like(q)
+        step[free] = axes @ np.clip(axes.T @ gradient[free] / np.maximum(curvatures, floor), -longest, longest)
+        for halving in range(HALVINGS):
+            candidate = np.clip(q + step * 0.5**halving, lower, upper)
+            there = objective.value(tool_pose(robot, candidate).position)
+            if there > value:
+                q, value = candidate, there
+                break
+        else:
+            break
+    return q
+
+
+def _derivatives(robot: Robot, objective: Objective, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient (joints,) and Hessian (joints, joints) of the objective in the joint positions.
+
+    The position's second derivative by joints i <= j is w_i x v_j, of the columns w of the angular and v of the
+    linear Jacobian: joint i turns all that joint j moves.
+    """
+    p, J = tool_pose(robot, q).position, jacobian(robot, q)
+    v, w = J[:3], J[3:]
+    slope = np.array(objective.linear) + 2.0 * np.array(objective.square) * p
+    bend = np.triu(np.einsum("k,kij->ij", slope, np.cross(w[:, :, None], v[:, None, :], axis=0)))
+    hessian = bend + np.triu(bend, 1).T + 2.0 * v.T @ (np.array(objective.square)[:, None] * v)
+    return v.T @ slope, hessian
