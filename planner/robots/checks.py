@@ -27,6 +27,8 @@ DYNAMIC_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
 
 MAX_NUMBER = 1e9
 """A larger number is an error in a length or a mass, and the usual way to write "no limit" in a limit."""
+LEAST_MOMENT = 1e-12
+"""Share of the largest principal moment: with a smaller one, Pinocchio may see a negative one and throw."""
 MAX_MASS = 1e5
 """kg."""
 TINY_INERTIA = 1e-6
@@ -109,7 +111,7 @@ def check_length(subject: str, lengths: Iterable[float], findings: Findings) -> 
 
 
 def check_body(subject: str, body: Body, findings: Findings) -> Body:
-    """The body, if its mass and inertia can exist; moments that rounding made negative become zero.
+    """The body, if its mass and inertia can exist; moments that rounding may have made negative are lifted above it.
 
     The inertia tensor about the center of mass has three positive eigenvalues, none larger than the sum of the
     other two. A tensor that is not positive makes the equations of motion unsolvable; one that only breaks the
@@ -133,9 +135,11 @@ def check_body(subject: str, body: Body, findings: Findings) -> Body:
     elif moments[2] > moments[0] + moments[1] + 1e-6 * moments[2]:
         text = f"the inertia of {subject} breaks the triangle inequality: its principal moments are {_listed(moments)}"
         findings.warning("inertia_triangle_inequality", subject, text)
-    if moments[0] >= 0.0:
+    least = LEAST_MOMENT * max(float(moments[2]), 0.0)
+    if moments[0] >= least:
         return body
-    return replace(body, inertia=axes @ np.diag(np.maximum(moments, 0.0)) @ axes.T)
+    lifted = axes @ np.diag(np.maximum(moments, least)) @ axes.T
+    return replace(body, inertia=(lifted + lifted.T) / 2.0)
 
 
 def _listed(numbers: Iterable[float]) -> str:
