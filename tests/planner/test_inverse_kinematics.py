@@ -17,6 +17,7 @@ from planner.kinematics import (
     jacobian,
     tool_speeds,
 )
+from planner.kinematics.sequence import solve_waypoints
 from planner.plan import plan
 from planner.problem import InverseKinematicsOptions, JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
@@ -88,6 +89,20 @@ def test_from_a_nearby_reference_the_solution_stays_on_its_branch(robot_id: str)
         near = np.clip(q + rng.uniform(-0.02, 0.02, robot.dof), robot.limit("lower"), robot.limit("upper"))
         result = inverse_kinematics(robot, pose, OPTIONS, near)
         assert result.position == pytest.approx(q, abs=1e-5)
+
+
+def test_a_small_move_of_a_redundant_arm_is_a_small_motion() -> None:
+    """Of a continuum of solutions the one that goes with the waypoint before: here six joints, position only."""
+    robot, rng = load_robot("kuka_kr16_l6_2"), np.random.default_rng(9)
+    for _ in range(10):
+        q = 0.6 * np.array(random_position(robot, rng)) + 0.4 * robot.middle
+        if np.linalg.svd(jacobian(robot, q)[:3], compute_uv=False)[-1] < 0.1:
+            continue
+        above = Pose(forward_kinematics(robot, q[None])[0].position + np.array([0.0, 0.0, 0.002]))
+        waypoints = (JointWaypoint(position=tuple(q.tolist())), PoseWaypoint(pose=above))
+        moved = solve_waypoints(robot, waypoints, OPTIONS)[1]
+        assert np.abs(moved.position - q).max() < 0.05
+        assert moved.solutions is None
 
 
 def test_the_turn_nearest_to_the_reference_is_taken() -> None:
