@@ -41,6 +41,10 @@ SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 150, 65, 1001
 """Samples of torque and tool speed on one piece, by the travel of its busiest joint (rad, or m)."""
 
 ORDER_OF = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
+"""Derivative of the polynomials that each exactly checked quantity is."""
+
+SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in ORDER_OF)
+"""The other quantities."""
 
 
 @dataclass(frozen=True)
@@ -118,13 +122,12 @@ def certify(
     """
     derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, MOST_CONTINUOUS + 1)
     smooth = _continuity(derivatives)
-    checks = []
-    for quantity in QUANTITIES:
-        enforced = guarantees[quantity] is Guarantee.HARD
-        if quantity in ORDER_OF:
-            checks.append(_polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced, smooth))
-        else:
-            checks.extend(_sampled_check(trajectory, robot, limits, quantity, enforced))
+    enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
+    checks = [
+        _polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced[quantity], smooth)
+        for quantity in ORDER_OF
+    ]
+    checks += _sampled_checks(trajectory, robot, limits, enforced)
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return Certificate(
         satisfied=all(check.satisfied for check in checks if check.enforced),
@@ -185,39 +188,42 @@ def _polynomial_check(
     )
 
 
-def _sampled_check(
-    trajectory: Trajectory, robot: Robot, limits: SegmentLimits, quantity: str, enforced: bool
+def _sampled_checks(
+    trajectory: Trajectory, robot: Robot, limits: SegmentLimits, enforced: Mapping[str, bool]
 ) -> list[Check]:
-    """The check of a quantity that is not polynomial; empty where it has no limit (or, torque, no meaning)."""
-    limit = getattr(limits, quantity)
-    if not np.isfinite(limit).any() or (quantity == "torque" and not robot.has_dynamics):
+    """The checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
+    limited = [quantity for quantity in SAMPLED if np.isfinite(getattr(limits, quantity)).any()]
+    if not robot.has_dynamics and "torque" in limited:
+        limited.remove("torque")
+    if not limited:
         return []
     pieces, tau = _dense_times(trajectory)
-    coefficients = trajectory.coefficients[pieces]
-    column = tau[:, None]
+    coefficients, column = trajectory.coefficients[pieces], tau[:, None]
     positions, velocities, accelerations = (horner(differentiate(coefficients, k), column) for k in range(3))
-    if quantity == "torque":
-        values = np.abs(inverse_dynamics(robot, positions, velocities, accelerations))
-    else:
+    values = {}
+    if "torque" in limited:
+        values["torque"] = np.abs(inverse_dynamics(robot, positions, velocities, accelerations))
+    if limited != ["torque"]:
         linear, angular = tool_speeds(robot, positions, velocities)
-        values = (linear if quantity == "tcp_linear_velocity" else angular)[:, None]
-        limit = limit[:, None]
-    limit = limit[trajectory.segments[pieces]]
-    ratios = values / limit
-    row, joint = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
-    return [
-        Check(
+        values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
+    checks = []
+    for quantity in limited:
+        limit = getattr(limits, quantity)[trajectory.segments[pieces]].reshape(len(pieces), -1)
+        ratios = values[quantity] / limit
+        row, joint = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
+        check = Check(
             quantity=quantity,
             joint=robot.joint_names[joint] if quantity == "torque" else None,
-            peak=float(values[row, joint]),
+            peak=float(values[quantity][row, joint]),
             limit=float(limit[row, joint]),
             ratio=float(ratios[row, joint]),
             time=float(trajectory.breakpoints[pieces[row]] + tau[row]),
             method="sampled",
-            enforced=enforced,
+            enforced=enforced[quantity],
             bounded=True,
         )
-    ]
+        checks.append(check)
+    return checks
 
 
 def _dense_times(trajectory: Trajectory) -> tuple[np.ndarray, FloatArray]:

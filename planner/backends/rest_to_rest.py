@@ -51,7 +51,7 @@ class UnitLaws:
     coefficients: FloatArray
 
     def sample(self, segment: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """S and its first two derivatives at `count` points on each piece, both ends included; each (N, 1)."""
+        """The law s and its first two derivatives at `count` points on each piece, both ends included; each (N, 1)."""
         tau = np.linspace(0.0, 1.0, count) * self.lengths[segment, :, None]
         pieces = self.coefficients[segment, :, None, :]
         s, ds, dds = (horner(differentiate(pieces, k), tau).reshape(-1, 1) for k in range(3))
@@ -183,17 +183,19 @@ class _SampledLimits:
     def stretch(self, durations: FloatArray, laws_of: Callable[[FloatArray], UnitLaws]) -> FloatArray:
         """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits.
 
-        A law whose shape depends on the duration (a trapezoid with its own times) is looked at again at
-        each longer duration, until nothing changes.
+        What a law needs does not depend on the duration. Laws whose shape does (a trapezoid with its own times)
+        are looked at again at each longer duration, until nothing changes.
 
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
         limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
+        laws = None
         for _ in range(MOST_STRETCHES):
-            if not limited.any():
+            before, laws = laws, laws_of(durations)
+            if laws is before or not limited.any():
                 break
-            laws, needed = laws_of(durations), np.zeros(len(durations))
+            needed = np.zeros(len(durations))
             for segment in np.flatnonzero(limited).tolist():
                 needed[segment] = self._needed(segment, laws)
             limited = needed > durations * (1.0 + DURATION_TOLERANCE)

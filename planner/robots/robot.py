@@ -138,11 +138,6 @@ class Robot:
         """Whether torques can be computed."""
         return self.mass > 0.0
 
-    @property
-    def has_torque_limits(self) -> bool:
-        """Whether torques can be computed and at least one of them is limited."""
-        return self.has_dynamics and bool(np.isfinite(self.limit("torque")).any())
-
     @cached_property
     def middle(self) -> FloatArray:
         """(joints,): the middle of the position limits; 0 where a side is open."""

@@ -32,7 +32,7 @@ def test_every_plan_keeps_its_promises(kind: str, data: st.DataObject) -> None:
     assert np.abs(velocity).max() <= 1e-9
     assert np.abs(trajectory.evaluate(trajectory.departures, [0])[0] - positions).max() <= 1e-9
 
-    # The limits, by samples of numpy's making, not by the certificate.
+    # The limits, by dense samples, not by the certificate.
     guarantees = problem.backend.guarantees
     tau = DENSE * trajectory.lengths[:, None]
     for order, quantity in enumerate(("position", "velocity", "acceleration", "jerk")):
