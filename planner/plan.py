@@ -12,7 +12,7 @@ from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
 from planner.paths import JointPath, solve_path
-from planner.problem import JointWaypoint, RelativeWaypoint
+from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -83,6 +83,8 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
             yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
         if waypoint.limits is not None:
             yield from limit_faults(robot, waypoint.limits, f"/waypoints/{i}/limits")
+        if not (isinstance(waypoint.motion, JointMotion) and isinstance(waypoint.transition, StopTransition)):
+            yield f"/waypoints/{i}", "this motion or transition is not there yet"
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
     if waypoints and waypoints[0].duration is not None:

@@ -86,18 +86,82 @@ class SphericalMove:
 Move = CartesianMove | CylindricalMove | SphericalMove
 
 
+@dataclass(frozen=True)
+class JointMotion:
+    """Straight in joint space; beside a waypoint passed `through`, a curve."""
+
+
+@dataclass(frozen=True)
+class LinearMotion:
+    """The tool in a straight line, turning about one axis by the shortest rotation.
+
+    Attributes:
+        tolerance_position: m, how far the tool may be from the line.
+        tolerance_orientation: rad, how far it may be from the orientation due there.
+    """
+
+    tolerance_position: float = 1e-4
+    tolerance_orientation: float = 1e-3
+
+
+@dataclass(frozen=True)
+class CircularMotion:
+    """The tool on the circle through a third pose, from the waypoint before by way of `via`.
+
+    Attributes:
+        via: On the way, in the base frame; without a rotation the shortest one from start to end is made.
+        tolerance_position: m, how far the tool may be from the circle.
+        tolerance_orientation: rad, how far it may be from the orientation due there.
+    """
+
+    via: Pose
+    tolerance_position: float = 1e-4
+    tolerance_orientation: float = 1e-3
+
+
+Motion = JointMotion | LinearMotion | CircularMotion
+
+
+@dataclass(frozen=True)
+class StopTransition:
+    """Come to rest at the waypoint."""
+
+
+@dataclass(frozen=True)
+class ThroughTransition:
+    """Pass the waypoint exactly, without stopping."""
+
+
+@dataclass(frozen=True)
+class BlendTransition:
+    """Cut the corner without stopping.
+
+    Attributes:
+        radius: m; the tool leaves its paths to and from the waypoint only this near to it.
+    """
+
+    radius: float
+
+
+Transition = StopTransition | ThroughTransition | BlendTransition
+
+
 @dataclass(frozen=True, kw_only=True)
 class Waypoint:
     """What every kind of waypoint has.
 
     Attributes:
         name: For the answer only.
+        motion: How to get here from the waypoint before.
+        transition: How to pass this waypoint.
         duration: s, of the segment that ends here; None: as fast as the limits allow.
         dwell: s, rest here before going on.
         limits: Of the segment that ends here.
     """
 
     name: str | None = None
+    motion: Motion = JointMotion()
+    transition: Transition = StopTransition()
     duration: float | None = None
     dwell: float = 0.0
     limits: Limits | None = None
