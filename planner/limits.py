@@ -44,6 +44,11 @@ class SegmentLimits:
     tcp_linear_velocity: FloatArray
     tcp_angular_velocity: FloatArray
 
+    def of(self, segments: np.ndarray) -> SegmentLimits:
+        """The limits of some segments, in that order."""
+        rows = {quantity: getattr(self, quantity)[segments] for quantity in (*JOINT_QUANTITIES, *TCP_QUANTITIES)}
+        return SegmentLimits(lower=self.lower, upper=self.upper, **rows)
+
 
 def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...]) -> SegmentLimits:
     """Resolve the limits of each segment.

@@ -83,8 +83,13 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
             yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
         if waypoint.limits is not None:
             yield from limit_faults(robot, waypoint.limits, f"/waypoints/{i}/limits")
-        if not (isinstance(waypoint.motion, JointMotion) and isinstance(waypoint.transition, StopTransition)):
-            yield f"/waypoints/{i}", "this motion or transition is not there yet"
+        if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
+            yield f"/waypoints/{i}/dwell", "the robot rests only at a waypoint where it stops"
+    for i in (0, len(waypoints) - 1):
+        if waypoints and not isinstance(waypoints[i].transition, StopTransition):
+            yield f"/waypoints/{i}/transition", "the robot starts and ends at rest"
+    if waypoints and not isinstance(waypoints[0].motion, JointMotion):
+        yield "/waypoints/0/motion", "the first waypoint ends no segment: there is no motion to it"
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
     if waypoints and waypoints[0].duration is not None:

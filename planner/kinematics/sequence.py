@@ -17,7 +17,7 @@ from planner.kinematics.inverse import (
     pose_errors,
 )
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
-from planner.problem import JointWaypoint, PoseWaypoint
+from planner.problem import JointMotion, JointWaypoint, PoseWaypoint
 
 if TYPE_CHECKING:
     from planner.problem import AnyWaypoint, InverseKinematicsOptions, RelativeWaypoint
@@ -39,6 +39,7 @@ class SolvedWaypoint:
         position_error: m, from the pose asked; 0 for a joint waypoint.
         orientation_error: rad; None: no orientation was asked.
         solutions: How many isolated solutions the pose has; None: a joint waypoint, or a continuum.
+        wanted: The pose asked.
     """
 
     name: str | None
@@ -47,10 +48,11 @@ class SolvedWaypoint:
     position_error: float
     orientation_error: float | None
     solutions: int | None
+    wanted: Pose
 
 
 def solve_waypoints(
-    robot: Robot, waypoints: tuple[AnyWaypoint, ...], options: InverseKinematicsOptions
+    robot: Robot, waypoints: tuple[AnyWaypoint, ...], options: InverseKinematicsOptions, follow
 ) -> tuple[SolvedWaypoint, ...]:
     """Joint positions of all waypoints, in order.
 
@@ -62,11 +64,13 @@ def solve_waypoints(
     wanted: Pose | None = None
     for index, waypoint in enumerate(waypoints):
         if isinstance(waypoint, JointWaypoint):
-            solved.append(_joint_waypoint(robot, index, waypoint))
-            wanted = solved[-1].pose
-            if robot.dof <= POSITION_ONLY_DOF:
-                wanted = Pose(wanted.position)
+            here = _joint_waypoint(robot, index, waypoint)
+            if not isinstance(waypoint.motion, JointMotion):
+                follow(index, solved[-1].position, wanted, here.wanted)
+            solved.append(here)
+            wanted = solved[-1].wanted
             continue
+        last = wanted
         if isinstance(waypoint, PoseWaypoint):
             wanted = waypoint.pose
         else:
@@ -77,9 +81,11 @@ def solve_waypoints(
         if not solutions:
             result = inverse_kinematics(robot, wanted, options, reference)
             raise _unsolved(robot, index, wanted, result, is_pose=isinstance(waypoint, PoseWaypoint))
+        if not isinstance(waypoint.motion, JointMotion):
+            solutions = [follow(index, solved[-1].position, last, wanted)]
         pose = tool_pose(robot, solutions[0])
         count = len(solutions) if is_isolated(robot, wanted, solutions[0]) else None
-        solved.append(SolvedWaypoint(waypoint.name, solutions[0], pose, *pose_errors(wanted, pose), count))
+        solved.append(SolvedWaypoint(waypoint.name, solutions[0], pose, *pose_errors(wanted, pose), count, wanted))
     return tuple(solved)
 
 
@@ -98,7 +104,10 @@ def _joint_waypoint(robot: Robot, index: int, waypoint: JointWaypoint) -> Solved
             limit=limit,
             remedies=[Remedy(f"/waypoints/{index}/position/{joint}", limit, "the nearest position within the limits")],
         )
-    return SolvedWaypoint(waypoint.name, q, tool_pose(robot, q), 0.0, 0.0, None)
+    p = tool_pose(robot, q)
+    return SolvedWaypoint(
+        waypoint.name, q, p, 0.0, 0.0, None, Pose(p.position) if robot.dof <= POSITION_ONLY_DOF else p
+    )
 
 
 def _moved(wanted: Pose, reached: Pose, waypoint: RelativeWaypoint) -> Pose:
