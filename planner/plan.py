@@ -11,8 +11,9 @@ from planner.backends.base import Guarantee
 from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
+from planner.path_certificate import certify_tool_path
 from planner.paths import JointPath, solve_path
-from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
+from planner.problem import BlendTransition, JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,7 +50,15 @@ def plan(problem: PlanningProblem) -> Plan:
     check_problem(problem)
     path = solve_path(problem)
     trajectory = problem.backend.parametrize(path)
-    certificate = certify(trajectory, path.robot, path.limits, problem.backend.guarantees, path.positions)
+    blended = [isinstance(waypoint.transition, BlendTransition) for waypoint in problem.waypoints]
+    certificate = certify(
+        trajectory,
+        path.robot,
+        path.limits,
+        problem.backend.guarantees,
+        np.where(np.array(blended)[:, None], np.nan, path.positions),
+        certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
+    )
     refuse_unless_satisfied(certificate)
     return Plan(problem, path, trajectory, certificate, tuple(_warnings(problem)))
 

@@ -117,7 +117,9 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
         return weights * rows * (h / column_scale)[:, None, None] ** known
 
     start, end, i = slice(1, k + 1), slice(k + 1, None), np.arange(inner)
-    system[i, :, i, :] = block(at_end[:, end], before, scales, scales) - block(at_start[:, start], after, scales, scales)
+    system[i, :, i, :] = block(at_end[:, end], before, scales, scales) - block(
+        at_start[:, start], after, scales, scales
+    )
     system[i[1:], :, i[:-1], :] = block(at_end[:, start], before[1:], scales[1:], scales[:-1])
     system[i[:-1], :, i[1:], :] = -block(at_start[:, end], after[:-1], scales[:-1], scales[1:])
     system = system.reshape(inner * k, inner * k)

@@ -11,10 +11,11 @@ import numpy as np
 
 from planner.backends.durations import LinearisedLimits, search_durations
 from planner.backends.interpolation import Degree, InterpolatingSpline, interpolate
-from planner.trajectory import differentiate, horner
+from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
+    from planner.limits import SegmentLimits
 
 RATES = {3: ("velocity", "acceleration"), 5: ("velocity", "acceleration", "jerk")}
 """What a spline of each degree has without jumps, and limits: derivatives 1, 2, ... of position."""
@@ -30,25 +31,6 @@ ROUNDING = 1e-10
 
 MOST_ROOT_STEPS, ROOT_TOLERANCE = 30, 1e-9
 """An extremum depends on the square of the error of its place."""
-
-
-@dataclass(frozen=True, eq=False)
-class SplineLimits:
-    """Limits of a spline; infinite: none.
-
-    Attributes:
-        lower: (joints,).
-        upper: (joints,).
-        velocity: (segments, joints).
-        acceleration: (segments, joints).
-        jerk: (segments, joints); not looked at for degree 3, whose jerk jumps.
-    """
-
-    lower: FloatArray
-    upper: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    jerk: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +101,7 @@ def interpolating_spline(positions: FloatArray, durations: FloatArray, degree: D
     return interpolate(positions, durations, degree).coefficients
 
 
-def timed_spline(positions: FloatArray, limits: SplineLimits, asked: FloatArray, degree: Degree) -> Spline:
+def timed_spline(positions: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree) -> Spline:
     """The spline at the asked durations, and the shortest for the others, that keeps the limits.
 
     The shortest is a local minimum. Between waypoints within the position limits the spline may overshoot them;
@@ -156,7 +138,7 @@ def timed_spline(positions: FloatArray, limits: SplineLimits, asked: FloatArray,
     return Spline(motion.durations, motion.spline.coefficients)
 
 
-def _first_guess(positions: FloatArray, limits: SplineLimits, degree: Degree) -> FloatArray:
+def _first_guess(positions: FloatArray, limits: SegmentLimits, degree: Degree) -> FloatArray:
     """About the durations (segments,) that each segment would need in a smooth motion."""
     travels = np.abs(np.diff(positions, axis=0))
     needed = np.maximum(travels / limits.velocity, 2.0 * np.sqrt(travels / limits.acceleration))
@@ -182,7 +164,7 @@ class _AgainstLimits:
     """
 
     spline: InterpolatingSpline
-    limits: SplineLimits
+    limits: SegmentLimits
     segment: np.ndarray
     joint: np.ndarray
     order: np.ndarray
@@ -241,7 +223,7 @@ class _AgainstLimits:
         )
 
 
-def _against_limits(spline: InterpolatingSpline, positions: FloatArray, limits: SplineLimits) -> _AgainstLimits:
+def _against_limits(spline: InterpolatingSpline, positions: FloatArray, limits: SegmentLimits) -> _AgainstLimits:
     """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter."""
     degree, h = spline.degree, spline.durations
     rates = RATES[degree]
@@ -312,7 +294,7 @@ def _excess(
     joint: np.ndarray,
     order: np.ndarray,
     value: FloatArray,
-    limits: SplineLimits,
+    limits: SegmentLimits,
     rates: tuple[str, ...],
     reach: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:

@@ -44,13 +44,10 @@ class Blend:
     leaving: PiecewisePolynomial
 
 
-def blend(
+def ways_within(
     robot: Robot, before: PiecewisePolynomial, after: PiecewisePolynomial, corner: FloatArray, radius: float
-) -> Blend:
-    """The blend from one curve to the next.
-
-    It begins where the tool comes within the radius of the corner for good, or at the middle of the curve if that is
-    later, ends likewise, and keeps the tool within the radius all the way.
+) -> tuple[float, float]:
+    """How far before and after their common waypoint two curves stay within the radius of it; at most half of each.
 
     Args:
         robot: With its tool.
@@ -60,19 +57,32 @@ def blend(
         radius: m.
     """
     radius *= WITHIN
+    return _way_within(robot, before, -1.0, corner, radius), _way_within(robot, after, 1.0, corner, radius)
+
+
+def blend(
+    robot: Robot, before: PiecewisePolynomial, after: PiecewisePolynomial, way: float, corner: FloatArray, radius: float
+) -> Blend:
+    """The blend from one curve to the next that keeps the tool within the radius of the waypoint where they meet.
+
+    Args:
+        robot: With its tool.
+        before: Joint path to the waypoint.
+        after: Joint path from it.
+        way: Over which the blend begins before and ends after the waypoint; less where it would swing out.
+        corner: (3,), m: position of the tool at the waypoint.
+        radius: m.
+    """
     length = float(before.breakpoints[-1])
-    back = min(_way_within(robot, before, -1.0, corner, radius), MOST * length)
-    ahead = min(_way_within(robot, after, 1.0, corner, radius), MOST * float(after.breakpoints[-1]))
     while True:
-        start, end = np.array([length - back]), np.array([ahead])
+        start, end = np.array([length - way]), np.array([way])
         ends = before.evaluate(start), after.evaluate(end)
-        span = np.array([back + ahead])
+        span = np.array([2.0 * way])
         whole = PiecewisePolynomial(span, quintic_hermite(span, tuple(ends[0]), tuple(ends[1])))
         at = np.linspace(0.0, span[0], SAMPLES)
-        if _distances(robot, whole.evaluate(at, [0])[0], corner).max() <= radius:
-            middle = span[0] / 2.0
-            return Blend(float(start[0]), ahead, whole.between(0.0, middle), whole.between(middle, span[0]))
-        back, ahead = SHRINK * back, SHRINK * ahead
+        if _distances(robot, whole.evaluate(at, [0])[0], corner).max() <= radius * WITHIN:
+            return Blend(float(start[0]), way, whole.between(0.0, way), whole.between(way, span[0]))
+        way *= SHRINK
 
 
 def _way_within(robot: Robot, curve: PiecewisePolynomial, direction: float, corner: FloatArray, radius: float) -> float:

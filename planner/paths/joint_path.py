@@ -13,7 +13,7 @@ from planner.errors import InvalidProblem
 from planner.kinematics.sequence import SolvedWaypoint, solve_waypoints
 from planner.limits import SegmentLimits, segment_limits
 from planner.paths.cartesian import CartesianMotions
-from planner.paths.runs import Run, build_run
+from planner.paths.runs import Run, build_run, straight_run
 from planner.problem import JointMotion, StopTransition
 
 if TYPE_CHECKING:
@@ -71,6 +71,17 @@ class JointPath:
     def positions(self) -> FloatArray:
         """(waypoints, joints), rad or m."""
         return np.array([waypoint.position for waypoint in self.waypoints])
+
+    @cached_property
+    def every_run(self) -> tuple[Run, ...]:
+        """The runs, and each straight motion as a run of its own, in order."""
+        own = {run.first: run for run in self.runs}
+        covered = {segment for run in self.runs for segment in run.segments.tolist()}
+        for segment in range(len(self.durations)):
+            if segment not in covered:
+                start, end = self.positions[segment], self.positions[segment + 1]
+                own[segment] = straight_run(segment, start, end, self.limits.velocity[segment])
+        return tuple(own[first] for first in sorted(own))
 
     @cached_property
     def straight(self) -> StraightMotions:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
-from planner.paths.blends import blend
+from planner.limits import passes_a_limit
+from planner.paths.blends import blend, ways_within
 from planner.paths.cartesian import first_beyond
 from planner.polynomials import PiecewisePolynomial, joined, quintic_hermite
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
@@ -68,6 +69,33 @@ class Run:
         return np.arange(self.first, self.first + len(self.stations) - 1)
 
 
+def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> Run:
+    """One straight joint motion from rest to rest.
+
+    Args:
+        segment: Its index.
+        start: (joints,).
+        end: (joints,).
+        velocity: (joints,), limits.
+    """
+    time = float((np.abs(end - start) / _finite(velocity)).max())
+    coefficients = np.stack([start, (end - start) / time], axis=-1)[None]
+    return Run(
+        first=segment,
+        curve=PiecewisePolynomial(np.array([time]), coefficients),
+        owners=np.array([segment]),
+        stations=np.array([0, 1]),
+        corners=np.array([], dtype=int),
+        is_spline=False,
+        tolerance=JOINT_TOLERANCE,
+    )
+
+
+def _finite(velocity: FloatArray) -> FloatArray:
+    """Joints without a limit count as if it were 1 rad/s or m/s."""
+    return np.where(np.isfinite(velocity), velocity, 1.0)
+
+
 def build_run(
     robot: Robot,
     waypoints: Sequence[AnyWaypoint],
@@ -85,11 +113,14 @@ def build_run(
     """
     positions = np.array([waypoint.position for waypoint in solved])
     curves = _Builder(waypoints, positions, limits, motions, first, last).curves()
-    blends = {
-        k: blend(robot, curves[k - first - 1], curves[k - first], solved[k].pose.position, transition.radius)
-        for k in range(first + 1, last)
-        if isinstance(transition := waypoints[k].transition, BlendTransition)
-    }
+    blends = {}
+    for k in range(first + 1, last):
+        if isinstance(transition := waypoints[k].transition, BlendTransition):
+            before, after = curves[k - first - 1], curves[k - first :]
+            ways = ways_within(robot, before, after[0], solved[k].pose.position, transition.radius)
+            # The tool is to come and go at the same pace.
+            curves[k - first :] = [curve.stretched(ways[0] / ways[1]) for curve in after]
+            blends[k] = blend(robot, before, curves[k - first], ways[0], solved[k].pose.position, transition.radius)
     parts: list[PiecewisePolynomial] = []
     owners: list[int] = []
     stations, corners = [0], []
@@ -136,7 +167,7 @@ class _Builder:
         last: int,
     ) -> None:
         self.waypoints, self.positions, self.motions, self.first, self.last = waypoints, positions, motions, first, last
-        self.speeds = np.where(np.isfinite(limits.velocity), limits.velocity, 1.0)
+        self.speeds = _finite(limits.velocity)
         self.tool: dict[int, PiecewisePolynomial] = {}
         for segment in range(first, last):
             if not isinstance(waypoints[segment + 1].motion, JointMotion):
@@ -220,14 +251,7 @@ def _leaves_the_limits(
     lower, upper = robot.joints[joint].lower, robot.joints[joint].upper
     limit = lower if value < (lower + upper) / 2.0 else upper
     ends = [k for k in (segment, segment + 1) if not isinstance(waypoints[k].transition, StopTransition)]
-    return JointPositionLimit(
-        f"passing waypoint {ends[0]} without stopping would take {name} beyond its limit {limit:.6g}",
-        segment=segment,
-        joint=name,
-        value=value,
-        limit=limit,
-        remedies=[Remedy(f"/waypoints/{k}/transition", {"kind": "stop"}, "come to rest at the waypoint") for k in ends],
-    )
+    return passes_a_limit(ends, segment, name, value, limit)
 
 
 def _joint_tolerance(waypoints: Sequence[AnyWaypoint]) -> float:
