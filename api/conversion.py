@@ -124,26 +124,42 @@ def _to_rotation(orientation: common.Orientation | None) -> FloatArray | None:
 
 
 def _to_waypoint(waypoint: requests.Waypoint) -> problem.AnyWaypoint:
-    name, duration, dwell = waypoint.name, waypoint.duration, waypoint.dwell
-    limits = None if waypoint.limits is None else to_limits(waypoint.limits)
+    common_fields: dict[str, Any] = {
+        "name": waypoint.name,
+        "motion": _to_motion(waypoint.motion),
+        "transition": _to_transition(waypoint.transition),
+        "duration": waypoint.duration,
+        "dwell": waypoint.dwell,
+        "limits": None if waypoint.limits is None else to_limits(waypoint.limits),
+    }
     match waypoint:
         case requests.JointWaypoint():
-            return problem.JointWaypoint(
-                name=name, duration=duration, dwell=dwell, limits=limits, position=tuple(waypoint.position)
-            )
+            return problem.JointWaypoint(position=tuple(waypoint.position), **common_fields)
         case requests.PoseWaypoint():
-            return problem.PoseWaypoint(
-                name=name, duration=duration, dwell=dwell, limits=limits, pose=to_pose(waypoint.pose)
-            )
+            return problem.PoseWaypoint(pose=to_pose(waypoint.pose), **common_fields)
         case requests.RelativeWaypoint():
-            return problem.RelativeWaypoint(
-                name=name,
-                duration=duration,
-                dwell=dwell,
-                limits=limits,
-                frame=waypoint.frame,
-                move=_to_move(waypoint.move),
-            )
+            return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
+
+
+def _to_motion(motion: requests.Motion) -> problem.Motion:
+    match motion:
+        case requests.JointMotion():
+            return problem.JointMotion()
+        case requests.LinearMotion():
+            return problem.LinearMotion(motion.tolerance_position, motion.tolerance_orientation)
+        case requests.CircularMotion():
+            via = to_pose(motion.via)
+            return problem.CircularMotion(via, motion.tolerance_position, motion.tolerance_orientation)
+
+
+def _to_transition(transition: requests.Transition) -> problem.Transition:
+    match transition:
+        case requests.StopTransition():
+            return problem.StopTransition()
+        case requests.ThroughTransition():
+            return problem.ThroughTransition()
+        case requests.BlendTransition():
+            return problem.BlendTransition(transition.radius)
 
 
 def _to_move(move: requests.Move) -> problem.Move:

@@ -21,7 +21,7 @@ from planner.kinematics.forward import tool_speeds
 from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
@@ -110,6 +110,7 @@ def certify(
     limits: SegmentLimits,
     guarantees: Mapping[str, Guarantee],
     waypoint_positions: FloatArray,
+    more_checks: Sequence[Check] = (),
 ) -> Certificate:
     """Check a trajectory against the limits in force on each of its segments.
 
@@ -118,7 +119,8 @@ def certify(
         robot: With its tool and payload.
         limits: Of each segment.
         guarantees: Which quantities are enforced.
-        waypoint_positions: (waypoints, joints), to be met at the trajectory's arrivals.
+        waypoint_positions: (waypoints, joints), to be met at the trajectory's arrivals; NaN: not to be met.
+        more_checks: Of other things than these limits.
     """
     derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, MOST_CONTINUOUS + 1)
     smooth = _continuity(derivatives)
@@ -128,10 +130,11 @@ def certify(
         for quantity in ORDER_OF
     ]
     checks += _sampled_checks(trajectory, robot, limits, enforced)
+    checks += more_checks
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return Certificate(
         satisfied=all(check.satisfied for check in checks if check.enforced),
-        waypoint_error=float(np.abs(met - waypoint_positions).max()),
+        waypoint_error=float(np.nanmax(np.abs(met - waypoint_positions))),
         continuity=f"C{smooth}" if smooth >= 0 else "none",
         checks=tuple(checks),
     )

@@ -72,13 +72,14 @@ class InvalidProblem(PlanningError):
 
     Attributes:
         faults: Pairs of a JSON pointer into the request and a message.
+        remedies: As of every error.
     """
 
     code = "invalid_request"
     title = "The request is not valid"
 
-    def __init__(self, faults: Sequence[tuple[str, str]]) -> None:
-        super().__init__("; ".join(f"{pointer}: {message}" for pointer, message in faults))
+    def __init__(self, faults: Sequence[tuple[str, str]], remedies: Iterable[Remedy] = ()) -> None:
+        super().__init__("; ".join(f"{pointer}: {message}" for pointer, message in faults), remedies=remedies)
         self.faults = tuple(faults)
 
 
@@ -108,10 +109,24 @@ class UnreachableWaypoint(PlanningError):
 
 
 class JointPositionLimit(PlanningError):
-    """The waypoint needs a joint beyond its position limits."""
+    """A waypoint or the way to it needs a joint beyond its position limits."""
 
     code = "joint_position_limit"
     title = "A joint would leave its position limits"
+
+
+class ConfigurationChange(PlanningError):
+    """A motion of the tool would have to change the branch of the inverse kinematics on its way."""
+
+    code = "configuration_change"
+    title = "A motion would change the arm's configuration"
+
+
+class SingularPath(PlanningError):
+    """A motion of the tool passes a singularity, where the arm cannot move the tool in some direction."""
+
+    code = "singular_path"
+    title = "A motion passes a singularity"
 
 
 class MissingDynamics(PlanningError):

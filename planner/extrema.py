@@ -45,6 +45,10 @@ class UnitPolynomials:
     def __getitem__(self, index: int) -> UnitPolynomials:
         return UnitPolynomials(self.coefficients[index], self.bernstein[index])
 
+    def of(self, pieces: np.ndarray) -> UnitPolynomials:
+        """Some of the pieces."""
+        return UnitPolynomials(self.coefficients[..., pieces, :, :], self.bernstein[..., pieces, :, :, :])
+
     def minus(self, constants: FloatArray) -> UnitPolynomials:
         """The same polynomials less a constant (joints,) each."""
         coefficients = self.coefficients.copy()

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import MissingDynamics
+from planner.errors import JointPositionLimit, MissingDynamics, Remedy
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from planner.kinematics.poses import FloatArray
     from planner.problem import Limits
@@ -43,6 +43,11 @@ class SegmentLimits:
     torque: FloatArray
     tcp_linear_velocity: FloatArray
     tcp_angular_velocity: FloatArray
+
+    def of(self, segments: np.ndarray) -> SegmentLimits:
+        """The limits of some segments, in that order."""
+        rows = {quantity: getattr(self, quantity)[segments] for quantity in (*JOINT_QUANTITIES, *TCP_QUANTITIES)}
+        return SegmentLimits(lower=self.lower, upper=self.upper, **rows)
 
 
 def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...]) -> SegmentLimits:
@@ -110,3 +115,18 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
         raise MissingDynamics(
             f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
         )
+
+
+def passes_a_limit(
+    waypoints: Sequence[int], segment: int, joint: str, value: float, limit: float
+) -> JointPositionLimit:
+    """The refusal where passing one of some waypoints without stopping takes a joint beyond its limit."""
+    remedies = [Remedy(f"/waypoints/{k}/transition", {"kind": "stop"}, "come to rest there") for k in waypoints]
+    return JointPositionLimit(
+        f"passing waypoint {waypoints[0]} without stopping would take {joint} beyond its limit {limit:.6g}",
+        segment=segment,
+        joint=joint,
+        value=value,
+        limit=limit,
+        remedies=remedies,
+    )

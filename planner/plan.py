@@ -11,8 +11,9 @@ from planner.backends.base import Guarantee
 from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
+from planner.path_certificate import certify_tool_path
 from planner.paths import JointPath, solve_path
-from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
+from planner.problem import BlendTransition, JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,7 +50,15 @@ def plan(problem: PlanningProblem) -> Plan:
     check_problem(problem)
     path = solve_path(problem)
     trajectory = problem.backend.parametrize(path)
-    certificate = certify(trajectory, path.robot, path.limits, problem.backend.guarantees, path.positions)
+    blended = [isinstance(waypoint.transition, BlendTransition) for waypoint in problem.waypoints]
+    certificate = certify(
+        trajectory,
+        path.robot,
+        path.limits,
+        problem.backend.guarantees,
+        np.where(np.array(blended)[:, None], np.nan, path.positions),
+        certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
+    )
     refuse_unless_satisfied(certificate)
     return Plan(problem, path, trajectory, certificate, tuple(_warnings(problem)))
 
@@ -83,8 +92,13 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
             yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
         if waypoint.limits is not None:
             yield from limit_faults(robot, waypoint.limits, f"/waypoints/{i}/limits")
-        if not (isinstance(waypoint.motion, JointMotion) and isinstance(waypoint.transition, StopTransition)):
-            yield f"/waypoints/{i}", "this motion or transition is not there yet"
+        if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
+            yield f"/waypoints/{i}/dwell", "the robot rests only at a waypoint where it stops"
+    for i in (0, len(waypoints) - 1):
+        if waypoints and not isinstance(waypoints[i].transition, StopTransition):
+            yield f"/waypoints/{i}/transition", "the robot starts and ends at rest"
+    if waypoints and not isinstance(waypoints[0].motion, JointMotion):
+        yield "/waypoints/0/motion", "the first waypoint ends no segment: there is no motion to it"
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
     if waypoints and waypoints[0].duration is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,6 +54,35 @@ class PiecewisePolynomial:
         pieces, x = self.locate(at)
         column = x[:, None]
         return [horner(self.derivative_coefficients(order)[pieces], column) for order in derivatives]
+
+    def stretched(self, factor: float) -> PiecewisePolynomial:
+        """The same curve over a variable `factor` times as long."""
+        powers = factor ** np.arange(self.coefficients.shape[-1])
+        return PiecewisePolynomial(self.lengths * factor, self.coefficients / powers)
+
+    def between(self, start: float, end: float) -> PiecewisePolynomial:
+        """The part of the curve from `start` to `end`."""
+        (first, last), (low, _) = self.locate(np.array([start, end]))
+        last = last if end > self.breakpoints[last] else last - 1
+        lengths, coefficients = self.lengths[first : last + 1].copy(), self.coefficients[first : last + 1].copy()
+        lengths[-1] = end - self.breakpoints[last]
+        coefficients[0] = shifted(coefficients[0], float(low))
+        lengths[0] -= low
+        return PiecewisePolynomial(lengths, coefficients)
+
+
+def joined(curves: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
+    """Curves of the same order, one after the other."""
+    coefficients = np.concatenate([curve.coefficients for curve in curves])
+    return PiecewisePolynomial(np.concatenate([curve.lengths for curve in curves]), coefficients)
+
+
+def shifted(coefficients: FloatArray, by: float) -> FloatArray:
+    """Coefficients (..., order) of p(x + by)."""
+    order = coefficients.shape[-1]
+    shift = np.array([[comb(k, m) * by ** (k - m) if m <= k else 0.0 for m in range(order)] for k in range(order)])
+    result: FloatArray = coefficients @ shift
+    return result
 
 
 def cumulative_sums(lengths: FloatArray) -> FloatArray:

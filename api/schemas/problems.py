@@ -71,5 +71,6 @@ class Problem(Answer):
     findings: list[ModelFinding] | None = None
     """With `invalid_robot_model`: why."""
     nearest: Any = Field(default=None, description="With `unreachable_waypoint`: the nearest pose found.")
+    place: Any = Field(default=None, description="Where on a motion: fraction of the way, pose and joint position.")
     formats: list[str] | None = None
     """With `not_acceptable`: the formats that there are."""

@@ -30,15 +30,73 @@ MOST_ROWS = 1_000_000
 
 
 class JointMotion(Schema):
-    """Straight in joint space."""
+    """Straight in joint space; beside a waypoint that is passed `through`, a smooth curve."""
 
     kind: Literal["joint"]
+
+
+TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]
+ToleranceOrientation = Annotated[float, Field(ge=1e-8, le=1.0)]
+
+
+class LinearMotion(Schema):
+    """The tool in a straight line, turning by the shortest rotation."""
+
+    kind: Literal["linear"]
+    tolerance_position: TolerancePosition = 1e-4
+    """m, how far the tool may be from the line."""
+    tolerance_orientation: ToleranceOrientation = 1e-3
+    """rad, how far it may be from the orientation due there."""
+
+
+class CircularMotion(Schema):
+    """The tool on the circle through three poses: the waypoint before, `via`, and this one."""
+
+    kind: Literal["circular"]
+    via: Pose
+    """On the way, in the base frame; without an orientation the tool turns by the shortest rotation."""
+    tolerance_position: TolerancePosition = 1e-4
+    """m, how far the tool may be from the circle."""
+    tolerance_orientation: ToleranceOrientation = 1e-3
+    """rad, how far it may be from the orientation due there."""
+
+
+Motion = TypeAliasType(
+    "Motion",
+    Annotated[
+        JointMotion | LinearMotion | CircularMotion,
+        Field(discriminator="kind", description="How to get to a waypoint."),
+    ],
+)
 
 
 class StopTransition(Schema):
     """Come to rest at the waypoint."""
 
     kind: Literal["stop"]
+
+
+class ThroughTransition(Schema):
+    """Pass the waypoint exactly, without stopping."""
+
+    kind: Literal["through"]
+
+
+class BlendTransition(Schema):
+    """Cut the corner without stopping; the tool leaves its paths only within the radius of the waypoint."""
+
+    kind: Literal["blend"]
+    radius: Annotated[float, Field(ge=1e-6, le=LARGEST)]
+    """m."""
+
+
+Transition = TypeAliasType(
+    "Transition",
+    Annotated[
+        StopTransition | ThroughTransition | BlendTransition,
+        Field(discriminator="kind", description="How to pass a waypoint."),
+    ],
+)
 
 
 class CartesianMove(Schema):
@@ -89,13 +147,13 @@ class WaypointBase(Schema):
 
     name: Annotated[str, Field(max_length=200)] | None = None
     """For the answer only."""
-    motion: JointMotion = JointMotion(kind="joint")
+    motion: Motion = JointMotion(kind="joint")
     """How to get here from the waypoint before."""
     duration: Seconds | None = None
     """s, of the segment that ends here; omitted: as fast as the limits allow."""
     dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
     """s, rest here before going on."""
-    transition: StopTransition = StopTransition(kind="stop")
+    transition: Transition = StopTransition(kind="stop")
     """How to pass this waypoint."""
     limits: Limits | None = None
     """Of the segment that ends here."""

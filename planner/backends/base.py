@@ -61,3 +61,8 @@ class BackEnd(Protocol):
             LimitsUnsatisfiable: No duration keeps the limits.
         """
         ...
+
+
+def enforced(backend: BackEnd) -> frozenset[str]:
+    """The quantities whose limits the back end keeps."""
+    return frozenset(quantity for quantity in QUANTITIES if backend.guarantees[quantity] is Guarantee.HARD)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from planner.backends.base import ALL_HARD, Guarantee
+from planner.backends.assembly import assemble
+from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.rest_to_rest import PolynomialLaw
+from planner.backends.run_laws import time_run
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,4 +31,5 @@ class Cubic:
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """The cubic of each segment, at the asked durations or the shortest."""
-        return self.law.parametrize(path)
+        runs = [time_run(path, run, 3, enforced(self)) for run in path.runs]
+        return assemble(path, [self.law.time(path.straight), *runs])

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING, ClassVar
 
-from planner.backends.base import ALL_HARD, Guarantee
+from planner.backends.assembly import assemble
+from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.rest_to_rest import PolynomialLaw
+from planner.backends.run_laws import time_run
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,4 +34,5 @@ class Quintic:
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """The quintic of each segment, at the asked durations or the shortest."""
-        return self.law.parametrize(path)
+        runs = [time_run(path, run, 5, enforced(self)) for run in path.runs]
+        return assemble(path, [self.law.time(path.straight), *runs])

@@ -7,14 +7,18 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.base import ALL_HARD, Guarantee
-from planner.backends.rest_to_rest import RAMPS, UnitLaws, parametrize_rest_to_rest
+from planner.backends.assembly import assemble
+from planner.backends.base import ALL_HARD, Guarantee, enforced
+from planner.backends.rest_to_rest import RAMPS, UnitLaws, time_straight_motions
+from planner.backends.trapezoidal_runs import time_run, time_run_with_ramps
+from planner.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.backends.assembly import TimedPieces
     from planner.kinematics.poses import FloatArray
-    from planner.paths import JointPath
+    from planner.paths import JointPath, StraightMotions
     from planner.trajectory import Trajectory
 
 NO_CRUISE = 1e-12
@@ -51,9 +55,13 @@ class Trapezoidal:
     def parametrize(self, path: JointPath) -> Trajectory:
         """The trapezoid of each segment, at the asked durations or the shortest."""
         times = self._times()
+        kept = enforced(self)
         if times is None:
-            return _as_fast_as_the_limits(path)
-        return _with_times(path, *times)
+            runs = [time_run(path, run, kept) for run in path.runs]
+            return assemble(path, [_as_fast_as_the_limits(path.straight), *runs])
+        t1, t3 = times
+        runs = [time_run_with_ramps(path, run, lambda T: _law(t1, t3, T), t1 + t3, kept) for run in path.runs]
+        return assemble(path, [_with_times(path.straight, t1, t3), *runs])
 
     def _times(self) -> tuple[float, float] | None:
         t1, t3 = self.acceleration_time, self.deceleration_time
@@ -62,12 +70,12 @@ class Trapezoidal:
         return t1, t1 if t3 is None else t3
 
 
-def _as_fast_as_the_limits(path: JointPath) -> Trajectory:
+def _as_fast_as_the_limits(motions: StraightMotions) -> TimedPieces:
     """The path parameter may run at V and accelerate at A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
 
     Each joint binds V by its velocity and A by its acceleration; the slowest of each counts.
     """
-    travels, limits = np.abs(path.travels), path.limits
+    travels, limits = np.abs(motions.travels), motions.limits
     inverse_v = travels / limits.velocity
     inverse_a = travels / limits.acceleration
     slowness = inverse_v.max(axis=1)
@@ -86,19 +94,26 @@ def _as_fast_as_the_limits(path: JointPath) -> Trajectory:
         "acceleration": np.where(inverse_a == sluggishness[:, None], shortest[:, None], 0.0),
     }
     laws = _trapezoids(ramp, ramp)
-    return parametrize_rest_to_rest(path, bounds, lambda _durations: laws)
+    return time_straight_motions(motions, bounds, lambda _durations: laws)
 
 
-def _with_times(path: JointPath, t1: float, t3: float) -> Trajectory:
+def _with_times(motions: StraightMotions, t1: float, t3: float) -> TimedPieces:
     """Given ramps: the cruise runs at 1 / (T - t1/2 - t3/2), the ramps accelerate at that over t1 and t3."""
-    travels, limits = np.abs(path.travels), path.limits
+    travels, limits = np.abs(motions.travels), motions.limits
     ramps = (t1 + t3) / 2.0
     bounds = {
         "velocity": travels / limits.velocity + ramps,
         "acceleration": travels / (limits.acceleration * min(t1, t3)) + ramps,
         RAMPS: np.full_like(travels, t1 + t3),
     }
-    return parametrize_rest_to_rest(path, bounds, lambda durations: _trapezoids(t1 / durations, t3 / durations))
+    return time_straight_motions(motions, bounds, lambda durations: _trapezoids(t1 / durations, t3 / durations))
+
+
+def _law(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
+    """s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
+    unit = _trapezoids(np.array([t1 / duration]), np.array([t3 / duration]))
+    there = unit.lengths[0] > 0.0
+    return PiecewisePolynomial(unit.lengths[0][there], unit.coefficients[0][there][:, None]).stretched(duration)
 
 
 def _trapezoids(t1: FloatArray, t3: FloatArray) -> UnitLaws:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import ConfigurationChange, PlanningError
+from planner.errors import PlanningError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -47,7 +47,7 @@ class Stop:
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """The best ways to one stop: to where they lead (n, joints), their costs (n,), and which they were a stop before."""
+    """The best ways to one stop: where they lead (n, joints), their costs (n,), and their rows one stop before (n,)."""
 
     positions: FloatArray
     costs: FloatArray
@@ -59,9 +59,9 @@ def shortest_way(robot: Robot, stops: Sequence[Stop], start: FloatArray, weight:
 
     - For every motion the time of its slowest joint, max_j |dq_j| / v_j (v_j: velocity limit; 1 rad/s or 1 m/s without
       one), of a Cartesian motion too; for the first, from `start`, times `weight`.
-    - For every joint position `LIMIT_PENALTY` max_j |q_j - middle_j| / (half the range of joint j), over the joints with
-      limits, and `CONDITIONING_PENALTY` (1 - w / w_best), w its manipulability and w_best the largest of a solution
-      of the same waypoint. They are so small that they decide between ways that take equally long.
+    - For every joint position `LIMIT_PENALTY` max_j |q_j - middle_j| / (half the range of joint j), over the joints
+      with limits, and `CONDITIONING_PENALTY` (1 - w / w_best), w its manipulability and w_best the largest of a
+      solution of the same waypoint. They are so small that they decide between ways that take equally long.
 
     Dynamic programming (Bellman 1957) from layer to layer. A Cartesian motion leads from one joint position to one
     other, and costs some milliseconds to follow: its end is taken to be the nearest candidate until the best way goes
@@ -97,6 +97,7 @@ class _Search:
         self.error: PlanningError | None = None
 
     def run(self) -> list[FloatArray]:
+        """The joint positions of the way."""
         while True:
             while len(self.stages) <= len(self.stops):
                 self.stages.append(self._next(self.stages[-1], self.stops[len(self.stages) - 1]))
@@ -132,7 +133,8 @@ class _Search:
 
     def _penalties(self, positions: FloatArray, conditioning: FloatArray) -> FloatArray:
         nearness = (np.abs(positions - self.robot.middle) / self.half_range).max(axis=1)
-        return LIMIT_PENALTY * nearness + CONDITIONING_PENALTY * (1.0 - conditioning)
+        penalties: FloatArray = LIMIT_PENALTY * nearness + CONDITIONING_PENALTY * (1.0 - conditioning)
+        return penalties
 
     def _best_rows(self) -> list[int]:
         """The row of every stage on the best way."""
@@ -163,30 +165,12 @@ class _Search:
 
     def _end(self, stop: Stop, start: FloatArray) -> FloatArray | None:
         """Where the Cartesian motion to `stop` ends; None: it cannot be followed."""
+        assert stop.follow is not None  # noqa: S101 - asked only where there is one
         key = stop.index, start.tobytes()
         if key not in self.ends:
             try:
-                self.ends[key] = self._followed(stop, start)
+                self.ends[key] = stop.follow(start)
             except PlanningError as error:
                 self.ends[key] = None
                 self.error = self.error or error
         return self.ends[key]
-
-    @staticmethod
-    def _followed(stop: Stop, start: FloatArray) -> FloatArray:
-        assert stop.follow is not None  # noqa: S101 - asked only where there is one
-        end = stop.follow(start)
-        if not stop.layer.is_given:
-            return end
-        given = stop.layer.positions[0]
-        away = np.abs(end - given)
-        if away.max() > SAME_END:
-            joint = int(away.argmax())
-            raise ConfigurationChange(
-                f"the motion to waypoint {stop.index} does not end at its joint position: joint {joint + 1} comes to "
-                f"{end[joint]:.6g} instead of {given[joint]:.6g}",
-                waypoint=stop.index,
-                value=float(end[joint]),
-                limit=float(given[joint]),
-            )
-        return given.copy()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
@@ -25,16 +23,31 @@ from planner.kinematics.wanted import moved_pose, wanted_poses
 from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from planner.problem import AnyWaypoint, InverseKinematicsOptions
     from planner.robots import Robot
 
 Choice = Literal["given", "only", "shortest_way", "continued"]
 
-Follow = Callable[[int, FloatArray], FloatArray]
-"""From the index of a waypoint that a Cartesian motion ends at and a joint position (joints,) at the waypoint before to
-the joint position where that motion ends; raises a PlanningError when it cannot be followed from there."""
+
+class Follow(Protocol):
+    """Follows Cartesian motions with the joints."""
+
+    def __call__(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
+        """Where the motion to waypoint `index` ends, (joints,): at that waypoint.
+
+        Args:
+            index: Of the waypoint.
+            start: (joints,), at the waypoint before.
+            before: The pose asked there.
+            after: The pose asked at the waypoint itself.
+
+        Raises:
+            PlanningError: It cannot be followed from there.
+        """
+        ...
+
 
 FREE_START_WEIGHT = 0.01
 """Of the time from the middle of the limits to the first waypoint, where no reference says whence the robot comes: it
@@ -138,7 +151,7 @@ class _Sequence:
                 layer = Layer.given(near)
             else:
                 layer = self._layer(index, pose, near)
-            stops.append(Stop(index, layer, self._follower(index, waypoint)))
+            stops.append(Stop(index, layer, self._follower(index)))
         return stops
 
     def _layer(self, index: int, pose: Pose, near: FloatArray) -> Layer:
@@ -153,12 +166,12 @@ class _Sequence:
             return Layer.isolated(robot, solutions, ahead)
         return Layer.continuum(robot, solutions, ahead, pose, options)
 
-    def _follower(self, index: int, waypoint: AnyWaypoint) -> Callable[[FloatArray], FloatArray] | None:
-        if index == 0 or isinstance(waypoint.motion, JointMotion):
+    def _follower(self, index: int) -> Callable[[FloatArray], FloatArray] | None:
+        if index == 0 or isinstance(self.waypoints[index].motion, JointMotion):
             return None
-        if self.follow is None:
-            raise ValueError(f"waypoint {index} ends a Cartesian motion, and nothing is given to follow it with")
-        return partial(self.follow, index)
+        follow, before, after = self.follow, self.wanted[index - 1], self.wanted[index]
+        assert follow is not None and before is not None and after is not None  # noqa: S101 - filled in before
+        return lambda start: follow(index, start, before, after)
 
     def _solved(self, stop: Stop, before: FloatArray, position: FloatArray) -> SolvedWaypoint:
         robot, waypoint, wanted = self.robot, self.waypoints[stop.index], self.wanted[stop.index]

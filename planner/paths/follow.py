@@ -38,6 +38,9 @@ SOLVED, MOST_ITERATIONS = 1e-11, 12
 AHEAD = 1e-4
 """Of u: the step of the difference quotient for the second derivative."""
 
+ROUNDING = 1e-7
+"""rad or m: a joint path that ends this near to the joint position asked ends there."""
+
 SINGULAR = 1e-4
 """Smallest singular value of the Jacobian (m and rad alike) below which a direction of the tool is lost."""
 
@@ -104,7 +107,7 @@ class _Follower:
         end: FloatArray | None,
         tolerance: tuple[float, float],
     ) -> None:
-        self.robot, self.path, self.start = robot, path, start
+        self.robot, self.path, self.start, self.end = robot, path, start, end
         self.rows = len(path.twist(0.0))
         self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in tolerance)
         self.free = _null_space(self._jacobian(start))
@@ -127,6 +130,8 @@ class _Follower:
             step = (ahead - last.u) / 2.0
             if step < SHORTEST_STEP:
                 return Lost(last.u, last.q, _curve(knots))
+        if self.end is not None and np.abs(knots[-1].q - self.end).max() < ROUNDING:
+            knots[-1] = knots[-1]._replace(q=self.end)
         return _curve(knots)
 
     def _next(self, last: _Knot, u: float) -> _Knot | None:

@@ -1,9 +1,10 @@
-"""From waypoints to a joint path: every waypoint solved, straight joint motions between them."""
+"""From waypoints to a joint path: every waypoint solved, every motion joined to the next."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,9 @@ import numpy as np
 from planner.errors import InvalidProblem
 from planner.kinematics.sequence import SolvedWaypoint, solve_waypoints
 from planner.limits import SegmentLimits, segment_limits
+from planner.paths.cartesian import CartesianMotions
+from planner.paths.runs import Run, build_run, straight_run
+from planner.problem import JointMotion, StopTransition
 
 if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
@@ -22,8 +26,29 @@ SAME_POSITION = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
+class StraightMotions:
+    """Straight joint motions from rest to rest, row by row.
+
+    Attributes:
+        robot: With tool and payload.
+        segments: (rows,), index of each.
+        starts: (rows, joints).
+        travels: (rows, joints), from the start of each to its end.
+        durations: (rows,), s; NaN: as fast as the limits allow.
+        limits: In force on each.
+    """
+
+    robot: Robot
+    segments: np.ndarray
+    starts: FloatArray
+    travels: FloatArray
+    durations: FloatArray
+    limits: SegmentLimits
+
+
+@dataclass(frozen=True, eq=False)
 class JointPath:
-    """Straight joint motions from waypoint to waypoint, at rest at each. Its existence means: all are solved.
+    """What the joints do, without time. Its existence means: every waypoint is solved, every motion can be followed.
 
     Attributes:
         robot: With tool and payload.
@@ -31,6 +56,8 @@ class JointPath:
         limits: In force on each segment.
         durations: (segments,), s; NaN: as fast as the limits allow.
         dwells: (waypoints,), s.
+        runs: What is passed without stopping, and motions of the tool; all other segments are straight joint motions
+            from rest to rest.
     """
 
     robot: Robot
@@ -38,6 +65,7 @@ class JointPath:
     limits: SegmentLimits = field(repr=False)
     durations: FloatArray
     dwells: FloatArray
+    runs: tuple[Run, ...] = field(repr=False)
 
     @cached_property
     def positions(self) -> FloatArray:
@@ -45,31 +73,64 @@ class JointPath:
         return np.array([waypoint.position for waypoint in self.waypoints])
 
     @cached_property
-    def travels(self) -> FloatArray:
-        """(segments, joints): from the start of each segment to its end."""
-        return np.diff(self.positions, axis=0)
+    def every_run(self) -> tuple[Run, ...]:
+        """The runs, and each straight motion as a run of its own, in order."""
+        own = {run.first: run for run in self.runs}
+        covered = {segment for run in self.runs for segment in run.segments.tolist()}
+        for segment in range(len(self.durations)):
+            if segment not in covered:
+                start, end = self.positions[segment], self.positions[segment + 1]
+                own[segment] = straight_run(segment, start, end, self.limits.velocity[segment])
+        return tuple(own[first] for first in sorted(own))
+
+    @cached_property
+    def straight(self) -> StraightMotions:
+        """The segments that belong to no run."""
+        in_runs = [run.segments for run in self.runs]
+        segments = np.setdiff1d(np.arange(len(self.durations)), np.concatenate(in_runs) if in_runs else [])
+        starts = self.positions[segments]
+        travels = self.positions[segments + 1] - starts
+        limits = self.limits.of(segments)
+        return StraightMotions(self.robot, segments, starts, travels, self.durations[segments], limits)
 
 
 def solve_path(problem: PlanningProblem) -> JointPath:
-    """Solve the waypoints and lay straight joint motions between them.
+    """Solve the waypoints, choose their branches and join their motions.
 
     Raises:
-        InvalidProblem: Two neighbouring waypoints are the same joint position.
-        UnreachableWaypoint: A pose has no solution.
-        JointPositionLimit: A waypoint lies beyond a joint's position limits.
+        InvalidProblem: Two neighbouring waypoints are the same joint position; a corner cannot be passed; no one
+            circle goes through three poses.
+        UnreachableWaypoint: A pose has no solution, or a motion of the tool leaves what the arm can reach.
+        JointPositionLimit: A waypoint or the way to it lies beyond a joint's position limits.
+        ConfigurationChange: A motion of the tool ends in another configuration than its waypoint.
+        SingularPath: A motion of the tool meets a singularity.
     """
     robot = problem.robot if problem.payload is None else problem.robot.with_payload(problem.payload)
-    own = tuple(waypoint.limits for waypoint in problem.waypoints[1:])
-    durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in problem.waypoints[1:]]
-    path = JointPath(
-        robot=robot,
-        waypoints=solve_waypoints(robot, problem.waypoints, problem.inverse_kinematics),
-        limits=segment_limits(robot, problem.limits, own),
-        durations=np.array(durations),
-        dwells=np.array([waypoint.dwell for waypoint in problem.waypoints]),
+    waypoints, options = problem.waypoints, problem.inverse_kinematics
+    motions = CartesianMotions(robot, waypoints, options)
+    solved = solve_waypoints(robot, waypoints, options, motions.follow)
+    _refuse_standing_still(solved)
+    limits = segment_limits(robot, problem.limits, tuple(waypoint.limits for waypoint in waypoints[1:]))
+    durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]
+    rests = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
+    runs = tuple(
+        build_run(robot, waypoints, solved, limits, motions, first, last)
+        for first, last in pairwise(rests)
+        if last > first + 1 or not isinstance(waypoints[last].motion, JointMotion)
     )
-    still = np.flatnonzero(np.abs(path.travels).max(axis=1) < SAME_POSITION)
+    return JointPath(
+        robot=robot,
+        waypoints=solved,
+        limits=limits,
+        durations=np.array(durations),
+        dwells=np.array([waypoint.dwell for waypoint in waypoints]),
+        runs=runs,
+    )
+
+
+def _refuse_standing_still(solved: tuple[SolvedWaypoint, ...]) -> None:
+    travels = np.diff([waypoint.position for waypoint in solved], axis=0)
+    still = np.flatnonzero(np.abs(travels).max(axis=1) < SAME_POSITION)
     if len(still):
         message = "the same joint position as the waypoint before; to rest there, use that waypoint's dwell"
         raise InvalidProblem([(f"/waypoints/{i + 1}", message) for i in still])
-    return path

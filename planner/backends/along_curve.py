@@ -1,0 +1,221 @@
+"""Time on a curve: a scalar law s(t) along it, turned into pieces q(s(t)), and what the limits demand of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends.assembly import TimedPieces
+from planner.backends.demands import SampledLimits
+from planner.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.kinematics.forward import tool_speeds
+from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
+
+if TYPE_CHECKING:
+    from planner.kinematics.poses import FloatArray
+    from planner.paths import JointPath, Run
+
+PROBES = np.array([0.25, 0.5, 0.75])
+"""Where a piece is compared with the curve that it follows."""
+
+MOST_HALVINGS = 12
+"""Times that pieces are halved until they follow the curve."""
+
+BISECTIONS = 55
+"""Steps until a point of time is as exact as a floating-point number."""
+
+NO_LENGTH = 1e-9
+"""Share of an interval below which a part of it is rounding."""
+
+SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
+"""At which torque and tool speed are looked at on each piece, by the longest travel of a joint on any (rad, or m)."""
+
+DURATION_TOLERANCE = 1e-9
+"""Relative shortfall of an asked duration that is taken for rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurveLaw:
+    """A scalar law along a run.
+
+    Attributes:
+        law: s(t), (pieces, 1, order), over s, ascending without end from 0 to the length of the run's curve.
+        segments: (pieces,), index of the segment that each piece of the law belongs to.
+    """
+
+    law: PiecewisePolynomial
+    segments: np.ndarray
+
+
+def broken_at(law: PiecewisePolynomial, places: FloatArray, segments: np.ndarray) -> CurveLaw:
+    """A law over several segments, with a breakpoint wherever one ends.
+
+    Args:
+        law: s(t), ascending.
+        places: (segments - 1,), values of s where the segments meet.
+        segments: (segments,), their indices.
+    """
+    lengths, coefficients, owners = [], [], []
+    ends = law.evaluate(law.breakpoints, [0])[0][:, 0]
+    for piece, own in enumerate(law.coefficients):
+        times = _times(law, piece, places, ends[piece], ends[piece + 1])
+        lengths += np.diff(times).tolist()
+        coefficients += [shifted(own, float(t)) for t in times[:-1]]
+        middles = law.breakpoints[piece] + (times[:-1] + times[1:]) / 2.0
+        owners += segments[np.searchsorted(places, law.evaluate(middles, [0])[0][:, 0])].tolist()
+    return CurveLaw(PiecewisePolynomial(np.array(lengths), np.array(coefficients)), np.array(owners))
+
+
+def follow_curve(run: Run, timed: CurveLaw) -> TimedPieces:
+    """The pieces q(s(t)): quintics in time that meet the curve, its velocity and acceleration at both of their ends.
+
+    They are halved until they keep to the curve within the run's tolerance. Between the pieces of the law the
+    acceleration may jump, as the law's does.
+    """
+    law, curve = timed.law, run.curve
+    at = law.evaluate(law.breakpoints, [0])[0][:, 0]
+    at[-1] = curve.breakpoints[-1]
+    pieces, starts, ends = [], [], []
+    for piece in range(len(law.lengths)):
+        times = _times(law, piece, curve.breakpoints, at[piece], at[piece + 1])
+        pieces += [piece] * (len(times) - 1)
+        starts += times[:-1].tolist()
+        ends += times[1:].tolist()
+    where, start, end = np.array(pieces), np.array(starts), np.array(ends)
+    for _ in range(MOST_HALVINGS):
+        coefficients = _quintics(law, curve, where, start, end)
+        rough = np.zeros(len(where), dtype=bool)
+        for probe in PROBES:
+            t = probe * (end - start)
+            due = _state(law, curve, where, start + t)[0]
+            rough |= np.abs(horner(coefficients, t[:, None]) - due).max(axis=1) > run.tolerance
+        if not rough.any():
+            break
+        middle = (start + end) / 2.0
+        halves = np.repeat(np.arange(len(where)), 1 + rough)
+        second = np.append(False, np.diff(halves) == 0)
+        first = np.append(second[1:], False)
+        where, start, end = where[halves], start[halves], end[halves]
+        start, end = np.where(second, middle[halves], start), np.where(first, middle[halves], end)
+    return TimedPieces(end - start, coefficients, timed.segments[where])
+
+
+def _times(law: PiecewisePolynomial, piece: int, places: FloatArray, start: float, end: float) -> FloatArray:
+    """Local times on a piece of the law, from s = `start` to `end`: its ends, and when it passes the places between.
+
+    By bisection, as the law ascends.
+    """
+    margin = NO_LENGTH * (end - start)
+    inner = places[(places > start + margin) & (places < end - margin)]
+    length = law.lengths[piece]
+    low, high = np.zeros(len(inner)), np.full(len(inner), length)
+    for _ in range(BISECTIONS if len(inner) else 0):
+        middle = (low + high) / 2.0
+        before = horner(law.coefficients[piece, 0], middle) < inner
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.concatenate([[0.0], high, [length]])
+
+
+def _quintics(
+    law: PiecewisePolynomial, curve: PiecewisePolynomial, where: np.ndarray, start: FloatArray, end: FloatArray
+) -> FloatArray:
+    return quintic_hermite(end - start, _state(law, curve, where, start), _state(law, curve, where, end))
+
+
+def _state(
+    law: PiecewisePolynomial, curve: PiecewisePolynomial, where: np.ndarray, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position, velocity and acceleration (N, joints) at local times t (N,) of the law's pieces `where` (N,)."""
+    own = law.coefficients[where, 0]
+    s, ds, dds = (horner(differentiate(own, k), t) for k in range(3))
+    q, dq, ddq = curve.evaluate(np.clip(s, 0.0, curve.breakpoints[-1]))
+    return q, dq * ds[:, None], ddq * ds[:, None] ** 2 + dq * dds[:, None]
+
+
+class Demand(NamedTuple):
+    """The factor on all times with which a segment keeps its limits, and which limit asks for it.
+
+    Attributes:
+        factor: Less than 1 where the segment could be faster.
+        cause: For a message, with a verb.
+        joint: Its name, if the limit is one of a joint.
+    """
+
+    factor: float
+    cause: str
+    joint: str | None
+
+
+def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, Demand]:
+    """What the limits demand of each segment of some pieces.
+
+    Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
+
+    Args:
+        path: With the limits.
+        pieces: Of whole segments.
+        guarantees: The quantities that have to be kept.
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
+    """
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, 4)
+    sampled = SampledLimits(path.robot, path.limits)
+    result = {}
+    for segment in np.unique(pieces.segments).tolist():
+        own = np.flatnonzero(pieces.segments == segment)
+        worst = Demand(0.0, "nothing asks", None)
+        for order, quantity in enumerate(("velocity", "acceleration", "jerk"), 1):
+            limit = getattr(path.limits, quantity)[segment]
+            if quantity not in guarantees or not np.isfinite(limit).any():
+                continue
+            _, joint, _, value = largest_magnitude(derivatives[order].of(own), np.tile(limit, (len(own), 1)))
+            factor = float((abs(value) / limit[joint]) ** (1.0 / order))
+            if factor > worst.factor:
+                name = path.robot.joint_names[joint]
+                worst = Demand(factor, f"the {quantity} limit of {name} asks", name)
+        if sampled.limited[segment]:
+            factor = sampled.stretch(segment, segment, *_samples(pieces, own))
+            if factor > worst.factor:
+                worst = Demand(factor, "the torque or tool speed limits ask", None)
+        result[segment] = worst
+    return result
+
+
+def _samples(pieces: TimedPieces, own: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    coefficients = pieces.coefficients[own][:, None]
+    travel = np.abs(horner(coefficients[:, 0], pieces.lengths[own, None]) - coefficients[:, 0, :, 0]).max()
+    count = int(np.clip(SAMPLES_PER_RADIAN * travel, FEWEST_SAMPLES, MOST_SAMPLES))
+    tau = np.linspace(0.0, 1.0, count) * pieces.lengths[own, None]
+    joints = coefficients.shape[2]
+    q, dq, ddq = (horner(differentiate(coefficients, k), tau[..., None]).reshape(-1, joints) for k in range(3))
+    return q, dq, ddq
+
+
+def stretched(pieces: TimedPieces, factor: float) -> TimedPieces:
+    """The same motion in `factor` times the time."""
+    powers = factor ** np.arange(pieces.coefficients.shape[2])
+    return TimedPieces(pieces.lengths * factor, pieces.coefficients / powers, pieces.segments)
+
+
+class ToolSpeeds:
+    """How much of its limits the tool's speed uses along a curve, by its speed on the curve."""
+
+    def __init__(self, path: JointPath, run: Run) -> None:
+        curve, limits = run.curve, path.limits
+        linear, angular = limits.tcp_linear_velocity[run.owners], limits.tcp_angular_velocity[run.owners]
+        self.places = np.zeros(1)
+        self.use = np.zeros(1)
+        if np.isfinite(linear).any() or np.isfinite(angular).any():
+            unit = (np.arange(FEWEST_SAMPLES) + 0.5) / FEWEST_SAMPLES
+            self.places = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
+            speeds = tool_speeds(path.robot, *curve.evaluate(self.places, [0, 1]))
+            limit = np.repeat(linear, FEWEST_SAMPLES), np.repeat(angular, FEWEST_SAMPLES)
+            self.use = np.maximum(speeds[0] / limit[0], speeds[1] / limit[1])
+
+    def excess(self, places: FloatArray) -> FloatArray:
+        """1/s: the ratio of tool speed to limit at unit speed along the curve."""
+        use: FloatArray = np.interp(places, self.places, self.use)
+        return use

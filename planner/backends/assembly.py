@@ -1,0 +1,66 @@
+"""Timed segments and dwells, put together to a trajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.polynomials import cumulative_sums
+from planner.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.kinematics.poses import FloatArray
+    from planner.paths import JointPath
+
+
+@dataclass(frozen=True, eq=False)
+class TimedPieces:
+    """Pieces of a trajectory, those of one segment in order.
+
+    Attributes:
+        lengths: (pieces,), s; a piece of length 0 is not there.
+        coefficients: (pieces, joints, order), ascending powers of local time.
+        segments: (pieces,), index of the segment of each.
+    """
+
+    lengths: FloatArray
+    coefficients: FloatArray
+    segments: np.ndarray
+
+
+def assemble(path: JointPath, parts: Sequence[TimedPieces]) -> Trajectory:
+    """The trajectory of all segments, with the dwells at their ends.
+
+    Args:
+        path: With its dwells.
+        parts: Pieces of each segment of the path, the segments in any order.
+    """
+    count, joints = len(path.durations), path.robot.dof
+    order = max(part.coefficients.shape[2] for part in parts)
+    rests = np.zeros((count + 1, joints, 1))
+    rests[:, :, 0] = path.positions
+    # A dwell belongs to the segment that ends there, the first to segment 0, which it precedes.
+    dwell = np.arange(count + 1) - 1
+    owners = np.concatenate([*(part.segments for part in parts), dwell])
+    sequence = np.argsort(owners, kind="stable")
+    owners = np.maximum(owners[sequence], 0)
+    coefficients = np.concatenate([_padded(part.coefficients, order) for part in parts] + [_padded(rests, order)])
+    lengths = np.concatenate([*(part.lengths for part in parts), path.dwells])[sequence]
+    dwells = np.flatnonzero(sequence >= len(sequence) - len(dwell))
+    times = cumulative_sums(lengths)
+    there = lengths > 0.0
+    return Trajectory(
+        lengths=lengths[there],
+        coefficients=coefficients[sequence][there],
+        segments=owners[there],
+        arrivals=times[dwells],
+        departures=times[dwells + 1],
+    )
+
+
+def _padded(coefficients: FloatArray, order: int) -> FloatArray:
+    return np.pad(coefficients, ((0, 0), (0, 0), (0, order - coefficients.shape[2])))

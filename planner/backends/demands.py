@@ -1,0 +1,116 @@
+"""What limits demand of durations: the sampled ones, and the refusal where a duration is too short."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.dynamics import inverse_dynamics
+from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, Remedy
+from planner.kinematics.forward import tool_speeds
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.kinematics.poses import FloatArray
+    from planner.limits import SegmentLimits
+    from planner.robots import Robot
+
+SAMPLED_MARGIN = 1.002
+"""Durations set by sampled quantities (torque, tool speed) are longer by this, for what lies between samples."""
+
+
+class SampledLimits:
+    """Limits that no polynomial has: torque and tool speed, found on samples.
+
+    Attributes:
+        limited: (segments,), where there is any.
+    """
+
+    def __init__(self, robot: Robot, limits: SegmentLimits) -> None:
+        self.robot = robot
+        self.linear, self.angular = limits.tcp_linear_velocity, limits.tcp_angular_velocity
+        self.torque = limits.torque if robot.has_dynamics else np.full_like(limits.torque, np.inf)
+        self.limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
+
+    def stretch(
+        self, row: int, segment: int, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
+    ) -> float:
+        """The factor on all times with which a motion keeps these limits, less than 1 where it could be faster.
+
+        Args:
+            row: Of the limits.
+            segment: Its index, for the refusal.
+            positions: (N, joints), samples of the motion.
+            velocities: (N, joints).
+            accelerations: (N, joints).
+
+        Raises:
+            LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
+        """
+        needed = [0.0]
+        if np.isfinite(self.linear[row]) or np.isfinite(self.angular[row]):
+            linear, angular = tool_speeds(self.robot, positions, velocities)
+            needed += [linear.max() / self.linear[row], angular.max() / self.angular[row]]
+        if np.isfinite(self.torque[row]).any():
+            needed.append(self._stretch_for_torque(row, segment, positions, velocities, accelerations))
+        return float(max(needed)) * SAMPLED_MARGIN
+
+    def _stretch_for_torque(
+        self, row: int, segment: int, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
+    ) -> float:
+        """With q(t / T) the torque is g(q) + b / T^2, b being the torque of T = 1 without gravity."""
+        robot, limit = self.robot, self.torque[row]
+        still = np.zeros_like(positions)
+        gravity = inverse_dynamics(robot, positions, still, still)
+        worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
+        if abs(gravity[worst]) >= limit[worst[1]]:
+            raise LimitsUnsatisfiable(
+                f"gravity alone asks {abs(gravity[worst]):.6g} of {robot.joint_names[worst[1]]} on segment {segment}, "
+                f"its torque limit is {limit[worst[1]]:.6g}",
+                segment=segment,
+                joint=robot.joint_names[worst[1]],
+                value=float(abs(gravity[worst])),
+                limit=float(limit[worst[1]]),
+            )
+        inertial = inverse_dynamics(robot, positions, velocities, accelerations) - gravity
+        headroom = limit - np.sign(inertial) * gravity
+        return float(np.sqrt((np.abs(inertial) / headroom).max()))
+
+
+def infeasible_duration(
+    asked: float, too_short: Mapping[int, float], cause: str, joint: str | None
+) -> InfeasibleDuration:
+    """The refusal of durations.
+
+    Args:
+        asked: Duration of the first segment that is too short, s.
+        too_short: By segment, the first at fault first: the duration that will do. To be applied together.
+        cause: What asks for more, with a verb: "the velocity limit of joint_1 asks".
+        joint: The joint at fault, if it is one.
+    """
+    segment, needed = next(iter(too_short.items()))
+    return InfeasibleDuration(
+        f"segment {segment} cannot be done in {asked:g} s: {cause} for {needed:.6g} s",
+        waypoint=segment + 1,
+        segment=segment,
+        joint=joint,
+        value=asked,
+        limit=needed,
+        remedies=[
+            Remedy(
+                f"/waypoints/{k + 1}/duration", seconds, "the shortest duration of this segment that keeps the limits"
+            )
+            for k, seconds in too_short.items()
+        ],
+    )
+
+
+def nothing_limits(segment: int) -> LimitsUnsatisfiable:
+    """The refusal where a duration is to be the shortest, and nothing sets it."""
+    return LimitsUnsatisfiable(
+        f"segment {segment} has neither a duration nor a velocity or acceleration limit that would set one",
+        segment=segment,
+        remedies=[Remedy(f"/waypoints/{segment + 1}/duration", 1.0, "any duration will do")],
+    )

@@ -1,0 +1,263 @@
+"""What is passed without stopping, from rest to rest: motions joined to one smooth curve in joint space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import InvalidProblem, JointPositionLimit, Remedy
+from planner.limits import passes_a_limit
+from planner.paths.blends import blend, ways_within
+from planner.paths.cartesian import first_beyond
+from planner.polynomials import PiecewisePolynomial, joined, quintic_hermite
+from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.kinematics.poses import FloatArray
+    from planner.kinematics.sequence import SolvedWaypoint
+    from planner.limits import SegmentLimits
+    from planner.paths.cartesian import CartesianMotions
+    from planner.problem import AnyWaypoint
+    from planner.robots import Robot
+
+TANGENT = 1e-6
+"""Relative difference of the joints' directions up to which two motions of the tool go on in the same direction."""
+
+STEEPEST = 1.25
+"""Slope of a quintic without curvature at its ends, as a multiple of its mean slope, up to which it is monotone."""
+
+JOINT_TOLERANCE = 1e-6
+"""rad or m: how far time may take a joint from its curve; less where a motion of the tool asks for less."""
+
+RADIUS = 0.01
+"""m, of the blend that is offered where a corner cannot be passed."""
+
+SHARE_OF_TOLERANCE = 0.02
+"""Of a tolerance of the tool (m, rad), what each joint may use up of it when time is put on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Segments that are passed without stopping.
+
+    Attributes:
+        first: Index of the first segment.
+        curve: Joint positions over a length in s: the time that the slowest joint needs at full speed, about. C2.
+        owners: (pieces,), index of the segment that each piece of the curve belongs to.
+        stations: (segments + 1,), index of the breakpoint of the curve where each waypoint lies; one that is blended:
+            the middle of its blend.
+        corners: Indices of the breakpoints where blends begin and end, ascending.
+        is_spline: Only joint motions, and waypoints that are passed exactly: what lies between them is free.
+        tolerance: rad or m, how far time may take a joint from the curve.
+    """
+
+    first: int
+    curve: PiecewisePolynomial = field(repr=False)
+    owners: np.ndarray
+    stations: np.ndarray
+    corners: np.ndarray
+    is_spline: bool
+    tolerance: float
+
+    @property
+    def segments(self) -> np.ndarray:
+        """Indices of its segments."""
+        return np.arange(self.first, self.first + len(self.stations) - 1)
+
+
+def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> Run:
+    """One straight joint motion from rest to rest.
+
+    Args:
+        segment: Its index.
+        start: (joints,).
+        end: (joints,).
+        velocity: (joints,), limits.
+    """
+    time = float((np.abs(end - start) / _finite(velocity)).max())
+    coefficients = np.stack([start, (end - start) / time], axis=-1)[None]
+    return Run(
+        first=segment,
+        curve=PiecewisePolynomial(np.array([time]), coefficients),
+        owners=np.array([segment]),
+        stations=np.array([0, 1]),
+        corners=np.array([], dtype=int),
+        is_spline=False,
+        tolerance=JOINT_TOLERANCE,
+    )
+
+
+def _finite(velocity: FloatArray) -> FloatArray:
+    """Joints without a limit count as if it were 1 rad/s or m/s."""
+    return np.where(np.isfinite(velocity), velocity, 1.0)
+
+
+def build_run(
+    robot: Robot,
+    waypoints: Sequence[AnyWaypoint],
+    solved: Sequence[SolvedWaypoint],
+    limits: SegmentLimits,
+    motions: CartesianMotions,
+    first: int,
+    last: int,
+) -> Run:
+    """The curve through waypoints `first` to `last`, the only ones where the robot rests.
+
+    Raises:
+        InvalidProblem: Two motions of the tool meet in a corner that is to be passed without stopping.
+        JointPositionLimit: The curve that passes a waypoint smoothly leaves the position limits.
+    """
+    positions = np.array([waypoint.position for waypoint in solved])
+    curves = _Builder(waypoints, positions, limits, motions, first, last).curves()
+    blends = {}
+    for k in range(first + 1, last):
+        if isinstance(transition := waypoints[k].transition, BlendTransition):
+            before, after = curves[k - first - 1], curves[k - first :]
+            ways = ways_within(robot, before, after[0], solved[k].pose.position, transition.radius)
+            # The tool is to come and go at the same pace.
+            curves[k - first :] = [curve.stretched(ways[0] / ways[1]) for curve in after]
+            blends[k] = blend(robot, before, curves[k - first], ways[0], solved[k].pose.position, transition.radius)
+    parts: list[PiecewisePolynomial] = []
+    owners: list[int] = []
+    stations, corners = [0], []
+    for segment, curve in zip(range(first, last), curves, strict=True):
+        start, end = 0.0, float(curve.breakpoints[-1])
+        leaving, arriving = blends.get(segment), blends.get(segment + 1)
+        if leaving is not None:
+            parts.append(leaving.leaving)
+            start = leaving.end
+            corners.append(len(owners) + 1)
+        own = curve.between(start, end if arriving is None else arriving.start)
+        parts.append(own)
+        owners += [segment] * (len(own.lengths) + (leaving is not None) + (arriving is not None))
+        if arriving is not None:
+            parts.append(arriving.arriving)
+            corners.append(len(owners) - 1)
+        stations.append(len(owners))
+    whole = joined(parts)
+    if (beyond := first_beyond(robot, whole)) is not None:
+        raise _leaves_the_limits(robot, waypoints, owners, whole, *beyond)
+    inner = waypoints[first + 1 : last]
+    return Run(
+        first=first,
+        curve=whole,
+        owners=np.array(owners),
+        stations=np.array(stations),
+        corners=np.array(corners, dtype=int),
+        is_spline=all(isinstance(waypoint.motion, JointMotion) for waypoint in (*inner, waypoints[last]))
+        and all(isinstance(waypoint.transition, ThroughTransition) for waypoint in inner),
+        tolerance=_joint_tolerance(waypoints[first + 1 : last + 1]),
+    )
+
+
+class _Builder:
+    """The curve of each segment by itself."""
+
+    def __init__(
+        self,
+        waypoints: Sequence[AnyWaypoint],
+        positions: FloatArray,
+        limits: SegmentLimits,
+        motions: CartesianMotions,
+        first: int,
+        last: int,
+    ) -> None:
+        self.waypoints, self.positions, self.motions, self.first, self.last = waypoints, positions, motions, first, last
+        self.speeds = _finite(limits.velocity)
+        self.tool: dict[int, PiecewisePolynomial] = {}
+        for segment in range(first, last):
+            if not isinstance(waypoints[segment + 1].motion, JointMotion):
+                self.tool[segment] = self._tool_motion(segment)
+        travels = np.abs(np.diff(positions, axis=0))
+        self.times = (travels / self.speeds).max(axis=1)
+
+    def curves(self) -> list[PiecewisePolynomial]:
+        """Of each segment from the first to the last, in order."""
+        segments = range(self.first, self.last)
+        return [self.tool[segment] if segment in self.tool else self._joint_motion(segment) for segment in segments]
+
+    def _tool_motion(self, segment: int) -> PiecewisePolynomial:
+        """A motion of the tool, as long as its joints take at full speed; one that continues another, at its pace."""
+        curve = self.motions.followed(segment + 1, self.positions[segment]).curve
+        passed = isinstance(self.waypoints[segment].transition, ThroughTransition)
+        if segment == self.first or not passed or segment - 1 not in self.tool:
+            at = curve.evaluate(curve.breakpoints, [0])[0]
+            return curve.stretched(float((np.abs(np.diff(at, axis=0)) / self.speeds[segment]).max(axis=1).sum()))
+        before = self.tool[segment - 1].evaluate(self.tool[segment - 1].breakpoints[-1:], [1, 2])
+        after = curve.evaluate(np.zeros(1), [1, 2])
+        factor = float(np.linalg.norm(after[0]) / np.linalg.norm(before[0]))
+        bends = np.abs(before[1] - after[1] / factor**2).max() > TANGENT * max(1.0, np.abs(before[1]).max())
+        if bends or np.abs(before[0] - after[0] / factor).max() > TANGENT * np.abs(before[0]).max():
+            message = (
+                "the tool cannot pass this waypoint without stopping: its path has a corner or a sudden bend here; "
+                "blend it, or stop"
+            )
+            pointer = f"/waypoints/{segment}/transition"
+            remedies = [
+                Remedy(pointer, {"kind": "blend", "radius": RADIUS}, "cut the corner within this radius, m"),
+                Remedy(pointer, {"kind": "stop"}, "come to rest at the waypoint"),
+            ]
+            raise InvalidProblem([(pointer, message)], remedies)
+        return curve.stretched(factor)
+
+    def _joint_motion(self, segment: int) -> PiecewisePolynomial:
+        """Straight; where a waypoint at its end is passed exactly, a quintic that meets what comes there."""
+        length = np.array([self.times[segment]])
+        start, end = self.positions[segment : segment + 1], self.positions[segment + 1 : segment + 2]
+        slopes = [self._derivatives(k, segment) for k in (segment, segment + 1)]
+        return PiecewisePolynomial(length, quintic_hermite(length, (start, *slopes[0]), (end, *slopes[1])))
+
+    def _derivatives(self, k: int, segment: int) -> tuple[FloatArray, FloatArray]:
+        """First and second derivative (1, joints) of a joint motion at waypoint k.
+
+        Towards a motion of the tool they are that motion's. Between two joint motions each joint passes with the
+        harmonic mean of its slopes, zero where it turns back, so that none overshoots (Fritsch and Butland 1984).
+        """
+        mean = self._slope(segment)
+        if k in (self.first, self.last) or not isinstance(self.waypoints[k].transition, ThroughTransition):
+            return mean, np.zeros_like(mean)
+        if k - 1 in self.tool:
+            first, second = self.tool[k - 1].evaluate(self.tool[k - 1].breakpoints[-1:], [1, 2])
+            return first, second
+        if k in self.tool:
+            first, second = self.tool[k].evaluate(np.zeros(1), [1, 2])
+            return first, second
+        before, after = self._slope(k - 1), self._slope(k)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            harmonic = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
+        steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))
+        return np.clip(harmonic, -steepest, steepest), np.zeros_like(mean)
+
+    def _slope(self, segment: int) -> FloatArray:
+        mean: FloatArray = (self.positions[segment + 1] - self.positions[segment])[None] / self.times[segment]
+        return mean
+
+
+def _leaves_the_limits(
+    robot: Robot,
+    waypoints: Sequence[AnyWaypoint],
+    owners: Sequence[int],
+    curve: PiecewisePolynomial,
+    at: float,
+    position: FloatArray,
+    joint: int,
+) -> JointPositionLimit:
+    segment = owners[int(curve.locate(np.array([at]))[0][0])]
+    name, value = robot.joint_names[joint], float(position[joint])
+    lower, upper = robot.joints[joint].lower, robot.joints[joint].upper
+    limit = lower if value < (lower + upper) / 2.0 else upper
+    ends = [k for k in (segment, segment + 1) if not isinstance(waypoints[k].transition, StopTransition)]
+    return passes_a_limit(ends, segment, name, value, limit)
+
+
+def _joint_tolerance(waypoints: Sequence[AnyWaypoint]) -> float:
+    asked = [
+        min(waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation)
+        for waypoint in waypoints
+        if not isinstance(waypoint.motion, JointMotion)
+    ]
+    return min([JOINT_TOLERANCE, *(SHARE_OF_TOLERANCE * tolerance for tolerance in asked)])
