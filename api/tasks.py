@@ -14,13 +14,26 @@ import numpy as np
 import orjson
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from api.conversion import to_limits, to_matrix, to_payload, to_pose, to_problem, to_robot, to_vector, with_tool
+from api.conversion import (
+    to_limits,
+    to_matrix,
+    to_options,
+    to_payload,
+    to_pose,
+    to_problem,
+    to_robot,
+    to_vector,
+    to_waypoints,
+    with_tool,
+)
 from api.errors import CatalogueRobot, invalid_request
+from api.kinematics_answers import nearest_answer, reachability_answer, solutions_answer
 from api.schemas.dynamics import InverseDynamicsRequest
 from api.schemas.kinematics import (
     ForwardKinematicsRequest,
     InverseKinematicsRequest,
     JacobianRequest,
+    ReachabilityRequest,
     WorkspaceRequest,
 )
 from api.schemas.requests import PlanRequest, ValidateRequest
@@ -36,12 +49,12 @@ from planner.kinematics import (
     inverse_kinematics,
     jacobian,
     manipulability,
-    pose_errors,
     poses_as_dicts,
     singular_values,
     with_whole_turns,
     workspace,
 )
+from planner.kinematics.reachability import reachability
 from planner.plan import plan
 from planner.problem import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, describe, load_robot
@@ -146,18 +159,13 @@ def run_inverse_kinematics(task: Task, caps: Caps) -> Reply:
             every = request.solutions == "all"
             result = inverse_kinematics(robot, pose, options, None if every else reference)
             if result.status != "solved":
-                nearest = _reached(robot, pose, result.position) | {"pose": poses_as_dicts([result.pose])[0]}
-                results.append({"status": result.status, "solutions": [], "nearest": nearest})
+                results.append({"status": result.status, "solutions": [], "nearest": nearest_answer(result)})
                 continue
             if every:
                 positions = _all_solutions(robot, pose, options, reference)
             else:
                 positions, reference = (result.position,), result.position
-            measures = manipulability(robot, np.array(positions)).tolist()
-            solutions = [
-                _reached(robot, pose, position) | {"manipulability": measure}
-                for position, measure in zip(positions, measures, strict=True)
-            ]
+            solutions = solutions_answer(robot, pose, positions)
             results.append({"status": "solved", "solutions": solutions})
     return _json({"results": results}, watch)
 
@@ -169,10 +177,17 @@ def _all_solutions(
     return with_whole_turns(robot, all_solutions(robot, pose, options, near), near, MOST_SOLUTIONS)
 
 
-def _reached(robot: Robot, pose: Pose, position: FloatArray) -> dict[str, Any]:
-    """A joint position, and by how much the tool misses the pose there."""
-    distance, angle = pose_errors(pose, forward_kinematics(robot, position[None])[0])
-    return {"position": position, "position_error": distance, "orientation_error": angle}
+def run_reachability(task: Task, caps: Caps) -> Reply:
+    """POST /v1/kinematics/reachability."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(ReachabilityRequest, task.body)
+        _check_caps(request, caps, waypoints=request.waypoints)
+        robot = with_tool(_robot(request.robot, task), request.tool)
+        waypoints, options = to_waypoints(request.waypoints), to_options(request.ik, request.seed)
+    with watch.stage("plan"):
+        found = reachability(robot, waypoints, options)
+    return _json(reachability_answer(waypoints, found), watch)
 
 
 def run_jacobian(task: Task, caps: Caps) -> Reply:
@@ -278,6 +293,7 @@ RUN: dict[str, Callable[[Task, Caps], Reply]] = {
     "validate_trajectory": validate_trajectory,
     "forward_kinematics": run_forward_kinematics,
     "inverse_kinematics": run_inverse_kinematics,
+    "reachability": run_reachability,
     "jacobian": run_jacobian,
     "workspace": run_workspace,
     "inverse_dynamics": run_inverse_dynamics,
