@@ -42,9 +42,9 @@ MAX_CONSTANT_ANGLE = 2.0 * math.pi * 1.001
 MAX_POSITION = 8.0 * math.pi
 """rad; a joint that turns further, and not for ever, was probably meant in degrees."""
 MAX_VELOCITY = 50.0
-"""rad/s; what is faster was probably meant in degrees/s."""
+"""rad/s or m/s; what is faster was probably meant in degrees/s or mm/s."""
 ABSURD_ANGULAR_VELOCITY = 1000.0
-"""rad/s; a larger limit says that none is known."""
+"""rad/s; such a limit says that none is known."""
 ABSURD_LINEAR_VELOCITY = 100.0
 """m/s; likewise."""
 LEAST_LIMIT = 1e-6
@@ -82,12 +82,13 @@ class Findings:
         """Refuse the model if there is an error among the findings.
 
         Raises:
-            InvalidRobotModel: With all findings.
+            InvalidRobotModel: With all findings, the errors first: an answer may leave out what comes late.
         """
         errors = [item for item in self.items if item.severity == "error"]
         if errors:
             more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-            raise InvalidRobotModel(f"the robot model cannot be used: {errors[0].message}{more}", self.items)
+            others = [item for item in self.items if item.severity != "error"]
+            raise InvalidRobotModel(f"the robot model cannot be used: {errors[0].message}{more}", errors + others)
 
 
 def shown(name: str) -> str:
@@ -105,8 +106,8 @@ def check_names(what: str, names: Iterable[str], findings: Findings) -> None:
     """
     seen: set[str] = set()
     for name in names:
-        if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable():
-            message = f"a {what} needs a printable name of 1 to {MAX_NAME_LENGTH} characters"
+        if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable() or name != name.strip():
+            message = f"a {what} needs a printable name of 1 to {MAX_NAME_LENGTH} characters, no space at its ends"
             findings.error("invalid_name", shown(name), message)
         elif name == RESERVED_NAME:
             findings.error("reserved_name", name, f"no {what} may be called {name}")
@@ -210,14 +211,8 @@ def check_limits(joint: Joint, findings: Findings) -> Joint:
             text = f"the {quantity} limit of {name} is {value:g}: nothing moves below {LEAST_LIMIT:g}"
             findings.error("absurd_limit", name, text)
         known[quantity] = value if 0.0 < value <= MAX_NUMBER else math.inf
-    absurd = ABSURD_ANGULAR_VELOCITY if joint.is_angle else ABSURD_LINEAR_VELOCITY
-    if absurd < known["velocity"] < math.inf:
-        text = (
-            f"the velocity limit of {name} is {joint.velocity:g}, above {absurd:g}: the default limit takes its place"
-        )
-        findings.warning("absurd_limit", name, text)
-        known["velocity"] = math.inf
-    _check_units(replace(joint, velocity=known["velocity"]), findings)
+    _check_units(joint, findings)
+    known["velocity"] = _believable_velocity(replace(joint, velocity=known["velocity"]), findings)
     published: dict[str, Provenance] = {}
     if math.isfinite(joint.lower) or math.isfinite(joint.upper):
         published["position"] = "published"
@@ -233,7 +228,7 @@ def check_limits(joint: Joint, findings: Findings) -> Joint:
 
 
 def _check_units(joint: Joint, findings: Findings) -> None:
-    """Warn of limits that look like degrees or millimetres."""
+    """Warn of position limits that look like degrees or millimetres."""
     name = shown(joint.name)
     bounds = [abs(bound) for bound in (joint.lower, joint.upper) if math.isfinite(bound)]
     if not joint.is_angle:
@@ -241,9 +236,20 @@ def _check_units(joint: Joint, findings: Findings) -> None:
     elif max(bounds, default=0.0) > MAX_POSITION:
         text = f"the position limits of {name} go up to {max(bounds):g}: are they in radians?"
         findings.warning("suspicious_angle", name, text)
-    if joint.is_angle and MAX_VELOCITY < joint.velocity < math.inf:
-        text = f"the velocity limit of {name} is {joint.velocity:g}: is it in radians/s?"
-        findings.warning("suspicious_angle", name, text)
+
+
+def _believable_velocity(joint: Joint, findings: Findings) -> float:
+    """The velocity limit, or infinity in place of one that no machine has."""
+    name = shown(joint.name)
+    absurd = ABSURD_ANGULAR_VELOCITY if joint.is_angle else ABSURD_LINEAR_VELOCITY
+    if absurd <= joint.velocity < math.inf:
+        text = f"the velocity limit of {name} is {joint.velocity:g}, as good as none: the default limit takes its place"
+        findings.warning("absurd_limit", name, text)
+        return math.inf
+    if MAX_VELOCITY < joint.velocity < math.inf:
+        code, unit = ("suspicious_angle", "radians") if joint.is_angle else ("suspicious_length", "metres")
+        findings.warning(code, name, f"the velocity limit of {name} is {joint.velocity:g}: is it in {unit}/s?")
+    return joint.velocity
 
 
 def with_default_limits(joint: Joint) -> Joint:

@@ -24,14 +24,14 @@ def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: F
         findings: To add to.
 
     Raises:
-        InvalidRobotModel: Too long, not XML, with a DOCTYPE, an unexpanded xacro, or not a robot.
+        InvalidRobotModel: Too long, not XML, with a DOCTYPE, with something left to expand, or not a robot.
     """
+    if len(text) > MAX_TEXT_LENGTH:
+        findings.error("document_too_large", None, f"the {format} is longer than {MAX_TEXT_LENGTH} characters")
+        findings.raise_errors()
     document = Element("none")
     try:
-        if len(text) > MAX_TEXT_LENGTH:
-            findings.error("document_too_large", None, f"the {format} is longer than {MAX_TEXT_LENGTH} characters")
-        else:
-            document = fromstring(text, forbid_dtd=True, forbid_entities=True, forbid_external=True)
+        document = fromstring(text, forbid_dtd=True, forbid_entities=True, forbid_external=True)
     except DefusedXmlException:
         findings.error("forbidden_xml", None, f"the {format} has a DOCTYPE or entities, which are not allowed")
     except ParseError as error:
@@ -42,13 +42,15 @@ def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: F
     else:
         if document.tag != "robot":
             findings.error("not_a_robot", None, f"the root element of a {format} is <robot>")
-        elif any(_is_xacro(element) for element in document.iter()):
-            # Left out silently, what a macro stands for would be missing from the robot.
-            findings.error("xacro_left_in", None, f"the {format} has xacro elements: run xacro on it first")
+        elif any(_is_unexpanded(element) for element in document.iter()):
+            # Passed over in silence, what they stand for would be missing from the robot.
+            text = f"the {format} has xacro or XInclude elements: expand them first"
+            findings.error("unexpanded_elements", None, text)
     findings.raise_errors()
     return document
 
 
-def _is_xacro(element: Element) -> bool:
-    """Whether it is of xacro's namespace, of which there are several spellings."""
-    return element.tag.startswith("{") and element.tag.partition("}")[0].endswith("xacro")
+def _is_unexpanded(element: Element) -> bool:
+    """Whether it stands for something else; the namespace of xacro has several spellings."""
+    namespace = element.tag.partition("}")[0] if element.tag.startswith("{") else ""
+    return namespace.endswith(("xacro", "XInclude"))
