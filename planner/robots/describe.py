@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import pinocchio as pin
@@ -24,8 +23,8 @@ def describe(robot: Robot) -> dict[str, Any]:
         "frames": [frame.name for frame in robot.model.frames if frame.type != pin.FrameType.FIXED_JOINT],
         "mass": robot.mass,
         "geometry": [dict(shape) for shape in robot.geometry],
-        "groups": [asdict(group) for group in robot.groups],
-        "disabled_collisions": [asdict(pair) for pair in robot.disabled_collisions],
+        "groups": [dict(vars(group)) for group in robot.groups],
+        "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],
     }
 
 

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from planner.robots.urdf_elements import UrdfJoint
 
 MAX_GROUPS = 64
-MAX_MEMBERS = 4096
+MAX_MEMBERS = 1024
 """Of all groups together."""
 MAX_REASON_LENGTH = 100
 NAMES_IN_A_MESSAGE = 10
 
 
 def read_srdf(
-    srdf: str, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings
+    srdf: str, robot_name: str, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings
 ) -> tuple[tuple[JointGroup, ...], tuple[DisabledCollision, ...]]:
     """The groups and the disabled pairs.
 
@@ -36,6 +36,7 @@ def read_srdf(
 
     Args:
         srdf: The document.
+        robot_name: What the URDF calls the robot.
         root: The root link of the URDF.
         arrivals: Of every other link the joint that leads there, parents first.
         findings: To add to.
@@ -44,6 +45,10 @@ def read_srdf(
         InvalidRobotModel: The document cannot be read.
     """
     document = parse_robot_document(srdf, "SRDF", findings)
+    its_name = document.get("name", robot_name)
+    if its_name != robot_name:
+        text = f"the SRDF is of a robot called {shown(its_name)}, the URDF of one called {shown(robot_name)}"
+        findings.warning("another_robot", None, text)
     return _Groups(document, root, arrivals, findings).read(), _pairs(document, {root, *arrivals}, findings)
 
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from planner.errors import Finding
     from planner.robots.build import Body
-    from planner.robots.robot import Joint
+    from planner.robots.robot import DisabledCollision, Joint, JointGroup
     from planner.robots.urdf_elements import UrdfJoint
 
 
@@ -78,13 +78,13 @@ def read_urdf(
     _check_tree(bodies, joints, findings)
 
     root, arrivals = _walk(bodies, joints)
-    groups, disabled = ((), ()) if srdf is None else read_srdf(srdf, root, arrivals, findings)
-    findings.raise_errors()
-    chains = [group for group in groups if group.tip_frame is not None]
-    if tip_frame is None and len(chains) == 1:
-        tip_frame, group = chains[0].tip_frame, shown(chains[0].name)
-        text = f"the tip frame is that of the SRDF's only chain, {group}: {shown(str(tip_frame))}"
-        findings.info("tip_frame_from_srdf", group, text)
+    groups: tuple[JointGroup, ...] = ()
+    disabled: tuple[DisabledCollision, ...] = ()
+    if srdf is not None:
+        groups, disabled = read_srdf(srdf, document.get("name", ""), root, arrivals, findings)
+        findings.raise_errors()
+    if tip_frame is None:
+        tip_frame = _tip_of_only_chain(groups, findings)
     tip = _tip(root, arrivals, tip_frame, findings)
     chain = _chain(arrivals, tip)
     limits = {joint.name: _limits(joint.moving, findings) for joint in chain if joint.moving is not None}
@@ -139,6 +139,17 @@ def _walk(links: Collection[str], joints: Sequence[UrdfJoint]) -> tuple[str, dic
                 arrivals[joint.child] = joint
                 waiting.append(joint.child)
     return root, arrivals
+
+
+def _tip_of_only_chain(groups: Sequence[JointGroup], findings: Findings) -> str | None:
+    """The end of the one group that is a chain; None: there is none, or several."""
+    tips = [(group.name, group.tip_frame) for group in groups if group.tip_frame is not None]
+    if len(tips) != 1:
+        return None
+    ((name, tip),) = tips
+    text = f"the tip frame is that of the SRDF's only chain, {shown(name)}: {shown(tip)}"
+    findings.info("tip_frame_from_srdf", shown(name), text)
+    return tip
 
 
 def _tip(root: str, arrivals: Mapping[str, UrdfJoint], asked: str | None, findings: Findings) -> str:

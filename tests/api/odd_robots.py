@@ -136,6 +136,7 @@ ODD_ROBOTS = [
     # SRDF.
     Odd("the tip of the only chain", _urdf(CHAIN, srdf=ONE_CHAIN), "tip_frame_from_srdf"),
     Odd("an SRDF without anything", _urdf(CHAIN, srdf="<robot/>"), "default_limits"),
+    Odd("an SRDF of another robot", _urdf(CHAIN, srdf='<robot name="q"/>'), "another_robot"),
     Odd("a URDF for an SRDF", _urdf(CHAIN, srdf=PLAIN), "default_limits"),
     Odd(
         "a group of strangers",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from planner.errors import Finding, InvalidRobotModel
 from planner.robots import Robot, read_urdf
@@ -22,7 +24,7 @@ ARM = robot(
 
 
 def read(srdf: str, **options: str) -> tuple[Robot, tuple[Finding, ...]]:
-    return read_urdf(ARM, id="arm", srdf=f'<robot name="arm">{srdf}</robot>', **options)
+    return read_urdf(ARM, id="arm", srdf=f'<robot name="test">{srdf}</robot>', **options)
 
 
 def codes(findings: tuple[Finding, ...], severity: str) -> set[str]:
@@ -130,6 +132,14 @@ def test_virtual_joints_and_what_else_srdf_has_are_no_strangers() -> None:
     assert codes(findings, "warning") == {"mimic_joint_held"}
 
 
+def test_an_srdf_of_another_robot_is_remarked_upon() -> None:
+    for name, expected in (("other", {"another_robot"}), ("test", set())):
+        _, findings = read_urdf(ARM, id="arm", srdf=f'<robot name="{name}"/>')
+        assert codes(findings, "warning") - {"mimic_joint_held"} == expected
+    _, findings = read_urdf(ARM, id="arm", srdf="<robot/>")
+    assert codes(findings, "warning") == {"mimic_joint_held"}
+
+
 def test_a_message_lists_few_of_many_strangers() -> None:
     many = "".join(f'<disable_collisions link1="base" link2="{"x" * 60}{i}"/>' for i in range(5000))
     arm, findings = read(many)
@@ -150,7 +160,7 @@ HOSTILE = [
     ("two groups of a name", "duplicate_name", group("g") + group("g")),
     ("a group without a name", "invalid_name", "<group/>"),
     ("too many groups", "too_many_groups", "".join(group(f"g{i}") for i in range(65))),
-    ("too many members", "too_many_groups", group("g", '<link name="base"/>' * 4097)),
+    ("too many members", "too_many_groups", group("g", '<link name="base"/>' * 1025)),
     ("macros left in", "unexpanded_elements", '<x:arm xmlns:x="http://ros.org/wiki/xacro"/>'),
     ("nothing that XML is", "not_xml", "<group"),
     ("an undefined entity", "not_xml", "&boom;"),
@@ -163,3 +173,34 @@ def test_an_srdf_that_contradicts_itself_or_the_urdf_is_refused(code: str, srdf:
         read(srdf)
     assert code in codes(caught.value.findings, "error")
     assert all(len(finding.message) < 1000 for finding in caught.value.findings)
+
+
+NAMES = st.sampled_from(
+    ["base", "shoulder", "elbow", "flange", "palm", "thumb", "lift", "bend", "plate", "grip", "g0", "?"]
+)
+MEMBERS = st.one_of(
+    st.builds(chain, NAMES, NAMES),
+    st.builds('<{} name="{}"/>'.format, st.sampled_from(["link", "joint", "group"]), NAMES),
+)
+GROUPS = st.lists(st.lists(MEMBERS, max_size=3), max_size=3)
+
+
+@given(groups=GROUPS, pairs=st.lists(st.tuples(NAMES, NAMES), max_size=6))
+@settings(max_examples=300)
+def test_whatever_is_kept_belongs_to_the_robot(groups: list[list[str]], pairs: list[tuple[str, str]]) -> None:
+    disabled = "".join(f'<disable_collisions link1="{a}" link2="{b}"/>' for a, b in pairs)
+    document = "".join(group(f"g{i}", *members) for i, members in enumerate(groups)) + disabled
+    try:
+        arm, _ = read(document, tip_frame="thumb")
+    except InvalidRobotModel as refusal:
+        assert codes(refusal.findings, "error") <= {"broken_chain", "group_cycle"}
+        return
+    links = {frame.name for frame in arm.model.frames}
+    order = ["lift", "bend", "grip"]
+    assert [g.name for g in arm.groups] == [f"g{i}" for i in range(len(groups))]
+    for kept in arm.groups:
+        assert list(kept.joints) == [name for name in order if name in kept.joints]
+        assert kept.tip_frame is None or kept.tip_frame in links
+    asked = {frozenset(pair) for pair in pairs if set(pair) <= links and pair[0] != pair[1]}
+    assert {frozenset((pair.link_1, pair.link_2)) for pair in arm.disabled_collisions} == asked
+    assert len(arm.disabled_collisions) == len(asked)
