@@ -10,11 +10,11 @@ from tests.api.requests import dh_joint, dh_robot, urdf_chain, urdf_joint, urdf_
 
 @dataclass(frozen=True)
 class Odd:
-    """An upload that is accepted; `finding` None: there is nothing to say about it."""
+    """An upload that is accepted, and a finding that its answer has."""
 
     name: str
     body: Any
-    finding: str | None
+    finding: str
 
 
 def _table(*rows: dict[str, Any]) -> dict[str, Any]:
