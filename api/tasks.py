@@ -6,7 +6,7 @@ import hashlib
 import math
 import time
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -24,7 +24,8 @@ from api.schemas.kinematics import (
     WorkspaceRequest,
 )
 from api.schemas.requests import PlanRequest, ValidateRequest
-from api.schemas.robots import RobotDefinition
+from api.schemas.robots import RobotDefinition, RobotModel
+from api.store import RobotContent
 from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
 from planner.dynamics import inverse_dynamics
@@ -234,18 +235,20 @@ def run_inverse_dynamics(task: Task, caps: Caps) -> Reply:
 
 
 def add_robot(task: Task, caps: Caps) -> Reply:
-    """POST /v1/robots: read the model. The parent keeps the definition that comes back in `result`."""
+    """POST /v1/robots: read the model. The parent keeps the content that comes back in `result`."""
     watch = Stopwatch()
     with watch.stage("validate"):
-        definition = _validate(RobotDefinition, task.body)
-        canonical = _canonical(definition)
-        robot_id = definition.id or "dh_" + hashlib.sha256(canonical).hexdigest()[:16]
+        named = _validate(RobotDefinition, task.body)
+        definition = _canonical(named, exclude={"id"})
+        digest = _sha256(definition)
+        robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
         if robot_id in catalogue_ids():
             raise CatalogueRobot(f"{robot_id} is a robot of the catalogue; choose another id")
     with watch.stage("plan"):
-        robot, findings = to_robot(definition, robot_id)
-    description = describe(robot)
+        robot, findings = to_robot(named, robot_id)
+    description = describe(robot) | {"content": digest}
     answer = description | {"findings": [asdict(finding) for finding in findings]}
+    del description["id"]
     reply = _json(answer, watch, status=201)
     return Reply(
         reply.status,
@@ -253,7 +256,7 @@ def add_robot(task: Task, caps: Caps) -> Reply:
         reply.body,
         reply.timings,
         headers={"Location": f"/v1/robots/{robot_id}"},
-        result={"id": robot_id, "definition": canonical, "description": _dump(description)},
+        result=(robot_id, RobotContent(digest, definition, _dump(description))),
     )
 
 
@@ -319,12 +322,16 @@ def _validate(schema: Any, body: bytes) -> Any:
 
 def request_hash(request: BaseModel) -> str:
     """What an answer quotes its request by: the same for requests that differ only in notation."""
-    return "sha256:" + hashlib.sha256(_canonical(request)).hexdigest()
+    return _sha256(_canonical(request))
 
 
-def _canonical(request: BaseModel) -> bytes:
+def _sha256(content: bytes) -> str:
+    return "sha256:" + hashlib.sha256(content).hexdigest()
+
+
+def _canonical(request: BaseModel, exclude: set[str] | None = None) -> bytes:
     """The request with its defaults filled in, keys in the order of its schema."""
-    return request.model_dump_json().encode()
+    return request.model_dump_json(exclude=exclude).encode()
 
 
 def _check_caps(request: Any, caps: Caps, **lists: Sequence[Any]) -> None:
@@ -340,18 +347,25 @@ def _check_caps(request: Any, caps: Caps, **lists: Sequence[Any]) -> None:
 
 def _robot(robot_id: str, task: Task) -> Robot:
     definition = task.arguments.get("definition")
-    return load_robot(robot_id) if definition is None else _built(definition, robot_id)
+    return load_robot(robot_id) if definition is None else _named(definition, robot_id)
 
 
 @lru_cache(maxsize=CACHED_ROBOTS)
-def _built(definition: bytes, robot_id: str) -> Robot:
-    robot, _ = to_robot(_validate(RobotDefinition, definition), robot_id)
+def _named(definition: bytes, robot_id: str) -> Robot:
+    """The robot under one of its names, always the same object: what is prepared for it is prepared once."""
+    return replace(_built(definition), id=robot_id)
+
+
+@lru_cache(maxsize=CACHED_ROBOTS)
+def _built(definition: bytes) -> Robot:
+    """The robot of a definition. Kept by the definition itself: no name can bring back another robot's model."""
+    robot, _ = to_robot(_validate(RobotModel, definition), _sha256(definition))
     return robot
 
 
 @lru_cache(maxsize=1024)
 def _described(robot_id: str) -> Any:
-    return orjson.Fragment(_dump(describe(load_robot(robot_id))))
+    return orjson.Fragment(_dump(describe(load_robot(robot_id)) | {"content": None}))
 
 
 def _dump(value: Any) -> bytes:
