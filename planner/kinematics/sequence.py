@@ -1,13 +1,14 @@
-"""A list of waypoints to joint positions, each on the branch nearest to the one before."""
+"""A list of waypoints to joint positions, all chosen together: the shortest way through their solutions."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
 from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
+from planner.kinematics.choice import Stop, joint_times, shortest_way
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import (
     InverseKinematicsResult,
@@ -16,16 +17,44 @@ from planner.kinematics.inverse import (
     is_isolated,
     pose_errors,
 )
+from planner.kinematics.layers import TURN, Layer
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
-from planner.problem import JointMotion, JointWaypoint, PoseWaypoint
+from planner.kinematics.wanted import moved_pose, wanted_poses
+from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
 
 if TYPE_CHECKING:
-    from planner.problem import AnyWaypoint, InverseKinematicsOptions, RelativeWaypoint
+    from collections.abc import Callable, Sequence
+
+    from planner.problem import AnyWaypoint, InverseKinematicsOptions
     from planner.robots import Robot
 
+Choice = Literal["given", "only", "shortest_way", "continued"]
 
-POSITION_ONLY_DOF = 3
-"""An arm with so few joints cannot choose its orientation: a move relative to a joint position asks for none."""
+
+class Follow(Protocol):
+    """Follows Cartesian motions with the joints."""
+
+    def __call__(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
+        """Where the motion to waypoint `index` ends, (joints,): at that waypoint.
+
+        Args:
+            index: Of the waypoint.
+            start: (joints,), at the waypoint before.
+            before: The pose asked there.
+            after: The pose asked at the waypoint itself.
+
+        Raises:
+            PlanningError: It cannot be followed from there.
+        """
+        ...
+
+
+FREE_START_WEIGHT = 0.01
+"""Of the time from the middle of the limits to the first waypoint, where no reference says whence the robot comes: it
+decides between ways that otherwise take equally long."""
+
+SAME_SOLUTION = 1e-4
+"""rad or m: joint positions this near, whole turns apart, are one solution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,100 +63,172 @@ class SolvedWaypoint:
 
     Attributes:
         name: As asked.
+        wanted: The pose asked; of a joint waypoint its own.
         position: (joints,), rad or m.
         pose: Of the tool there.
         position_error: m, from the pose asked; 0 for a joint waypoint.
         orientation_error: rad; None: no orientation was asked.
         solutions: How many isolated solutions the pose has; None: a joint waypoint, or a continuum.
-        wanted: The pose asked.
+        solution: Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the
+            nearest; None: a joint waypoint, or a continuum.
+        choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
+            way through the whole list is shortest), `continued` (a Cartesian motion ends there).
     """
 
     name: str | None
+    wanted: Pose
     position: FloatArray
     pose: Pose
     position_error: float
     orientation_error: float | None
     solutions: int | None
-    wanted: Pose
+    solution: int | None
+    choice: Choice
 
 
 def solve_waypoints(
-    robot: Robot, waypoints: tuple[AnyWaypoint, ...], options: InverseKinematicsOptions, follow
+    robot: Robot,
+    waypoints: Sequence[AnyWaypoint],
+    options: InverseKinematicsOptions,
+    follow: Follow | None = None,
 ) -> tuple[SolvedWaypoint, ...]:
-    """Joint positions of all waypoints, in order.
+    """Joint positions of all waypoints, in order, on the shortest way through their solutions.
+
+    What is shortest, `shortest_way` says. The way starts at `options.reference`; without one it may start anywhere, and
+    the middle of the limits decides between equals. A waypoint whose pose depends on the joint position chosen at the
+    waypoint before splits the list: the part before it is chosen first.
+
+    Args:
+        robot: With its tool.
+        waypoints: The first is not relative.
+        options: Tolerances, reference and seed.
+        follow: Where Cartesian motions end; needed where there are any.
 
     Raises:
         UnreachableWaypoint: A pose has no solution; the nearest pose found comes with it.
         JointPositionLimit: A joint position lies outside the limits, or a pose has solutions only there.
+        PlanningError: What the first motion raised that could not be followed, where no other way is left.
     """
-    solved: list[SolvedWaypoint] = []
-    wanted: Pose | None = None
-    for index, waypoint in enumerate(waypoints):
-        if isinstance(waypoint, JointWaypoint):
-            here = _joint_waypoint(robot, index, waypoint)
-            if not isinstance(waypoint.motion, JointMotion):
-                follow(index, solved[-1].position, wanted, here.wanted)
-            solved.append(here)
-            wanted = solved[-1].wanted
-            continue
-        last = wanted
-        if isinstance(waypoint, PoseWaypoint):
-            wanted = waypoint.pose
-        else:
-            assert wanted is not None  # noqa: S101 - check_problem refuses a relative first waypoint
-            wanted = _moved(wanted, solved[-1].pose, waypoint)
-        reference = solved[-1].position if solved else None
-        solutions = all_solutions(robot, wanted, options, reference)
+    return _Sequence(robot, waypoints, options, follow).solve()
+
+
+class _Sequence:
+    def __init__(
+        self,
+        robot: Robot,
+        waypoints: Sequence[AnyWaypoint],
+        options: InverseKinematicsOptions,
+        follow: Follow | None,
+    ) -> None:
+        self.robot, self.waypoints, self.options, self.follow = robot, waypoints, options, follow
+        self.wanted = wanted_poses(robot, waypoints)
+
+    def solve(self) -> tuple[SolvedWaypoint, ...]:
+        position, weight = self.robot.middle, FREE_START_WEIGHT
+        if self.options.reference is not None:
+            position, weight = np.array(self.options.reference), 1.0
+        solved: list[SolvedWaypoint] = []
+        ends = [i for i, pose in enumerate(self.wanted) if pose is None] + [len(self.waypoints)]
+        for end in ends:
+            stops = self._stops(solved, end, position)
+            for stop, q in zip(stops, shortest_way(self.robot, stops, position, weight), strict=True):
+                solved.append(self._solved(stop, position, q))
+                position, weight = q, 1.0
+        return tuple(solved)
+
+    def _stops(self, solved: list[SolvedWaypoint], end: int, start: FloatArray) -> list[Stop]:
+        """The waypoints from those solved to `end`, with all that they may be solved with."""
+        stops: list[Stop] = []
+        near = start
+        for index in range(len(solved), end):
+            waypoint, pose = self.waypoints[index], self.wanted[index]
+            if pose is None:
+                assert isinstance(waypoint, RelativeWaypoint)  # noqa: S101 - only such a pose may be unknown
+                pose = moved_pose(solved[-1].wanted, solved[-1].pose.rotation, waypoint)
+                self.wanted[index] = pose
+            if isinstance(waypoint, JointWaypoint):
+                near = _given_position(self.robot, index, waypoint)
+                layer = Layer.given(near)
+            else:
+                layer = self._layer(index, pose, near)
+            stops.append(Stop(index, layer, self._follower(index)))
+        return stops
+
+    def _layer(self, index: int, pose: Pose, near: FloatArray) -> Layer:
+        robot, options = self.robot, self.options
+        solutions = all_solutions(robot, pose, options, near)
         if not solutions:
-            result = inverse_kinematics(robot, wanted, options, reference)
-            raise _unsolved(robot, index, wanted, result, is_pose=isinstance(waypoint, PoseWaypoint))
-        if not isinstance(waypoint.motion, JointMotion):
-            solutions = [follow(index, solved[-1].position, last, wanted)]
-        pose = tool_pose(robot, solutions[0])
-        count = len(solutions) if is_isolated(robot, wanted, solutions[0]) else None
-        solved.append(SolvedWaypoint(waypoint.name, solutions[0], pose, *pose_errors(wanted, pose), count, wanted))
-    return tuple(solved)
+            result = inverse_kinematics(robot, pose, options, near)
+            raise unsolved(robot, index, pose, result, is_pose=isinstance(self.waypoints[index], PoseWaypoint))
+        given = (np.array(w.position) for w in self.waypoints[index:] if isinstance(w, JointWaypoint))
+        ahead = next(given, near)
+        if is_isolated(robot, pose, solutions[0]):
+            return Layer.isolated(robot, solutions, ahead)
+        return Layer.continuum(robot, solutions, ahead, pose, options)
+
+    def _follower(self, index: int) -> Callable[[FloatArray], FloatArray] | None:
+        if index == 0 or isinstance(self.waypoints[index].motion, JointMotion):
+            return None
+        follow, before, after = self.follow, self.wanted[index - 1], self.wanted[index]
+        assert follow is not None and before is not None and after is not None  # noqa: S101 - filled in before
+        return lambda start: follow(index, start, before, after)
+
+    def _solved(self, stop: Stop, before: FloatArray, position: FloatArray) -> SolvedWaypoint:
+        robot, waypoint, wanted = self.robot, self.waypoints[stop.index], self.wanted[stop.index]
+        assert wanted is not None  # noqa: S101 - filled in by _stops
+        pose = tool_pose(robot, position)
+        if stop.layer.is_given:
+            return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, "given")
+        errors = pose_errors(wanted, pose)
+        count, taken = _place(robot, stop.layer, before, position)
+        choice: Choice = "continued" if stop.follow else "only" if count == 1 else "shortest_way"
+        return SolvedWaypoint(waypoint.name, wanted, position, pose, *errors, count, taken, choice)
 
 
-def _joint_waypoint(robot: Robot, index: int, waypoint: JointWaypoint) -> SolvedWaypoint:
+def _place(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) -> tuple[int | None, int | None]:
+    """How many solutions there are, and how many of them are nearer to `before` than the one taken."""
+    if layer.descend is not None:
+        return None, None
+    times = joint_times(robot, before, layer.reached_from(before[None])[0, : layer.solutions])
+    away = position - layer.positions[: layer.solutions]
+    away -= np.where(robot.is_angle, TURN * np.round(away / TURN), 0.0)
+    distance = np.abs(away).max(axis=1)
+    if distance.min() > SAME_SOLUTION:  # followed to a solution that was not among them
+        nearer = times < joint_times(robot, before, position)
+        return layer.solutions + 1, int(np.count_nonzero(nearer))
+    order = times.argsort(kind="stable")
+    return layer.solutions, int(np.flatnonzero(order == distance.argmin())[0])
+
+
+def _given_position(robot: Robot, index: int, waypoint: JointWaypoint) -> FloatArray:
     q = np.array(waypoint.position)
+    if (error := beyond_limits(robot, index, q)) is not None:
+        raise error
+    return q
+
+
+def beyond_limits(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:
+    """What is wrong with the joint position (joints,) of a joint waypoint; None: nothing."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     outside = (q < lower) | (q > upper)
-    if outside.any():
-        joint = int(np.argmax(outside))
-        limit = float(lower[joint] if q[joint] < lower[joint] else upper[joint])
-        raise JointPositionLimit(
-            f"waypoint {index} puts {robot.joint_names[joint]} at {q[joint]:.6g}, its limit is {limit:.6g}",
-            waypoint=index,
-            joint=robot.joint_names[joint],
-            value=float(q[joint]),
-            limit=limit,
-            remedies=[Remedy(f"/waypoints/{index}/position/{joint}", limit, "the nearest position within the limits")],
-        )
-    p = tool_pose(robot, q)
-    return SolvedWaypoint(
-        waypoint.name, q, p, 0.0, 0.0, None, Pose(p.position) if robot.dof <= POSITION_ONLY_DOF else p
+    if not outside.any():
+        return None
+    joint = int(np.argmax(outside))
+    limit = float(lower[joint] if q[joint] < lower[joint] else upper[joint])
+    return JointPositionLimit(
+        f"waypoint {index} puts {robot.joint_names[joint]} at {q[joint]:.6g}, its limit is {limit:.6g}",
+        waypoint=index,
+        joint=robot.joint_names[joint],
+        value=float(q[joint]),
+        limit=limit,
+        remedies=[Remedy(f"/waypoints/{index}/position/{joint}", limit, "the nearest position within the limits")],
     )
 
 
-def _moved(wanted: Pose, reached: Pose, waypoint: RelativeWaypoint) -> Pose:
-    """The pose before, moved. Where the pose before left its orientation open, so does this one.
-
-    The move starts from the pose asked, not from the one reached: errors do not add up.
-    """
-    assert reached.rotation is not None  # noqa: S101 - forward kinematics always give one
-    rotation = reached.rotation if wanted.rotation is None else wanted.rotation
-    turn, shift = waypoint.move.transform()
-    if waypoint.frame == "tool":
-        position, turned = wanted.position + rotation @ shift, rotation @ turn
-    else:
-        position, turned = wanted.position + shift, turn @ rotation
-    return Pose(position, None if wanted.rotation is None else turned)
-
-
-def _unsolved(
+def unsolved(
     robot: Robot, index: int, wanted: Pose, result: InverseKinematicsResult, *, is_pose: bool
 ) -> PlanningError:
+    """Why the pose of a waypoint has no solution; `is_pose`: the waypoint is an absolute pose, which can be mended."""
     nearest = poses_as_dicts([Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation)])[0]
     details = {
         "nearest": {
