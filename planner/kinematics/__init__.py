@@ -7,6 +7,8 @@ from planner.kinematics.inverse import (
     inverse_kinematics,
     is_isolated,
     pose_errors,
+    solution_layers,
+    solutions_or_failure,
     with_whole_turns,
 )
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternion
@@ -28,6 +30,8 @@ __all__ = [
     "poses_as_dicts",
     "quaternion",
     "singular_values",
+    "solution_layers",
+    "solutions_or_failure",
     "tool_speeds",
     "with_whole_turns",
     "workspace",

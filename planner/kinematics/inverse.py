@@ -122,6 +122,24 @@ def all_solutions(
     return tuple(_by_distance(robot, _Search(robot, pose, options).all(reference), reference))
 
 
+def solutions_or_failure(
+    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None = None
+) -> tuple[FloatArray, ...] | InverseKinematicsResult:
+    """`all_solutions`, or why there is none and the nearest pose found; one search for both."""
+    if reference is None:
+        reference = robot.middle if options.reference is None else np.array(options.reference)
+    search = _Search(robot, pose, options)
+    solutions = search.all(reference)
+    return tuple(_by_distance(robot, solutions, reference)) if solutions else search.failure()
+
+
+def solution_layers(
+    robot: Robot, poses: Sequence[Pose], options: InverseKinematicsOptions, reference: FloatArray | None = None
+) -> list[tuple[FloatArray, ...]]:
+    """`all_solutions` of many poses at once; of an unreachable one an empty tuple."""
+    return [all_solutions(robot, pose, options, reference) for pose in poses]
+
+
 def with_whole_turns(
     robot: Robot, solutions: tuple[FloatArray, ...], reference: FloatArray, most: int
 ) -> tuple[FloatArray, ...]:
