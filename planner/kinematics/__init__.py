@@ -5,13 +5,12 @@ from planner.kinematics.inverse import (
     InverseKinematicsResult,
     all_solutions,
     inverse_kinematics,
-    is_isolated,
-    pose_errors,
     solution_layers,
     solutions_or_failure,
-    with_whole_turns,
 )
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternion
+from planner.kinematics.search import is_isolated, pose_errors
+from planner.kinematics.turns import with_whole_turns
 from planner.kinematics.workspace import Extreme, Workspace, workspace
 
 __all__ = [

@@ -9,14 +9,9 @@ import numpy as np
 
 from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.inverse import (
-    InverseKinematicsResult,
-    all_solutions,
-    inverse_kinematics,
-    is_isolated,
-    pose_errors,
-)
+from planner.kinematics.inverse import InverseKinematicsResult, all_solutions, inverse_kinematics
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
+from planner.kinematics.search import is_isolated, pose_errors
 from planner.problem import JointWaypoint, PoseWaypoint
 
 if TYPE_CHECKING:
