@@ -31,8 +31,8 @@ THOROUGH_STARTS, BLIND_STARTS, THOROUGH = 64, 16, {"patience": 8, "most": 60}
 POLISH = {"patience": 300, "most": 300}
 """How the nearest pose is approached where none is reached, and convergence is slow."""
 
-ISOLATED_STARTS, SPREAD_STARTS, NEAREST_STARTS = 128, 40, 16
-"""Starts from the table for all isolated solutions, for a spread of a continuum, for the nearest pose."""
+STARTS, MORE_STARTS, NEAREST_STARTS = 40, 256, 6
+"""Starts from the table for all solutions; for isolated ones where some may be missed; for the nearest pose."""
 
 SAME_SOLUTION = 1e-4
 """Isolated solutions closer than this in every joint (rad, whole turns apart; m) are one."""
@@ -73,7 +73,9 @@ class Search:
         """The solution that a descent from `start` ends at."""
         error, q = self.descend(start, self.lower, self.upper, patience, most)
         self.remember(error, q)
-        return q if self.is_solution(q) else None
+        # The error is Pinocchio's, of position and angle together: within both tolerances there is no more to check.
+        within = error <= min(self.options.tolerance_position, self.options.tolerance_orientation)
+        return q if within or self.is_solution(q) else None
 
     def remember(self, error: float, q: FloatArray) -> None:
         """Keep what comes nearest to the pose."""
@@ -88,7 +90,9 @@ class Search:
 
     def nearest(self) -> FloatArray:
         """The joint position of the nearest pose found."""
-        _descend([self], [self.table_starts(NEAREST_STARTS)], **STEADY)
+        if not np.isfinite(self.best[0]):
+            for start in self.table_starts(NEAREST_STARTS):
+                self.solve(start, **QUICK)
         return self.descend(self.best[1], self.lower, self.upper, **POLISH)[1]
 
     def beyond_the_limits(self) -> FloatArray | None:
@@ -97,7 +101,7 @@ class Search:
             return None
         unlimited = Search(self.robot, self.pose, self.options)
         unlimited.lower, unlimited.upper = np.full((2, self.robot.dof), [[-np.inf], [np.inf]])
-        solutions = search_all([unlimited], self.robot.middle)[0]
+        solutions = search_all([unlimited], self.robot.middle, thorough=False)[0]
         if not solutions:
             return None
         q = np.array(solutions)
@@ -119,7 +123,7 @@ class Search:
         return random_configurations(self.robot, count, self.options.seed)
 
 
-def search_all(searches: Sequence[Search], reference: FloatArray) -> list[list[FloatArray]]:
+def search_all(searches: Sequence[Search], reference: FloatArray, *, thorough: bool = True) -> list[list[FloatArray]]:
     """Of every search all isolated solutions, or a spread of a continuum, turned to lie nearest to the reference.
 
     The searches are of one robot and within the same limits. A closed form, where the arm has one, gives all
@@ -129,8 +133,11 @@ def search_all(searches: Sequence[Search], reference: FloatArray) -> list[list[F
     for free in (False, True):
         if group := [search for search in searches if (search.pose.rotation is None) == free]:
             found |= _by_closed_form(group, reference)
-            if rest := [search for search in group if search not in found]:
-                found |= _by_descents(rest, reference)
+            rest = [search for search in group if search not in found or _in_continuum(search, found[search])]
+            for search, spread in _by_descents(rest, reference, thorough).items() if rest else ():
+                known = found.get(search, [])
+                far = [q for q in spread if all(distances(search.robot, q, other) >= SPREAD for other in known)]
+                found[search] = known + far
     return [found[search] for search in searches]
 
 
@@ -149,7 +156,7 @@ def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
 
 
 def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, list[FloatArray]]:
-    """What a closed form finds, of those searches where all of it is isolated."""
+    """What a closed form finds; nothing where the arm has none."""
     robot, target = group[0].robot, _targets(group)
     form = seed_table(robot).form(target)
     if form is None:
@@ -161,31 +168,44 @@ def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, 
         starts = inside[(np.abs(turned - inside) < BEYOND).all(axis=1)]
         solutions = [q for start in starts if (q := search.solve(start, **STEADY)) is not None]
         found[search] = _distinct(robot, solutions, SAME_SOLUTION)
-    every = [(search, q) for search, solutions in found.items() for q in solutions]
-    if every:
-        _, _, J = seed_table(robot).screws.reach(np.array([q for _, q in every]), target.point)
-        values = np.linalg.svd(J[:, : 3 if target.rotations is None else 6], compute_uv=False)
-        for search in {every[i][0] for i in np.flatnonzero(values[:, -1] < SINGULAR)}:
-            del found[search]
     return found
 
 
-def _by_descents(group: list[Search], reference: FloatArray) -> dict[Search, list[FloatArray]]:
-    """What many descents find: from the reference first, then from the table; at last from anywhere."""
+def _by_descents(group: list[Search], reference: FloatArray, thorough: bool) -> dict[Search, list[FloatArray]]:
+    """What many descents find: from the reference first and from the table; where in doubt, from more starts."""
     robot, pose = group[0].robot, group[0].pose
     determined = robot.dof <= (3 if pose.rotation is None else 6)
-    first, count = np.clip(reference, group[0].lower, group[0].upper), ISOLATED_STARTS if determined else SPREAD_STARTS
-    ends = _descend(group, [np.vstack([first, search.table_starts(count)]) for search in group], **STEADY)
-    if missed := [search for search in group if not len(ends[search])]:
+    first = np.clip(reference, group[0].lower, group[0].upper)
+    ends = _descend(group, [np.vstack([first, search.table_starts(STARTS)]) for search in group], **STEADY)
+    if thorough and (missed := [search for search in group if not len(ends[search])]):
         starts = [np.vstack([s.table_starts(THOROUGH_STARTS), s.blind_starts(BLIND_STARTS)]) for s in missed]
         ends |= _descend(missed, starts, **THOROUGH)
+    isolated = {search for search in group if determined and not _in_continuum(search, ends[search])}
+    if doubtful := [search for search in isolated if _finds_some_once(robot, ends[search])]:
+        ends |= _descend(
+            doubtful, [np.vstack([first, search.table_starts(MORE_STARTS)]) for search in doubtful], **STEADY
+        )
     found = {}
     for search, reached in ends.items():
-        isolated = determined and len(reached) > 0 and is_isolated(robot, search.pose, reached[0])
-        apart, most = (SAME_SOLUTION, len(reached)) if isolated else (SPREAD, MOST_SPREAD)
-        confirmed = [search.solve(q, **STEADY) for q in _distinct(robot, list(reached), apart)[:most]]
-        found[search] = [nearest_turn(robot, q, reference) for q in confirmed if q is not None]
+        apart, most = (SAME_SOLUTION, len(reached)) if search in isolated else (SPREAD, MOST_SPREAD)
+        distinct = _distinct(robot, list(nearest_turn(robot, reached, reference)), apart)[:most]
+        found[search] = [q for end in distinct if (q := search.solve(end, **STEADY)) is not None]
     return found
+
+
+def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) -> bool:
+    """Whether at some solution the joints can move and the tool stay."""
+    rows = 3 if search.pose.rotation is None else 6
+    if len(solutions) == 0 or search.robot.dof > rows:
+        return len(solutions) > 0
+    J = np.array([jacobian(search.robot, q)[:rows] for q in solutions])
+    return bool(np.linalg.svd(J, compute_uv=False).min() < SINGULAR)
+
+
+def _finds_some_once(robot: Robot, reached: FloatArray) -> bool:
+    """Whether a solution was reached by one descent only: then others are likely to have been missed (Good 1953)."""
+    near = distances(robot, reached[:, None], reached) < SAME_SOLUTION
+    return bool((near.sum(axis=1) == 1).any())
 
 
 def _descend(group: list[Search], starts: list[FloatArray], patience: int, most: int) -> dict[Search, FloatArray]:
