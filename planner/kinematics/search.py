@@ -25,14 +25,11 @@ QUICK_STARTS, QUICK = 16, {"patience": 2, "most": 30}
 STEADY = {"patience": 3, "most": 30}
 """How many descents at once go."""
 
-THOROUGH_STARTS, BLIND_STARTS, THOROUGH = 64, 16, {"patience": 8, "most": 60}
-"""Starts from the table and random ones where no other has found anything, and how descents from them go."""
-
 POLISH = {"patience": 300, "most": 300}
 """How the nearest pose is approached where none is reached, and convergence is slow."""
 
-STARTS, MORE_STARTS, NEAREST_STARTS = 40, 256, 6
-"""Starts from the table for all solutions; for isolated ones where some may be missed; for the nearest pose."""
+STARTS, MORE_STARTS, BLIND_STARTS, NEAREST_STARTS = 40, 256, 16, 6
+"""From the table for all solutions; where some may be missed, and random ones then; for the nearest pose."""
 
 SAME_SOLUTION = 1e-4
 """Isolated solutions closer than this in every joint (rad, whole turns apart; m) are one."""
@@ -172,25 +169,28 @@ def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, 
 
 
 def _by_descents(group: list[Search], reference: FloatArray, thorough: bool) -> dict[Search, list[FloatArray]]:
-    """What many descents find: from the reference first and from the table; where in doubt, from more starts."""
-    robot, pose = group[0].robot, group[0].pose
-    determined = robot.dof <= (3 if pose.rotation is None else 6)
-    first = np.clip(reference, group[0].lower, group[0].upper)
-    ends = _descend(group, [np.vstack([first, search.table_starts(STARTS)]) for search in group], **STEADY)
-    if thorough and (missed := [search for search in group if not len(ends[search])]):
-        starts = [np.vstack([s.table_starts(THOROUGH_STARTS), s.blind_starts(BLIND_STARTS)]) for s in missed]
-        ends |= _descend(missed, starts, **THOROUGH)
-    isolated = {search for search in group if determined and not _in_continuum(search, ends[search])}
-    if doubtful := [search for search in isolated if _finds_some_once(robot, ends[search])]:
-        ends |= _descend(
-            doubtful, [np.vstack([first, search.table_starts(MORE_STARTS)]) for search in doubtful], **STEADY
-        )
+    """What many descents find: from the reference first and from the table; where in doubt, again from more."""
+    robot, first = group[0].robot, np.clip(reference, group[0].lower, group[0].upper)
+    ends = _descend(group, [np.vstack([first, search.table_starts(STARTS)]) for search in group])
+    if thorough and (doubtful := [search for search in group if _misses_some(search, ends[search])]):
+        starts = [np.vstack([first, s.table_starts(MORE_STARTS), s.blind_starts(BLIND_STARTS)]) for s in doubtful]
+        ends |= _descend(doubtful, starts)
     found = {}
     for search, reached in ends.items():
-        apart, most = (SAME_SOLUTION, len(reached)) if search in isolated else (SPREAD, MOST_SPREAD)
+        apart, most = (SPREAD, MOST_SPREAD) if _in_continuum(search, reached) else (SAME_SOLUTION, len(reached))
         distinct = _distinct(robot, list(nearest_turn(robot, reached, reference)), apart)[:most]
         found[search] = [q for end in distinct if (q := search.solve(end, **STEADY)) is not None]
     return found
+
+
+def _misses_some(search: Search, reached: FloatArray) -> bool:
+    """Whether nothing was reached, or a solution by one descent only: then others are likely unseen (Good 1953)."""
+    if len(reached) == 0:
+        return True
+    if _in_continuum(search, reached):
+        return False
+    near = distances(search.robot, reached[:, None], reached) < SAME_SOLUTION
+    return bool((near.sum(axis=1) == 1).any())
 
 
 def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) -> bool:
@@ -202,17 +202,11 @@ def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) 
     return bool(np.linalg.svd(J, compute_uv=False).min() < SINGULAR)
 
 
-def _finds_some_once(robot: Robot, reached: FloatArray) -> bool:
-    """Whether a solution was reached by one descent only: then others are likely to have been missed (Good 1953)."""
-    near = distances(robot, reached[:, None], reached) < SAME_SOLUTION
-    return bool((near.sum(axis=1) == 1).any())
-
-
-def _descend(group: list[Search], starts: list[FloatArray], patience: int, most: int) -> dict[Search, FloatArray]:
+def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, FloatArray]:
     """Of every search, where descents from its starts reach the pose; in the order of the starts."""
     (count, joints), lower, upper = starts[0].shape, group[0].lower, group[0].upper
     target, screws = _targets(group).repeated(count), seed_table(group[0].robot).screws
-    errors, ends = descend_many(screws, target, np.vstack(starts), lower, upper, patience, most)
+    errors, ends = descend_many(screws, target, np.vstack(starts), lower, upper, **STEADY)
     reached = {}
     for search, error, end in zip(group, errors.reshape(-1, count), ends.reshape(-1, count, joints), strict=True):
         search.remember(error.min(), end[error.argmin()])
