@@ -177,8 +177,9 @@ def _by_descents(group: list[Search], reference: FloatArray, thorough: bool) -> 
         ends |= _descend(doubtful, starts)
     found = {}
     for search, reached in ends.items():
-        apart, most = (SPREAD, MOST_SPREAD) if _in_continuum(search, reached) else (SAME_SOLUTION, len(reached))
-        distinct = _distinct(robot, list(nearest_turn(robot, reached, reference)), apart)[:most]
+        distinct = _distinct(robot, list(nearest_turn(robot, reached, reference)), SAME_SOLUTION)
+        if _in_continuum(search, distinct):
+            distinct = _distinct(robot, distinct, SPREAD)[:MOST_SPREAD]
         found[search] = [q for end in distinct if (q := search.solve(end, **STEADY)) is not None]
     return found
 
@@ -187,10 +188,8 @@ def _misses_some(search: Search, reached: FloatArray) -> bool:
     """Whether nothing was reached, or a solution by one descent only: then others are likely unseen (Good 1953)."""
     if len(reached) == 0:
         return True
-    if _in_continuum(search, reached):
-        return False
     near = distances(search.robot, reached[:, None], reached) < SAME_SOLUTION
-    return bool((near.sum(axis=1) == 1).any())
+    return bool((near.sum(axis=1) == 1).any()) and not _in_continuum(search, reached)
 
 
 def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) -> bool:
