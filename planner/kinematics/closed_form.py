@@ -1,7 +1,7 @@
 """All solutions of a pose at once, for arms whose axes allow it; for many poses in a few array operations.
 
-Three kinds of arm, told apart by trying: three joints that bring a point somewhere (Pieper 1968); six joints of which
-the last three meet in a point; six of which the second, third and fourth are parallel and the last two meet. The
+Three kinds of arm, told apart by trying: three joints that bring a point somewhere (Pieper 1968); six joints, the last
+three axes of which meet in a point; six, the second to fourth axis parallel and the last two meeting. The
 angles come from the geometric subproblems of Paden (1986) and Kahan, on the screws at joint position 0.
 
 What comes out are candidates: the inverse kinematics polish and confirm each with Pinocchio.
@@ -46,8 +46,11 @@ def closed_form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
     """
     joints = len(screws.axes)
     forms: list[ClosedForm] = []
-    if screws.is_angle.all() and point is None and joints == 6:
-        forms = [SphericalWrist(screws), ThreeParallel(screws)]
+    if point is None and joints == 6 and screws.is_angle[3:].all():
+        if screws.is_angle.all():
+            forms = [SphericalWrist(screws, ThreeJoints), ThreeParallel(screws)]
+        elif screws.is_angle[0] and not screws.is_angle[1:3].any():
+            forms = [SphericalWrist(screws, TurnAndSlides)]
     elif screws.is_angle.all() and point is not None and joints == 3:
         forms = [ThreeJoints(screws, screws.position + screws.rotation @ point)]
     samples = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, joints))
@@ -63,20 +66,21 @@ def closed_form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
 class SphericalWrist:
     """Six joints, the last three of whose axes meet: three bring that point to its place, three turn the tool."""
 
-    def __init__(self, screws: Screws) -> None:
+    def __init__(self, screws: Screws, arm: type[ThreeJoints] | type[TurnAndSlides]) -> None:
         self.screws = screws
         self.centre = _meeting_point(screws.axes[3:], screws.points[3:])
-        self.arm = ThreeJoints(screws, self.centre)
+        self.arm = arm(screws, self.centre)
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None) -> FloatArray:
         """Up to eight."""
         axes, cross = self.screws.axes, self.screws.cross
         turns, centres = _moved(self.screws, self.centre, positions, rotations)
         arm = self.arm(centres)[:, :, None]
+        angles = np.where(self.screws.is_angle[:3], arm, 0.0)
         last, fourth = (turns @ axes[5])[:, None, None], axes[3]
         for i in range(3):
-            last = _turned(cross[i], -arm[..., i], last)
-            fourth = _turned(cross[2 - i], arm[..., 2 - i], fourth)
+            last = _turned(cross[i], -angles[..., i], last)
+            fourth = _turned(cross[2 - i], angles[..., 2 - i], fourth)
         fourth = np.einsum("nji,n...j->n...i", turns, fourth)
         # Seen from the forearm: fourth . Rot5 last is known, then the angles about the fourth and the last axis.
         q5 = _angles_to_height(cross[4], axes[5], axes[3], (last @ axes[3])[..., 0])
@@ -169,6 +173,32 @@ class ThreeJoints:
         q2 = np.arctan2(u[..., 1], u[..., 0]) - np.arctan2(v[..., 1], v[..., 0])
         q1 = _angle(self.about_h1, self.d + (x @ along)[..., None] * h2 + u @ self.across, from_first[:, None])
         return np.stack([q1, q2, q3], axis=-1)
+
+
+class TurnAndSlides:
+    """A joint that turns and two that slide, which bring a point to a place.
+
+    What the slides must do is known by its height along the axis of the turn and by the distance from that axis.
+    """
+
+    def __init__(self, screws: Screws, point: FloatArray) -> None:
+        self.axis, self.about, self.origin = screws.axes[0], screws.cross[0], screws.points[0]
+        self.slides = screws.axes[1:3]
+        self.arm = point - self.origin
+
+    def __call__(self, positions: FloatArray, rotations: FloatArray | None = None) -> FloatArray:
+        """Up to two."""
+        wanted = positions - self.origin
+        _, (lift,), (rising, level) = np.linalg.svd((self.slides @ self.axis)[None])
+        rising = rising / max(lift, FLAT) * np.sign(rising @ self.slides @ self.axis)
+        shift = ((wanted - self.arm) @ self.axis)[:, None] * rising
+        # Along `level` the slides keep the height: the distance is a quadratic in how far.
+        start, way = self.arm + shift @ self.slides, level @ self.slides
+        half = start @ way / (way @ way)
+        rest = ((start**2).sum(axis=1) - (wanted**2).sum(axis=1)) / (way @ way)
+        far = -half[:, None] + _root(half**2 - rest)[:, None] * np.array([1.0, -1.0])
+        q1 = _angle(self.about, start[:, None] + far[..., None] * way, wanted[:, None])
+        return np.concatenate([q1[..., None], shift[:, None] + far[..., None] * level], axis=-1)
 
 
 def _moved(

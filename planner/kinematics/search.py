@@ -28,7 +28,7 @@ STEADY = {"patience": 3, "most": 30}
 POLISH = {"patience": 300, "most": 300}
 """How the nearest pose is approached where none is reached, and convergence is slow."""
 
-STARTS, MORE_STARTS, BLIND_STARTS, NEAREST_STARTS = 40, 256, 16, 6
+STARTS, MORE_STARTS, BLIND_STARTS, NEAREST_STARTS = 28, 256, 16, 6
 """From the table for all solutions; where some may be missed, and random ones then; for the nearest pose."""
 
 SAME_SOLUTION = 1e-4
