@@ -32,7 +32,6 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem
 from planner.export import FORMATS, ExportOptions
 from planner.kinematics import (
-    all_solutions,
     forward_kinematics,
     inverse_kinematics,
     jacobian,
@@ -40,6 +39,7 @@ from planner.kinematics import (
     pose_errors,
     poses_as_dicts,
     singular_values,
+    solutions_or_failure,
     with_whole_turns,
     workspace,
 )
@@ -138,36 +138,32 @@ def run_inverse_kinematics(task: Task, caps: Caps) -> Reply:
         robot = with_tool(_robot(request.robot, task), request.tool)
         reference = None
         if request.reference is not None:
-            reference = to_matrix([request.reference], robot.dof, "/reference")[0]
+            reference = to_vector(request.reference, robot.dof, "/reference")
         options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
     with watch.stage("plan"):
         results: list[dict[str, Any]] = []
         for asked in request.poses:
             pose = to_pose(asked)
-            every = request.solutions == "all"
-            result = inverse_kinematics(robot, pose, options, None if every else reference)
-            if result.status != "solved":
-                nearest = _reached(robot, pose, result.position) | {"pose": poses_as_dicts([result.pose])[0]}
-                results.append({"status": result.status, "solutions": [], "nearest": nearest})
-                continue
-            if every:
-                positions = _all_solutions(robot, pose, options, reference)
+            if request.solutions == "all":
+                near = robot.middle if reference is None else reference
+                answer = solutions_or_failure(robot, pose, options, near)
+                if isinstance(answer, tuple):
+                    answer = with_whole_turns(robot, answer, near, MOST_SOLUTIONS)
             else:
-                positions, reference = (result.position,), result.position
-            measures = manipulability(robot, np.array(positions)).tolist()
+                answer = inverse_kinematics(robot, pose, options, reference)
+                if answer.status == "solved":
+                    reference, answer = answer.position, (answer.position,)
+            if not isinstance(answer, tuple):
+                nearest = _reached(robot, pose, answer.position) | {"pose": poses_as_dicts([answer.pose])[0]}
+                results.append({"status": answer.status, "solutions": [], "nearest": nearest})
+                continue
+            measures = manipulability(robot, np.array(answer)).tolist()
             solutions = [
                 _reached(robot, pose, position) | {"manipulability": measure}
-                for position, measure in zip(positions, measures, strict=True)
+                for position, measure in zip(answer, measures, strict=True)
             ]
             results.append({"status": "solved", "solutions": solutions})
     return _json({"results": results}, watch)
-
-
-def _all_solutions(
-    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None
-) -> tuple[FloatArray, ...]:
-    near = robot.middle if reference is None else reference
-    return with_whole_turns(robot, all_solutions(robot, pose, options, near), near, MOST_SOLUTIONS)
 
 
 def _reached(robot: Robot, pose: Pose, position: FloatArray) -> dict[str, Any]:
