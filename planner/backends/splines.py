@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 RATES = {3: ("velocity", "acceleration"), 5: ("velocity", "acceleration", "jerk")}
 """What a spline of each degree has without jumps, and limits: derivatives 1, 2, ... of position."""
 
-NEAR = 0.5
+NEAR = 0.65
 """Rates above this share of the worst one are looked into."""
 
 NEAR_POSITION = 0.1
@@ -27,6 +27,9 @@ NEAR_POSITION = 0.1
 
 ROUNDING = 1e-10
 """Relative excess over a limit that is taken for rounding."""
+
+LEAST_LOG_RATIO = -50.0
+"""Stands for the ratio of a segment that nothing limits."""
 
 MOST_ROOT_STEPS, ROOT_TOLERANCE = 30, 1e-9
 """An extremum depends on the square of the error of its place."""
@@ -64,7 +67,7 @@ class Spline:
     coefficients: FloatArray
 
 
-@dataclass
+@dataclass(eq=False)
 class DurationsTooShort(Exception):
     """The asked durations break a limit; all durations times a factor keep them all.
 
@@ -87,7 +90,7 @@ class DurationsTooShort(Exception):
     durations: FloatArray
 
 
-@dataclass
+@dataclass(eq=False)
 class PositionOvershoot(Exception):
     """The spline leaves the position limits between waypoints, whatever the free durations.
 
@@ -198,7 +201,7 @@ class _AgainstLimits:
     @cached_property
     def ratios(self) -> FloatArray:
         rates = self.order > 0
-        worst = np.full(len(self.durations), -np.inf)
+        worst = np.full(len(self.durations), LEAST_LOG_RATIO)
         np.maximum.at(worst, self.segment[rates], self.excess[rates])
         return np.exp(worst)
 
