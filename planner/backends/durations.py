@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from planner.kinematics.poses import FloatArray
 
-MOST_STEPS, MOST_STEPS_TO_KEEP_LIMITS = 8, 20
+MOST_STEPS, MOST_STEPS_TO_KEEP_LIMITS = 14, 20
 """Quadratic programs in one search; the latter as long as limits are broken that scaling does not mend."""
 
 LEAST_GAIN = 3e-3
@@ -41,8 +41,11 @@ MOST_INTERIOR_STEPS, GAP = 25, 0.05
 DIFFERENCE = 1e-6
 """Relative change of a duration that its effect is measured by."""
 
-REACH = 5
+REACH = 7
 """Segments apart whose effects on a motion are measured at once: a spline forgets as fast as 0.43^segments."""
+
+NEAR = 0.5
+"""Measured ratios above this share of the largest are looked into."""
 
 
 class LinearisedLimits(NamedTuple):
@@ -123,18 +126,18 @@ class _MeasuredMotion:
 
     def linearise(self) -> LinearisedLimits:
         """Every REACH-th duration is changed at once, and each ratio's change is put down to the nearest."""
-        count = len(self.durations)
-        excess, segments = np.log(self.ratios), np.arange(count)
-        slopes = np.zeros((count, count))
-        for first in range(min(REACH, count)):
-            changed = np.arange(first, count, REACH)
+        segments = np.arange(len(self.durations))
+        excess, slopes = np.log(self.ratios), np.zeros((len(segments), len(segments)))
+        for first in range(min(REACH, len(segments))):
+            changed = segments[first::REACH]
             stretched = self.durations.copy()
             stretched[changed] *= 1.0 + DIFFERENCE
             nearest = changed[np.abs(segments[:, None] - changed).argmin(axis=1)]
             slopes[segments, nearest] = (np.log(self.evaluate(stretched)) - excess) / DIFFERENCE
-        # All durations times k divide every ratio by k: what lies out of reach has to make up for the rest.
+        # All durations times k divide every ratio by k: a segment's own has to make up for what is out of reach.
         slopes[segments, segments] -= 1.0 + slopes.sum(axis=1)
-        return LinearisedLimits(excess, slopes, np.ones(count, bool))
+        near = excess > excess.max() + np.log(NEAR)
+        return LinearisedLimits(excess[near], slopes[near], np.ones(np.count_nonzero(near), bool))
 
 
 def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free: np.ndarray) -> A:
@@ -191,7 +194,8 @@ def _next_radius(radius: FloatArray, step: FloatArray, excess: FloatArray, succe
 def _worst_nearby(values: FloatArray) -> FloatArray:
     """The largest of each value and its two neighbours on either side."""
     padded = np.pad(values, 2, constant_values=-np.inf)
-    return np.lib.stride_tricks.sliding_window_view(padded, 5).max(axis=1)
+    worst: FloatArray = np.lib.stride_tricks.sliding_window_view(padded, 5).max(axis=1)
+    return worst
 
 
 def _best_step(motion: Assessment, free: np.ndarray, radius: FloatArray) -> tuple[FloatArray, float]:
