@@ -31,7 +31,7 @@ ROUNDING = 1e-10
 LEAST_LOG_RATIO = -50.0
 """Stands for the ratio of a segment that nothing limits."""
 
-MOST_ROOT_STEPS, ROOT_TOLERANCE = 30, 1e-9
+MOST_ROOT_STEPS, ROOT_TOLERANCE = 30, 1e-6
 """An extremum depends on the square of the error of its place."""
 
 
@@ -184,18 +184,18 @@ def hold_against_limits(
     by_order = [spline.unit]
     for _ in range(degree - 1):
         by_order.append(differentiate(by_order[-1]))
-    reach = np.ptp(positions, axis=0)
-    reach = np.where(reach > 0.0, reach, 1.0)
+    span = np.ptp(positions, axis=0)
+    span = np.where(span > 0.0, span, 1.0)
 
     allowed = [getattr(limits, quantity) * h[:, None] ** order for order, quantity in enumerate(rates, start=1)]
     at_waypoints = [_ratios_at_ends(by_order[order], allowed[order - 1]) for order in range(1, len(rates) + 1)]
     near = NEAR * max(float(ratios.max()) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1))
-    matters = np.zeros(reach.shape, bool)
+    matters = np.zeros(span.shape, bool)
     for order, measure in enumerate(allowed, start=1):
         matters = matters | (np.abs(_bernstein(by_order[order])).max(axis=2) > measure * near**order)
     control = _bernstein(spline.unit)
-    may_leave = (control.max(axis=2) > limits.upper - NEAR_POSITION * reach) | (
-        control.min(axis=2) < limits.lower + NEAR_POSITION * reach
+    may_leave = (control.max(axis=2) > limits.upper - NEAR_POSITION * span) | (
+        control.min(axis=2) < limits.lower + NEAR_POSITION * span
     )
 
     found = [_waypoint_peaks(order, ratios) for order, ratios in enumerate(at_waypoints, start=1)]
@@ -215,7 +215,7 @@ def hold_against_limits(
             found.append((segments[rows], joints[rows], np.full(len(rows), order), extrema[rows, columns]))
     segment, joint, orders, u = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
     value = _values(by_order, segment, joint, orders, u) / h[segment] ** orders
-    excess, weight = _excess(segment, joint, orders, value, limits, rates, reach)
+    excess, weight = _excess(segment, joint, orders, value, limits, rates, span)
     return SplineAgainstLimits(spline, limits, segment, joint, orders, u, value, excess, weight)
 
 
@@ -251,12 +251,12 @@ def _excess(
     value: FloatArray,
     limits: SplineLimits,
     rates: tuple[str, ...],
-    reach: FloatArray,
+    span: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """`excess` and `weight` of `SplineAgainstLimits`."""
     above, below = value - limits.upper[joint], limits.lower[joint] - value
     upward = np.where(above > below, 1.0, -1.0)
-    excess, weight = np.maximum(above, below) / reach[joint], upward / reach[joint]
+    excess, weight = np.maximum(above, below) / span[joint], upward / span[joint]
     with np.errstate(divide="ignore"):
         for k, quantity in enumerate(rates, start=1):
             here = order == k
