@@ -56,7 +56,9 @@ class SplineLimits:
 
 @dataclass(eq=False)
 class DurationsTooShort(Exception):
-    """The asked durations break a limit; all durations times a factor keep them all.
+    """The asked durations break a limit, and longer free ones are no help worth their length.
+
+    All durations times a factor keep the limits: not always by the least factor that would, where some are free.
 
     Attributes:
         segment: Where the worst excess is.

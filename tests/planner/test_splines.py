@@ -114,10 +114,11 @@ def test_the_spline_meets_its_waypoints_smoothly_and_rests_at_its_ends(degree, d
     for order in range(1, degree):
         values = samples(spline.coefficients, durations, order)
         jumps = np.abs(values[1:, 0] - values[:-1, -1])
-        # A derivative is as well known as the stiffest segment beside it lets it be.
-        assert jumps.max(initial=0.0) <= 1e-9 * np.abs(values).max()
+        # The rounding of a position shows in its derivatives, the more so on a short segment.
+        tolerance = 1e-9 * np.abs(values).max() + 1e-13 * size / durations.min() ** order
+        assert jumps.max(initial=0.0) <= tolerance
         if order <= degree // 2:
-            assert np.abs(values[[0, -1], [0, -1]]).max() <= 1e-9 * np.abs(values).max()
+            assert np.abs(values[[0, -1], [0, -1]]).max() <= tolerance
 
 
 @given(degree=st.sampled_from(DEGREES), seed=st.integers(0, 2**31), segments=st.integers(1, 7))
@@ -300,7 +301,7 @@ def test_a_free_duration_beside_an_asked_one_is_the_shortest_of_all(seed, share,
             for order, bound in enumerate(bounds, start=1)
         )
 
-    others = np.geomspace(0.05, 50.0, 150)
+    others = np.geomspace(0.05, 12.0, 150)
     excesses = np.array([worst(other) for other in others])
     try:
         spline = timed_spline(positions, limits, np.array([asked, np.nan]), degree)
@@ -326,11 +327,11 @@ def test_position_limits_are_kept_where_a_ratio_of_two_durations_keeps_them(seed
         values = reference(positions, durations, degree)(np.linspace(0.0, 1.0 + ratio, 400))
         overshoots.append(max((values - limits.upper).max(), (limits.lower - values).max()))
     try:
-        timed_spline(positions, limits, free(2), degree)
+        spline = timed_spline(positions, limits, free(2), degree)
     except PositionOvershoot:
         assert min(overshoots) > -0.001
     else:
-        assert min(overshoots) <= 1e-9
+        assert excess(spline, limits, degree)[1] <= 1e-9
 
 
 @pytest.mark.parametrize("degree", DEGREES)
