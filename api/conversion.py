@@ -75,16 +75,16 @@ def to_limits(limits: common.Limits) -> problem.Limits:
     return problem.Limits(**_with_tuples(limits.model_dump()))
 
 
-def to_robot(definition: robots.RobotDefinition, robot_id: str) -> tuple[Robot, tuple[Finding, ...]]:
+def to_robot(definition: robots.RobotModel, robot_id: str) -> tuple[Robot, tuple[Finding, ...]]:
     """The robot that a client describes, and what there is to say about its model.
 
     Raises:
         InvalidRobotModel: It cannot be used.
     """
     match definition:
-        case robots.UrdfRobot():
-            return read_urdf(definition.urdf, id=robot_id, tip_frame=definition.tip_frame)
-        case robots.DhRobot():
+        case robots.UrdfModel():
+            return read_urdf(definition.urdf, id=robot_id, tip_frame=definition.tip_frame, srdf=definition.srdf)
+        case robots.DhModel():
             model = DHModel(
                 convention=definition.convention,
                 joints=tuple(DHJoint(**_with_tuples(joint.model_dump())) for joint in definition.joints),

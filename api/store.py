@@ -1,69 +1,83 @@
-"""Where the robots that clients add are kept."""
+"""Where the robots that clients add are kept: contents by their digest, and names that point at contents."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+import orjson
+
 
 @dataclass(frozen=True)
-class StoredRobot:
-    """A robot that a client added.
+class RobotContent:
+    """What a client added, whatever it is called.
 
     Attributes:
-        definition: The validated request that added it, as canonical JSON.
-        description: The answer of GET /v1/robots/{id}, as JSON.
+        digest: SHA-256 of the definition, `sha256:...`: two contents with the same digest are the same.
+        definition: The validated request that added it, without the id, as canonical JSON.
+        description: The answer of GET /v1/robots/{id}, without the id, as a JSON object.
     """
 
+    digest: str
     definition: bytes
     description: bytes
 
+    def described_as(self, robot_id: str) -> bytes:
+        """The answer of GET /v1/robots/{id}, as JSON."""
+        return b'{"id":' + orjson.dumps(robot_id) + b"," + self.description.removeprefix(b"{")
+
 
 class RobotStore(Protocol):
-    """Robots by id."""
+    """Robots by id. An id is a name: several may point at one content, which is kept once."""
 
-    def get(self, robot_id: str) -> StoredRobot | None:
+    def get(self, robot_id: str) -> RobotContent | None:
         """The robot with this id."""
         ...
 
-    def add(self, robot_id: str, robot: StoredRobot) -> Literal["added", "same", "exists", "full"]:
-        """Keep a robot unless another has its id or there is no room; `same`: it was there already."""
+    def add(self, robot_id: str, content: RobotContent) -> Literal["added", "same", "exists", "full"]:
+        """Let an id point at a content, unless it points at another or there is no room; `same`: it does already."""
         ...
 
     def delete(self, robot_id: str) -> bool:
-        """Forget a robot; False: there was none."""
+        """Forget an id, and the content that no other id points at; False: there was no such id."""
         ...
 
-    def all(self) -> list[StoredRobot]:
-        """Every robot, in the order of their ids."""
+    def all(self) -> list[tuple[str, RobotContent]]:
+        """Every id and its robot, in the order of the ids."""
         ...
 
 
 class InMemoryRobotStore:
-    """Keeps up to `capacity` robots for as long as the process lives."""
+    """Keeps up to `capacity` ids for as long as the process lives."""
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity
-        self._robots: dict[str, StoredRobot] = {}
+        self._digests: dict[str, str] = {}
+        self._contents: dict[str, RobotContent] = {}
 
-    def get(self, robot_id: str) -> StoredRobot | None:
+    def get(self, robot_id: str) -> RobotContent | None:
         """See `RobotStore`."""
-        return self._robots.get(robot_id)
+        digest = self._digests.get(robot_id)
+        return None if digest is None else self._contents[digest]
 
-    def add(self, robot_id: str, robot: StoredRobot) -> Literal["added", "same", "exists", "full"]:
+    def add(self, robot_id: str, content: RobotContent) -> Literal["added", "same", "exists", "full"]:
         """See `RobotStore`."""
-        kept = self._robots.get(robot_id)
+        kept = self._digests.get(robot_id)
         if kept is not None:
-            return "same" if kept.definition == robot.definition else "exists"
-        if len(self._robots) >= self._capacity:
+            return "same" if kept == content.digest else "exists"
+        if len(self._digests) >= self._capacity:
             return "full"
-        self._robots[robot_id] = robot
+        self._digests[robot_id] = content.digest
+        self._contents.setdefault(content.digest, content)
         return "added"
 
     def delete(self, robot_id: str) -> bool:
         """See `RobotStore`."""
-        return self._robots.pop(robot_id, None) is not None
+        digest = self._digests.pop(robot_id, None)
+        if digest is not None and digest not in self._digests.values():
+            del self._contents[digest]
+        return digest is not None
 
-    def all(self) -> list[StoredRobot]:
+    def all(self) -> list[tuple[str, RobotContent]]:
         """See `RobotStore`."""
-        return [self._robots[robot_id] for robot_id in sorted(self._robots)]
+        return [(robot_id, self._contents[digest]) for robot_id, digest in sorted(self._digests.items())]

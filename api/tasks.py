@@ -6,7 +6,7 @@ import hashlib
 import math
 import time
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -37,20 +37,21 @@ from api.schemas.kinematics import (
     WorkspaceRequest,
 )
 from api.schemas.requests import PlanRequest, ValidateRequest
-from api.schemas.robots import RobotDefinition
+from api.schemas.robots import RobotDefinition, RobotModel
+from api.store import RobotContent
 from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
 from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem
 from planner.export import FORMATS, ExportOptions
 from planner.kinematics import (
-    all_solutions,
     forward_kinematics,
     inverse_kinematics,
     jacobian,
     manipulability,
     poses_as_dicts,
     singular_values,
+    solutions_or_failure,
     with_whole_turns,
     workspace,
 )
@@ -63,7 +64,6 @@ from planner.validate import certify_samples
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from planner.kinematics import FloatArray, Pose
 
 JSON = "application/json"
 CACHED_ROBOTS = 32
@@ -150,31 +150,27 @@ def run_inverse_kinematics(task: Task, caps: Caps) -> Reply:
         robot = with_tool(_robot(request.robot, task), request.tool)
         reference = None
         if request.reference is not None:
-            reference = to_matrix([request.reference], robot.dof, "/reference")[0]
+            reference = to_vector(request.reference, robot.dof, "/reference")
         options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
     with watch.stage("plan"):
         results: list[dict[str, Any]] = []
         for asked in request.poses:
             pose = to_pose(asked)
-            every = request.solutions == "all"
-            result = inverse_kinematics(robot, pose, options, None if every else reference)
-            if result.status != "solved":
-                results.append({"status": result.status, "solutions": [], "nearest": nearest_answer(result)})
-                continue
-            if every:
-                positions = _all_solutions(robot, pose, options, reference)
+            if request.solutions == "all":
+                near = robot.middle if reference is None else reference
+                answer = solutions_or_failure(robot, pose, options, near)
+                if isinstance(answer, tuple):
+                    answer = with_whole_turns(robot, answer, near, MOST_SOLUTIONS)
             else:
-                positions, reference = (result.position,), result.position
-            solutions = solutions_answer(robot, pose, positions)
+                answer = inverse_kinematics(robot, pose, options, reference)
+                if answer.status == "solved":
+                    reference, answer = answer.position, (answer.position,)
+            if not isinstance(answer, tuple):
+                results.append({"status": answer.status, "solutions": [], "nearest": nearest_answer(answer)})
+                continue
+            solutions = solutions_answer(robot, pose, answer)
             results.append({"status": "solved", "solutions": solutions})
     return _json({"results": results}, watch)
-
-
-def _all_solutions(
-    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None
-) -> tuple[FloatArray, ...]:
-    near = robot.middle if reference is None else reference
-    return with_whole_turns(robot, all_solutions(robot, pose, options, near), near, MOST_SOLUTIONS)
 
 
 def run_reachability(task: Task, caps: Caps) -> Reply:
@@ -249,18 +245,20 @@ def run_inverse_dynamics(task: Task, caps: Caps) -> Reply:
 
 
 def add_robot(task: Task, caps: Caps) -> Reply:
-    """POST /v1/robots: read the model. The parent keeps the definition that comes back in `result`."""
+    """POST /v1/robots: read the model. The parent keeps the content that comes back in `result`."""
     watch = Stopwatch()
     with watch.stage("validate"):
-        definition = _validate(RobotDefinition, task.body)
-        canonical = _canonical(definition)
-        robot_id = definition.id or "dh_" + hashlib.sha256(canonical).hexdigest()[:16]
+        named = _validate(RobotDefinition, task.body)
+        definition = _canonical(named, exclude={"id"})
+        digest = _sha256(definition)
+        robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
         if robot_id in catalogue_ids():
             raise CatalogueRobot(f"{robot_id} is a robot of the catalogue; choose another id")
     with watch.stage("plan"):
-        robot, findings = to_robot(definition, robot_id)
-    description = describe(robot)
+        robot, findings = to_robot(named, robot_id)
+    description = describe(robot) | {"content": digest}
     answer = description | {"findings": [asdict(finding) for finding in findings]}
+    del description["id"]
     reply = _json(answer, watch, status=201)
     return Reply(
         reply.status,
@@ -268,7 +266,7 @@ def add_robot(task: Task, caps: Caps) -> Reply:
         reply.body,
         reply.timings,
         headers={"Location": f"/v1/robots/{robot_id}"},
-        result={"id": robot_id, "definition": canonical, "description": _dump(description)},
+        result=(robot_id, RobotContent(digest, definition, _dump(description))),
     )
 
 
@@ -335,12 +333,16 @@ def _validate(schema: Any, body: bytes) -> Any:
 
 def request_hash(request: BaseModel) -> str:
     """What an answer quotes its request by: the same for requests that differ only in notation."""
-    return "sha256:" + hashlib.sha256(_canonical(request)).hexdigest()
+    return _sha256(_canonical(request))
 
 
-def _canonical(request: BaseModel) -> bytes:
+def _sha256(content: bytes) -> str:
+    return "sha256:" + hashlib.sha256(content).hexdigest()
+
+
+def _canonical(request: BaseModel, exclude: set[str] | None = None) -> bytes:
     """The request with its defaults filled in, keys in the order of its schema."""
-    return request.model_dump_json().encode()
+    return request.model_dump_json(exclude=exclude).encode()
 
 
 def _check_caps(request: Any, caps: Caps, **lists: Sequence[Any]) -> None:
@@ -356,18 +358,25 @@ def _check_caps(request: Any, caps: Caps, **lists: Sequence[Any]) -> None:
 
 def _robot(robot_id: str, task: Task) -> Robot:
     definition = task.arguments.get("definition")
-    return load_robot(robot_id) if definition is None else _built(definition, robot_id)
+    return load_robot(robot_id) if definition is None else _named(definition, robot_id)
 
 
 @lru_cache(maxsize=CACHED_ROBOTS)
-def _built(definition: bytes, robot_id: str) -> Robot:
-    robot, _ = to_robot(_validate(RobotDefinition, definition), robot_id)
+def _named(definition: bytes, robot_id: str) -> Robot:
+    """The robot under one of its names, always the same object: what is prepared for it is prepared once."""
+    return replace(_built(definition), id=robot_id)
+
+
+@lru_cache(maxsize=CACHED_ROBOTS)
+def _built(definition: bytes) -> Robot:
+    """The robot of a definition. Kept by the definition itself: no name can bring back another robot's model."""
+    robot, _ = to_robot(_validate(RobotModel, definition), _sha256(definition))
     return robot
 
 
 @lru_cache(maxsize=1024)
 def _described(robot_id: str) -> Any:
-    return orjson.Fragment(_dump(describe(load_robot(robot_id))))
+    return orjson.Fragment(_dump(describe(load_robot(robot_id)) | {"content": None}))
 
 
 def _dump(value: Any) -> bytes:

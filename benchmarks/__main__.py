@@ -35,12 +35,13 @@ def http(
 def ik(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     poses: Annotated[int, typer.Option(help="Random reachable poses of each arm.", min=10)] = 2000,
+    checks: Annotated[int, typer.Option(help="Random requests, half of them hard, checked for wrong answers.")] = 3000,
 ) -> None:
     """Inverse kinematics: rate, time and residual on six arms, beside the peers that are installed."""
     from benchmarks.ik import measure
     from benchmarks.ik_report import print_json, print_table
 
-    figures = measure(poses)
+    figures = measure(poses, checks)
     print_json(figures) if json else print_table(figures)
 
 

@@ -1,7 +1,8 @@
 """Inverse kinematics: random reachable poses of six arms, solved by this library and by the peers that are installed.
 
 Every solver gets the same poses, one at a time in one process, and the same limits; a pose counts as solved when the
-answer lies within the limits and Pinocchio's forward kinematics find it within 1e-6 m and 1e-6 rad.
+answer lies within the limits and Pinocchio's forward kinematics find it within 1e-6 m and 1e-6 rad. Beside that all
+solutions of a pose, asked alone and twenty poses at once, and the choice of branches for a sequence of twenty poses.
 """
 
 from __future__ import annotations
@@ -15,10 +16,21 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from benchmarks.ik_check import check
 from benchmarks.machine import machine
-from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, pose_errors
+from planner.errors import PlanningError
+from planner.kinematics import (
+    FloatArray,
+    Pose,
+    all_solutions,
+    forward_kinematics,
+    inverse_kinematics,
+    pose_errors,
+    solution_layers,
+)
 from planner.kinematics.seeds import seed_table
-from planner.problem import InverseKinematicsOptions
+from planner.kinematics.sequence import solve_waypoints
+from planner.problem import InverseKinematicsOptions, PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
 
 ARMS = ("panda", "ur5", "xarm7", "kuka_kr16_l6_2", "ngv_refuelling_arm", "date_sorting_arm")
@@ -28,11 +40,14 @@ TOLERANCE = 1e-6
 ROUNDING = 1e-9
 """rad or m, by which a peer may leave the limits."""
 
+SEQUENCE = 20
+"""Poses of a sequence whose branches are chosen together."""
+
 Solver = Callable[[Pose], FloatArray | None]
 OPTIONS = InverseKinematicsOptions(TOLERANCE, TOLERANCE)
 
 
-def measure(poses: int) -> dict[str, Any]:
+def measure(poses: int, checks: int) -> dict[str, Any]:
     """Rates, times (s) and residuals of every solver on every arm."""
     where = machine()
     arms = [arm for arm in ARMS if arm in catalogue_ids()]
@@ -41,12 +56,13 @@ def measure(poses: int) -> dict[str, Any]:
     return {
         "machine": where,
         "poses": poses,
+        "checks": checks,
         "absent": absent,
-        "arms": {arm: _measure_arm(load_robot(arm), poses) for arm in arms},
+        "arms": {arm: _measure_arm(load_robot(arm), poses, checks // len(arms)) for arm in arms},
     }
 
 
-def _measure_arm(robot: Robot, count: int) -> dict[str, Any]:
+def _measure_arm(robot: Robot, count: int, checks: int) -> dict[str, Any]:
     prepared, _ = _timed(seed_table, robot)
     low, high = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     wanted = forward_kinematics(robot, np.random.default_rng(0).uniform(low, high, (count, robot.dof)))
@@ -56,7 +72,28 @@ def _measure_arm(robot: Robot, count: int) -> dict[str, Any]:
         if (module is None or find_spec(module) is not None) and (solve := make(robot)) is not None
     }
     every = [_timed(lambda pose: all_solutions(robot, pose, OPTIONS), pose)[0] for pose in wanted[: count // 10]]
-    return {"prepare": prepared, "solvers": solvers, "all_solutions": _times(every)}
+    lists = [wanted[i : i + SEQUENCE] for i in range(0, max(count // 2, SEQUENCE), SEQUENCE)]
+    layers = [_timed(lambda poses: solution_layers(robot, poses, OPTIONS), poses)[0] for poses in lists]
+    return {
+        "prepare": prepared,
+        "solvers": solvers,
+        "all_solutions": _times(every),
+        "layers": _times(layers),
+        "sequence": _measure_sequences(robot, lists),
+        "check": check(robot, checks, seed=0),
+    }
+
+
+def _measure_sequences(robot: Robot, lists: list[list[Pose]]) -> dict[str, Any]:
+    times, refused = [], 0
+    for poses in lists:
+        start = time.perf_counter()
+        try:
+            solve_waypoints(robot, tuple(PoseWaypoint(pose=pose) for pose in poses), OPTIONS)
+        except PlanningError:
+            refused += 1
+        times.append(time.perf_counter() - start)
+    return {"count": len(lists), "refused": refused, **_times(times)}
 
 
 def _measure_solver(robot: Robot, wanted: list[Pose], solve: Solver) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from fastapi import Request, Response
 
 from api.errors import CatalogueRobot, RobotExists, TooManyRobots
 from api.routes.work import respond, run, run_with_body, service_of
-from api.store import StoredRobot
 from planner.errors import UnknownRobot
 from planner.robots import catalogue_ids
 
@@ -17,16 +16,16 @@ NO_SUCH_ROBOT = "no robot has this id; GET /v1/robots lists those that there are
 
 async def list_robots(request: Request) -> Response:
     """GET /v1/robots."""
-    added = [robot.description for robot in service_of(request).robots.all()]
+    added = [content.described_as(robot_id) for robot_id, content in service_of(request).robots.all()]
     return respond(await run(request, "list_robots", added=added))
 
 
 async def get_robot(request: Request) -> Response:
     """GET /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    stored = service_of(request).robots.get(robot_id)
-    if stored is not None:
-        return Response(stored.description, media_type="application/json")
+    content = service_of(request).robots.get(robot_id)
+    if content is not None:
+        return Response(content.described_as(robot_id), media_type="application/json")
     if robot_id not in catalogue_ids():
         raise UnknownRobot(NO_SUCH_ROBOT)
     return respond(await run(request, "get_robot", id=robot_id))
@@ -37,9 +36,8 @@ async def add_robot(request: Request) -> Response:
     reply = await run_with_body(request, "add_robot")
     if reply.result is None:
         return respond(reply)
-    robot_id = reply.result["id"]
-    robot = StoredRobot(reply.result["definition"], reply.result["description"])
-    match service_of(request).robots.add(robot_id, robot):
+    robot_id, content = reply.result
+    match service_of(request).robots.add(robot_id, content):
         case "exists":
             raise RobotExists(f"{robot_id} is another robot; choose another id, or delete that one first")
         case "full":

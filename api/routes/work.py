@@ -34,9 +34,9 @@ async def run_with_body(request: Request, operation: str, **arguments: Any) -> R
     service = service_of(request)
     body = await _read_body(request)
     document = _parse(body)
-    stored = service.robots.get(document["robot"]) if isinstance(document.get("robot"), str) else None
-    if stored is not None:
-        arguments["definition"] = stored.definition
+    content = service.robots.get(document["robot"]) if isinstance(document.get("robot"), str) else None
+    if content is not None:
+        arguments["definition"] = content.definition
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it

@@ -14,16 +14,24 @@ FrameName = Annotated[str, Field(min_length=1, max_length=200)]
 JointName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-/ ]*$", max_length=100)]
 
 
-class UrdfRobot(Schema):
-    """A robot as a URDF document. Meshes and files that it names are not read."""
+class UrdfModel(Schema):
+    """A URDF document. Meshes and files that it names are not read."""
 
     kind: Literal["urdf"]
-    id: RobotId
-    """Its name here."""
     urdf: Annotated[str, Field(min_length=1)]
     """The document, `<robot ...>`."""
+    srdf: Annotated[str, Field(min_length=1)] | None = None
+    """An SRDF document that goes with it: its groups and its disabled collision pairs are kept."""
     tip_frame: FrameName | None = None
-    """The link that the poses are about; omitted: the one at the end of the longest chain."""
+    """The link that the poses are about; omitted: the tip of the SRDF's chain if it has exactly one, or else the
+    link at the end of the longest chain."""
+
+
+class UrdfRobot(UrdfModel):
+    """A robot as a URDF document. Meshes and files that it names are not read."""
+
+    id: RobotId
+    """Its name here."""
 
 
 class DhJoint(Schema):
@@ -61,12 +69,10 @@ class DhJoint(Schema):
     """About the center of mass, in the axes of that frame, kg m^2: ixx, ixy, ixz, iyy, iyz, izz."""
 
 
-class DhRobot(Schema):
-    """A robot as a Denavit-Hartenberg table."""
+class DhModel(Schema):
+    """A Denavit-Hartenberg table."""
 
     kind: Literal["dh"]
-    id: RobotId | None = None
-    """Its name here; omitted: made from the content."""
     convention: Literal["standard", "modified"]
     """Rot(z) Trans(z) Trans(x) Rot(x), or Craig's Rot(x) Trans(x) Rot(z) Trans(z)."""
     joints: Annotated[list[DhJoint], Field(min_length=1, max_length=64)]
@@ -77,6 +83,16 @@ class DhRobot(Schema):
     """Of the flange in the table's last frame; omitted: the same."""
 
 
+class DhRobot(DhModel):
+    """A robot as a Denavit-Hartenberg table."""
+
+    id: RobotId | None = None
+    """Its name here; omitted: made from the content."""
+
+
+RobotModel = TypeAliasType(
+    "RobotModel", Annotated[UrdfModel | DhModel, Field(discriminator="kind", description="A robot without a name.")]
+)
 RobotDefinition = TypeAliasType(
     "RobotDefinition",
     Annotated[UrdfRobot | DhRobot, Field(discriminator="kind", description="A robot to add.")],
@@ -104,10 +120,31 @@ class JointDescription(Answer):
     """Where each limit comes from."""
 
 
+class JointGroup(Answer):
+    """Joints that belong together."""
+
+    name: str
+    joints: list[str]
+    """Its moving joints, from the root to the tips; those that are not among `joint_names` are held still."""
+    tip_frame: str | None
+    """The link at the end of a group that is one chain; null: it is something else."""
+
+
+class DisabledCollision(Answer):
+    """Two links that need no collision check against each other."""
+
+    link_1: str
+    link_2: str
+    reason: str | None
+    """In the words of the SRDF; null: not given."""
+
+
 class RobotDescription(Answer):
     """A robot."""
 
     id: str
+    content: str | None
+    """Digest of the definition without its id, `sha256:...`; null: a robot of the catalogue."""
     source: str
     """Where the model comes from."""
     dof: int
@@ -120,6 +157,10 @@ class RobotDescription(Answer):
     mass: float
     """Of everything that moves, kg; 0: unknown."""
     geometry: list[Any] = Field(default_factory=list, description="Simple shapes to look at.")
+    groups: list[JointGroup]
+    """Joints that belong together, as the SRDF says."""
+    disabled_collisions: list[DisabledCollision]
+    """Pairs of links that the SRDF takes out of collision checks."""
 
 
 class AddedRobot(RobotDescription):

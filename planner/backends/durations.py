@@ -19,26 +19,32 @@ if TYPE_CHECKING:
 
     from planner.kinematics.poses import FloatArray
 
-MOST_STEPS = 20
-"""Quadratic programs in one search."""
+MOST_STEPS, MOST_STEPS_TO_KEEP_LIMITS = 14, 20
+"""Quadratic programs in one search; the latter as long as limits are broken that scaling does not mend."""
 
-LEAST_GAIN = 1e-3
+LEAST_GAIN = 3e-3
 """Decrease of the merit that the linearised limits must promise for a step to be worth it."""
 
-FIRST_STEP, LARGEST_STEP = 0.4, 0.8
+LARGEST_STEP = 0.8
 """Trust region: how far the logarithm of a duration may change in one step."""
 
 PENALTY = 20.0
 """Weight of an excess over a limit against the logarithm of the total duration."""
 
-MOST_INTERIOR_STEPS, GAP = 25, 0.03
+MARGIN = 5e-4
+"""Excess below 0 that is aimed at where scaling all durations does not mend a broken limit."""
+
+MOST_INTERIOR_STEPS, GAP = 25, 0.05
 """A quadratic program is solved until its duality gap is this share of its gain."""
 
-DIFFERENCE = 1e-5
-"""Change of the logarithm of a duration that its effect is measured by."""
+DIFFERENCE = 1e-6
+"""Relative change of a duration that its effect is measured by."""
 
-REACH = 5
+REACH = 7
 """Segments apart whose effects on a motion are measured at once: a spline forgets as fast as 0.43^segments."""
+
+NEAR = 0.5
+"""Measured ratios above this share of the largest are looked into."""
 
 
 class LinearisedLimits(NamedTuple):
@@ -77,6 +83,62 @@ class Assessment(Protocol):
 A = TypeVar("A", bound=Assessment)
 
 
+def shortest_durations(
+    evaluate: Callable[[FloatArray], FloatArray], start: FloatArray, asked: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Durations of least sum at which a motion keeps its rate limits; for any motion, by its ratios alone.
+
+    A segment's ratio may depend on all durations, and mostly does on those of its few neighbours. Slopes are
+    measured, about `REACH` evaluations each time.
+
+    Args:
+        evaluate: Durations (segments,) to the positive ratios (segments,): the largest of velocity ratio,
+            sqrt(acceleration ratio) and cbrt(jerk ratio) on each segment, so that all durations times k give
+            all ratios divided by k.
+        start: (segments,), s, positive: where to begin; asked durations go before it.
+        asked: (segments,), s; NaN where free.
+
+    Returns:
+        Durations and their ratios, both (segments,). Asked durations are kept; if a ratio is above 1, they
+        cannot be, and all durations times the largest ratio are feasible.
+    """
+    free = np.isnan(asked)
+
+    def assess(durations: FloatArray) -> _MeasuredMotion:
+        return _MeasuredMotion(durations, evaluate(durations), evaluate)
+
+    start = np.where(free, start, asked)
+    motion = search_durations(assess, start, free) if free.any() else assess(start)
+    if free.all():
+        motion = assess(motion.durations * motion.ratios.max())
+    return motion.durations, motion.ratios
+
+
+@dataclass(frozen=True, eq=False)
+class _MeasuredMotion:
+    """A motion known by its ratios alone."""
+
+    durations: FloatArray
+    ratios: FloatArray
+    evaluate: Callable[[FloatArray], FloatArray]
+    overshoot: float = 0.0
+
+    def linearise(self) -> LinearisedLimits:
+        """Every REACH-th duration is changed at once, and each ratio's change is put down to the nearest."""
+        segments = np.arange(len(self.durations))
+        excess, slopes = np.log(self.ratios), np.zeros((len(segments), len(segments)))
+        for first in range(min(REACH, len(segments))):
+            changed = segments[first::REACH]
+            stretched = self.durations.copy()
+            stretched[changed] *= 1.0 + DIFFERENCE
+            nearest = changed[np.abs(segments[:, None] - changed).argmin(axis=1)]
+            slopes[segments, nearest] = (np.log(self.evaluate(stretched)) - excess) / DIFFERENCE
+        # All durations times k divide every ratio by k: a segment's own has to make up for what is out of reach.
+        slopes[segments, segments] -= 1.0 + slopes.sum(axis=1)
+        near = excess > excess.max() + np.log(NEAR)
+        return LinearisedLimits(excess[near], slopes[near], np.ones(np.count_nonzero(near), bool))
+
+
 def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free: np.ndarray) -> A:
     """The motion of least duration that keeps its limits, or else comes nearest to it.
 
@@ -89,47 +151,57 @@ def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free:
     """
     scalable = bool(free.all())
 
+    def broken(motion: A) -> float:
+        return max(motion.overshoot, 0.0 if scalable else float(np.log(motion.ratios.max())), 0.0)
+
     def merit(motion: A) -> float:
-        stretch = float(np.log(motion.ratios.max()))
-        excess = max(motion.overshoot, 0.0 if scalable else stretch, 0.0)
-        return float(np.log(motion.durations.sum())) + (stretch if scalable else 0.0) + PENALTY * excess
+        stretch = float(motion.ratios.max()) if scalable else 1.0
+        return float(np.log(motion.durations.sum() * stretch)) + PENALTY * broken(motion)
 
     best = assess(start)
     value = merit(best)
-    radius = np.full(len(start), FIRST_STEP)
-    for _ in range(MOST_STEPS):
+    radius = np.full(len(start), LARGEST_STEP)
+    for steps in range(MOST_STEPS_TO_KEEP_LIMITS):
+        if steps >= MOST_STEPS and broken(best) == 0.0:
+            break
         step, promised = _best_step(best, free, radius)
         if promised < LEAST_GAIN:
             break
         trial = assess(best.durations * np.exp(step))
         excess = np.log(trial.ratios) - (np.log(best.ratios.max()) if scalable else 0.0)
         gain = value - merit(trial)
+        radius = _next_radius(radius, step, excess, gain / promised)
         if gain < 0.7 * promised and excess.max() > 0.0:
             # Give back, only there, what linearised limits promised too much of.
             repaired = assess(trial.durations * np.exp(np.where(free, np.maximum(excess, 0.0), 0.0)))
-            if merit(repaired) < merit(trial):
-                trial = repaired
-        radius = _next_radius(radius, step, excess, gain / promised)
+            trial = min(trial, repaired, key=merit)
         if merit(trial) < value:
             best, value = trial, merit(trial)
     return best
 
 
 def _next_radius(radius: FloatArray, step: FloatArray, excess: FloatArray, success: float) -> FloatArray:
-    """Smaller around the segments whose limits broke, larger elsewhere: what happens at one end says little of the other."""
-    around = np.maximum(excess, 0.0)
-    around = np.maximum(around, np.maximum(np.append(around[1:], 0.0), np.append(0.0, around[:-1])))
+    """Larger after a success; else smaller around the segments whose limits broke: the others are far from there."""
     if success > 0.7:
         return np.minimum(2.0 * radius, LARGEST_STEP)
-    bad = around > 0.3 * around.max()
-    return np.where(bad, 0.4 * np.minimum(radius, 2.0 * np.abs(step) + 0.1 * radius), radius)
+    if excess.max() <= 0.0:
+        return 0.5 * radius
+    around, moved = _worst_nearby(excess), _worst_nearby(np.abs(step))
+    return np.where(around > 0.2 * excess.max(), np.clip(0.5 * moved, 0.25 * radius, 0.7 * radius), radius)
+
+
+def _worst_nearby(values: FloatArray) -> FloatArray:
+    """The largest of each value and its two neighbours on either side."""
+    padded = np.pad(values, 2, constant_values=-np.inf)
+    worst: FloatArray = np.lib.stride_tricks.sliding_window_view(padded, 5).max(axis=1)
+    return worst
 
 
 def _best_step(motion: Assessment, free: np.ndarray, radius: FloatArray) -> tuple[FloatArray, float]:
     """The best change of the logarithms of the durations under linearised limits, and what it promises."""
     durations, limits = motion.durations, motion.linearise()
-    scale = np.log(motion.ratios.max()) if free.all() else 0.0
-    excess = np.where(limits.is_rate, limits.excess - scale, limits.excess)
+    scalable = limits.is_rate & free.all()
+    excess = limits.excess + np.where(scalable, -np.log(motion.ratios.max()), MARGIN)
     slopes = limits.slopes[:, free]
     reachable = excess + np.abs(slopes) @ radius[free] > 0.0
     excess, slopes = excess[reachable], slopes[reachable]
@@ -165,7 +237,7 @@ def _quadratic_program(
     by_limit, by_lower, by_upper = barrier / slack, barrier / below, barrier / above
     gain, diagonal = 0.0, np.arange(variables + 1)
     for _ in range(MOST_INTERIOR_STEPS):
-        barrier = 0.1 * float(by_limit @ slack + by_lower @ below + by_upper @ above) / inequalities
+        barrier = 0.03 * float(by_limit @ slack + by_lower @ below + by_upper @ above) / inequalities
         hessian = (matrix.T * (by_limit / slack)) @ matrix
         hessian[diagonal, diagonal] += curvature + by_lower / below + by_upper / above
         slope = cost + curvature * x + matrix.T @ (barrier / slack) - barrier / below + barrier / above
@@ -191,4 +263,4 @@ def _quadratic_program(
 def _longest_step(*pairs: tuple[FloatArray, FloatArray]) -> float:
     """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
     fastest = max(float((-change / value).max(initial=0.0)) for value, change in pairs)
-    return 1.0 if fastest <= 0.95 else 0.95 / fastest
+    return 1.0 if fastest <= 0.99 else 0.99 / fastest

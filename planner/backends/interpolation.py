@@ -54,7 +54,7 @@ class InterpolatingSpline:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        return np.linalg.inv(self.system)
+        return np.asarray(np.linalg.inv(self.system), dtype=np.float64)
 
     def sensitivities(self, segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray) -> FloatArray:
         """Slopes (points, segments) of derivatives by time at fixed unit times, by the logarithm of each duration.
@@ -107,7 +107,7 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
     travels = np.diff(positions, axis=0)
     inner, joints = len(h) - 1, positions.shape[1]
     scales = np.minimum(h[:-1], h[1:])
-    system = np.zeros((inner, k, inner, k))
+    blocks = np.zeros((inner, k, inner, k))
     before, after = h[:-1], h[1:]
     at_start, at_end = _matched_derivatives(degree)
     known, matched = np.arange(1, k + 1), np.arange(k + 1, 2 * k + 1)
@@ -117,12 +117,11 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
         return weights * rows * (h / column_scale)[:, None, None] ** known
 
     start, end, i = slice(1, k + 1), slice(k + 1, None), np.arange(inner)
-    system[i, :, i, :] = block(at_end[:, end], before, scales, scales) - block(
-        at_start[:, start], after, scales, scales
-    )
-    system[i[1:], :, i[:-1], :] = block(at_end[:, start], before[1:], scales[1:], scales[:-1])
-    system[i[:-1], :, i[1:], :] = -block(at_start[:, end], after[:-1], scales[:-1], scales[1:])
-    system = system.reshape(inner * k, inner * k)
+    blocks[i, :, i, :] = block(at_end[:, end], before, scales, scales)
+    blocks[i, :, i, :] -= block(at_start[:, start], after, scales, scales)
+    blocks[i[1:], :, i[:-1], :] = block(at_end[:, start], before[1:], scales[1:], scales[:-1])
+    blocks[i[:-1], :, i[1:], :] = -block(at_start[:, end], after[:-1], scales[:-1], scales[1:])
+    system = blocks.reshape(inner * k, inner * k)
     jumps = (at_end[:, 0] * (scales / before)[:, None] ** matched)[..., None] * travels[:-1, None]
     jumps -= (at_start[:, 0] * (scales / after)[:, None] ** matched)[..., None] * travels[1:, None]
     unknowns = np.linalg.solve(system, -jumps.reshape(inner * k, joints)).reshape(inner, k, joints)

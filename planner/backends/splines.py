@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.durations import LinearisedLimits, search_durations
-from planner.backends.interpolation import Degree, InterpolatingSpline, interpolate
-from planner.polynomials import differentiate, horner
+from planner.backends.durations import search_durations
+from planner.backends.interpolation import Degree, interpolate
+from planner.backends.spline_limits import (
+    ROUNDING,
+    DurationsTooShort,
+    PositionOvershoot,
+    SplineAgainstLimits,
+    hold_against_limits,
+)
 
 if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
 
-RATES = {3: ("velocity", "acceleration"), 5: ("velocity", "acceleration", "jerk")}
-"""What a spline of each degree has without jumps, and limits: derivatives 1, 2, ... of position."""
-
-NEAR = 0.5
-"""Rates above this share of the worst one are looked into."""
-
-NEAR_POSITION = 0.1
-"""Distance from a position limit, relative to the joint's travel, up to which it is looked into."""
-
-ROUNDING = 1e-10
-"""Relative excess over a limit that is taken for rounding."""
-
-MOST_ROOT_STEPS, ROOT_TOLERANCE = 30, 1e-9
-"""An extremum depends on the square of the error of its place."""
+__all__ = [
+    "DurationsTooShort",
+    "NothingLimits",
+    "PositionOvershoot",
+    "Spline",
+    "interpolating_spline",
+    "timed_spline",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,48 +44,8 @@ class Spline:
     coefficients: FloatArray
 
 
-@dataclass
-class DurationsTooShort(Exception):
-    """The asked durations break a limit; all durations times a factor keep them all.
-
-    Attributes:
-        segment: Where the worst excess is.
-        joint: Index of its joint.
-        quantity: `velocity`, `acceleration` or `jerk`.
-        value: Its peak magnitude there.
-        limit: Its limit there.
-        factor: By which all durations have to be longer.
-        durations: (segments,), s, that keep the limits: asked ones times `factor`, free ones to go with them.
-    """
-
-    segment: int
-    joint: int
-    quantity: str
-    value: float
-    limit: float
-    factor: float
-    durations: FloatArray
-
-
-@dataclass
-class PositionOvershoot(Exception):
-    """The spline leaves the position limits between waypoints, whatever the free durations.
-
-    Attributes:
-        segment: Where the worst excess is.
-        joint: Index of its joint.
-        value: The position there.
-        limit: The limit that it breaks.
-    """
-
-    segment: int
-    joint: int
-    value: float
-    limit: float
-
-
 class NothingLimits(Exception):
-    """Free durations, and no limit that would set one."""
+    """Free durations, and no limit, or no travel, that would set one."""
 
 
 def interpolating_spline(positions: FloatArray, durations: FloatArray, degree: Degree) -> FloatArray:
@@ -120,8 +78,8 @@ def timed_spline(positions: FloatArray, limits: SegmentLimits, asked: FloatArray
     """
     free = np.isnan(asked)
 
-    def assess(durations: FloatArray) -> _AgainstLimits:
-        return _against_limits(interpolate(positions, durations, degree), positions, limits)
+    def assess(durations: FloatArray) -> SplineAgainstLimits:
+        return hold_against_limits(interpolate(positions, durations, degree), positions, limits)
 
     start = np.where(free, _first_guess(positions, limits, degree), asked)
     if free.any() and not (start[free] > 0.0).any():
@@ -144,209 +102,5 @@ def _first_guess(positions: FloatArray, limits: SegmentLimits, degree: Degree) -
     needed = np.maximum(travels / limits.velocity, 2.0 * np.sqrt(travels / limits.acceleration))
     if degree == 5:
         needed = np.maximum(needed, 3.0 * np.cbrt(travels / limits.jerk))
-    return needed.max(axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class _AgainstLimits:
-    """A spline and its peaks: where rates and positions may come nearest to their limits.
-
-    Attributes:
-        spline: At certain durations.
-        limits: Of each segment and joint.
-        segment: (peaks,).
-        joint: (peaks,).
-        order: (peaks,), of the derivative; 0: position.
-        u: (peaks,), unit time.
-        value: (peaks,), by time.
-        excess: (peaks,): log(|rate| / limit) / order, or the overshoot of a position relative to the joint's range.
-        weight: (peaks,): change of the excess by the value.
-    """
-
-    spline: InterpolatingSpline
-    limits: SegmentLimits
-    segment: np.ndarray
-    joint: np.ndarray
-    order: np.ndarray
-    u: FloatArray
-    value: FloatArray
-    excess: FloatArray
-    weight: FloatArray
-
-    @property
-    def durations(self) -> FloatArray:
-        return self.spline.durations
-
-    @cached_property
-    def ratios(self) -> FloatArray:
-        rates = self.order > 0
-        worst = np.full(len(self.durations), -np.inf)
-        np.maximum.at(worst, self.segment[rates], self.excess[rates])
-        return np.exp(worst)
-
-    @cached_property
-    def overshoot(self) -> float:
-        overshoot = float(self.excess[self.order == 0].max(initial=0.0))
-        return overshoot if overshoot > ROUNDING else 0.0
-
-    def linearise(self) -> LinearisedLimits:
-        near = np.where(self.order > 0, self.excess > np.log(NEAR * self.ratios.max()), self.excess > -NEAR_POSITION)
-        place = (self.segment[near], self.joint[near], self.order[near], self.u[near])
-        slopes = self.spline.sensitivities(*place) * self.weight[near, None]
-        return LinearisedLimits(self.excess[near], slopes, self.order[near] > 0)
-
-    def refuse_overshoot(self) -> None:
-        """Raises PositionOvershoot at the worst place, if there is one."""
-        if self.overshoot == 0.0:
-            return
-        positions = np.flatnonzero(self.order == 0)
-        worst = positions[np.argmax(self.excess[positions])]
-        joint, value = int(self.joint[worst]), float(self.value[worst])
-        bound = self.limits.upper if self.weight[worst] > 0.0 else self.limits.lower
-        raise PositionOvershoot(int(self.segment[worst]), joint, value, float(bound[joint]))
-
-    def too_short(self) -> DurationsTooShort:
-        """The refusal that names the worst rate."""
-        rates = np.flatnonzero(self.order > 0)
-        worst = rates[np.argmax(self.excess[rates])]
-        segment, joint = int(self.segment[worst]), int(self.joint[worst])
-        quantity = RATES[self.spline.degree][self.order[worst] - 1]
-        factor = float(self.ratios.max())
-        return DurationsTooShort(
-            segment=segment,
-            joint=joint,
-            quantity=quantity,
-            value=float(abs(self.value[worst])),
-            limit=float(getattr(self.limits, quantity)[segment, joint]),
-            factor=factor,
-            durations=self.durations * factor,
-        )
-
-
-def _against_limits(spline: InterpolatingSpline, positions: FloatArray, limits: SegmentLimits) -> _AgainstLimits:
-    """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter."""
-    degree, h = spline.degree, spline.durations
-    rates = RATES[degree]
-    by_order = [spline.unit]
-    for _ in range(degree - 1):
-        by_order.append(differentiate(by_order[-1]))
-    reach = np.ptp(positions, axis=0)
-    reach = np.where(reach > 0.0, reach, 1.0)
-
-    allowed = [getattr(limits, quantity) * h[:, None] ** order for order, quantity in enumerate(rates, start=1)]
-    at_waypoints = [_ratios_at_ends(by_order[order], allowed[order - 1]) for order in range(1, len(rates) + 1)]
-    near = NEAR * max(float(ratios.max()) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1))
-    matters = np.zeros(reach.shape, bool)
-    for order, measure in enumerate(allowed, start=1):
-        matters = matters | (np.abs(_bernstein(by_order[order])).max(axis=2) > measure * near**order)
-    control = _bernstein(spline.unit)
-    may_leave = (control.max(axis=2) > limits.upper - NEAR_POSITION * reach) | (
-        control.min(axis=2) < limits.lower + NEAR_POSITION * reach
-    )
-
-    found = [_waypoint_peaks(order, ratios) for order, ratios in enumerate(at_waypoints, start=1)]
-    segments, joints = np.nonzero(matters | may_leave)
-    leaving = may_leave[segments, joints]
-    pieces = [coefficients[segments, joints] for coefficients in by_order]
-    # The extrema of each derivative lie between those of the next.
-    brackets = np.tile([0.0, 1.0], (len(segments), 1))
-    for order in range(degree - 2, -1, -1):
-        if order == 0:
-            segments, joints, brackets = segments[leaving], joints[leaving], brackets[leaving]
-            pieces = [piece[leaving] for piece in pieces]
-        extrema = _roots(pieces[order + 1], brackets)
-        brackets = np.sort(np.column_stack([brackets[:, :1], extrema, brackets[:, -1:]]), axis=1)
-        if order <= len(rates):
-            rows, columns = np.nonzero(extrema)
-            found.append((segments[rows], joints[rows], np.full(len(rows), order), extrema[rows, columns]))
-    segment, joint, order, u = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
-    value = _values(by_order, segment, joint, order, u) / h[segment] ** order
-    excess, weight = _excess(segment, joint, order, value, limits, rates, reach)
-    return _AgainstLimits(spline, limits, segment, joint, order, u, value, excess, weight)
-
-
-def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray) -> FloatArray:
-    """(segments, joints, 2): magnitudes at unit times 0 and 1 over what is allowed."""
-    return np.abs(np.stack([coefficients[..., 0], coefficients.sum(axis=2)], axis=2)) / allowed[..., None]
-
-
-def _waypoint_peaks(order: int, ratios: FloatArray) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:
-    """Segments, joints, order and unit times of the rates at waypoints, on the side where the limit is narrower."""
-    kept = np.ones(ratios.shape, bool)
-    kept[1:, :, 0] = ratios[1:, :, 0] > ratios[:-1, :, 1]
-    kept[:-1, :, 1] = ~kept[1:, :, 0]
-    segments, joints, ends = np.nonzero(kept)
-    return segments, joints, np.full(len(ends), order), ends.astype(np.float64)
-
-
-def _values(
-    by_order: list[FloatArray], segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray
-) -> FloatArray:
-    value = np.empty(len(u))
-    for k in np.unique(order).tolist():
-        here = order == k
-        value[here] = horner(by_order[k][segment[here], joint[here]], u[here])
-    return value
-
-
-def _excess(
-    segment: np.ndarray,
-    joint: np.ndarray,
-    order: np.ndarray,
-    value: FloatArray,
-    limits: SegmentLimits,
-    rates: tuple[str, ...],
-    reach: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """`excess` and `weight` of `_AgainstLimits`."""
-    above, below = value - limits.upper[joint], limits.lower[joint] - value
-    upward = np.where(above > below, 1.0, -1.0)
-    excess, weight = np.maximum(above, below) / reach[joint], upward / reach[joint]
-    with np.errstate(divide="ignore"):
-        for k, quantity in enumerate(rates, start=1):
-            here = order == k
-            limit = getattr(limits, quantity)[segment[here], joint[here]]
-            excess[here] = np.log(np.abs(value[here]) / limit) / k
-            weight[here] = 1.0 / (k * value[here])
-    return excess, weight
-
-
-def _bernstein(coefficients: FloatArray) -> FloatArray:
-    """Bernstein coefficients on [0, 1], which bound the polynomials, of ascending powers on the last axis."""
-    degree = coefficients.shape[-1] - 1
-    return coefficients @ np.array(
-        [[comb(k, i) / comb(degree, i) for k in range(degree + 1)] for i in range(degree + 1)]
-    )
-
-
-def _roots(polynomials: FloatArray, brackets: FloatArray) -> FloatArray:
-    """The root between each two neighbouring brackets, by Newton's method kept inside; 0 where there is none.
-
-    Args:
-        polynomials: (N, order), ascending powers.
-        brackets: (N, count), between which each polynomial is monotone.
-
-    Returns:
-        (N, count - 1).
-    """
-    low, high = brackets[:, :-1], brackets[:, 1:]
-    at_low, at_high = horner(polynomials[:, None], low), horner(polynomials[:, None], high)
-    rows, columns = np.nonzero(at_low * at_high < 0.0)
-    roots = np.zeros(low.shape)
-    if len(rows) == 0:
-        return roots
-    f, low, high = polynomials[rows], low[rows, columns], high[rows, columns]
-    at_low, at_high = at_low[rows, columns], at_high[rows, columns]
-    slope, rising = differentiate(f), at_low < 0.0
-    x = low - at_low * (high - low) / (at_high - at_low)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for _ in range(MOST_ROOT_STEPS):
-            value = horner(f, x)
-            before = (value < 0.0) == rising
-            low, high = np.where(before, x, low), np.where(before, high, x)
-            newton = x - value / horner(slope, x)
-            x, last = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2.0), x
-            if np.abs(x - last).max() < ROOT_TOLERANCE:
-                break
-    roots[rows, columns] = x
-    return roots
+    guess: FloatArray = needed.max(axis=1)
+    return guess

@@ -5,11 +5,12 @@ from planner.kinematics.inverse import (
     InverseKinematicsResult,
     all_solutions,
     inverse_kinematics,
-    is_isolated,
-    pose_errors,
-    with_whole_turns,
+    solution_layers,
+    solutions_or_failure,
 )
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternion
+from planner.kinematics.search import is_isolated, pose_errors
+from planner.kinematics.turns import with_whole_turns
 from planner.kinematics.workspace import Extreme, Workspace, workspace
 
 __all__ = [
@@ -28,6 +29,8 @@ __all__ = [
     "poses_as_dicts",
     "quaternion",
     "singular_values",
+    "solution_layers",
+    "solutions_or_failure",
     "tool_speeds",
     "with_whole_turns",
     "workspace",

@@ -1,7 +1,8 @@
-"""Levenberg-Marquardt from one start, within a box: the work horse of the inverse kinematics."""
+"""Levenberg-Marquardt within a box, from one start or from many at once: the work horse of the inverse kinematics."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,10 @@ import pinocchio as pin
 from eigenpy import LDLT
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from planner.kinematics.poses import FloatArray, Pose
+    from planner.kinematics.screws import Screws
     from planner.robots import Robot
 
 CONVERGED = 1e-10
@@ -39,7 +43,7 @@ class Descent:
         self._target = pin.SE3(np.eye(3) if pose.rotation is None else pose.rotation, pose.position)
 
     def __call__(
-        self, start: FloatArray, lower: FloatArray, upper: FloatArray, patience: int, iterations: int
+        self, start: FloatArray, lower: FloatArray, upper: FloatArray, patience: int, most: int
     ) -> tuple[float, FloatArray]:
         """The error and the joint position where the descent from `start` ends.
 
@@ -48,13 +52,13 @@ class Descent:
             lower: (joints,), of the box.
             upper: (joints,).
             patience: After so many slow steps in a row the start is given up.
-            iterations: Most steps.
+            most: Most steps.
         """
         q, error = start, self._error(start)
         J = self._jacobian()
         squared = float(error.dot(error))
         damping, slow = DAMPING, 0
-        for _ in range(iterations):
+        for _ in range(most):
             if squared < CONVERGED**2:
                 break
             gradient, free = J.T.dot(error), J
@@ -95,3 +99,88 @@ class Descent:
         """(3 or 6, joints) where `_error` was last asked."""
         J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.ReferenceFrame.LOCAL)
         return J.reshape(6, -1)[: self._rows]  # of a robot with one joint Pinocchio gives a vector
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """Where many descents are to bring the tip, or a point of it.
+
+    Attributes:
+        positions: (N, 3), m.
+        rotations: (N, 3, 3) of the tip; None: positions alone count.
+        point: (3,) of the tip frame, m, that is to be there.
+    """
+
+    positions: FloatArray
+    rotations: FloatArray | None
+    point: FloatArray
+
+    def repeated(self, times: int) -> Target:
+        """Every target so many times in a row."""
+        rotations = None if self.rotations is None else np.repeat(self.rotations, times, axis=0)
+        return Target(np.repeat(self.positions, times, axis=0), rotations, self.point)
+
+    def missing(self, screws: Screws, q: FloatArray, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """What the configurations (M, joints) lack of the targets `rows` (M, 3 or 6), and its Jacobian, base's axes."""
+        positions, rotations, J = screws.reach(q, self.point)
+        error = self.positions[rows] - positions
+        if self.rotations is None:
+            return error, J[:, :3]
+        return np.hstack([error, _rotation_vectors(self.rotations[rows] @ rotations.transpose(0, 2, 1))]), J
+
+
+def descend_many(
+    screws: Screws, target: Target, starts: FloatArray, lower: FloatArray, upper: FloatArray, patience: int, most: int
+) -> tuple[FloatArray, FloatArray]:
+    """`Descent` from many starts at once, in array operations: errors (N,) and joint positions (N, joints).
+
+    Args:
+        screws: The arm.
+        target: One for every start.
+        starts: (N, joints).
+        lower: (joints,), of the box.
+        upper: (joints,).
+        patience: After so many slow steps in a row a start is given up.
+        most: Most steps.
+    """
+    errors, ends = np.empty(len(starts)), starts.copy()
+    rows, q = np.arange(len(starts)), starts
+    damping, slow = np.full(len(starts), DAMPING), np.zeros(len(starts), dtype=int)
+    error, J = target.missing(screws, q, rows)
+    squared = (error**2).sum(axis=1)
+    errors[:] = squared
+    for _ in range(most):
+        going = (squared >= CONVERGED**2) & (slow < patience) & (damping <= MOST_DAMPING)
+        if not going.all():
+            rows, q, error, J, squared, damping, slow = (
+                values[going] for values in (rows, q, error, J, squared, damping, slow)
+            )
+        if len(rows) == 0:
+            break
+        gradient = (error[:, None] @ J)[:, 0]
+        pressing = ((q <= lower) & (gradient < 0.0)) | ((q >= upper) & (gradient > 0.0))
+        free, gradient = np.where(pressing[:, None], 0.0, J), np.where(pressing, 0.0, gradient)
+        normal = free.transpose(0, 2, 1) @ free
+        diagonal = np.einsum("nii->ni", normal)
+        diagonal += (damping * np.minimum(squared, 1.0) + LEAST_DAMPING * (1.0 + diagonal.max(axis=1)))[:, None]
+        step = np.linalg.solve(normal, gradient[..., None])[..., 0]
+        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(np.linalg.norm(step, axis=1), LONGEST_STEP))[:, None]
+        candidate = np.minimum(np.maximum(q + step, lower), upper)
+        error_there, J_there = target.missing(screws, candidate, rows)
+        squared_there = (error_there**2).sum(axis=1)
+        slow = np.where(squared_there > SLOW * squared, slow + 1, 0)
+        better = squared_there < squared
+        damping = np.where(better, np.maximum(damping / 4.0, DAMPING), damping * 16.0)
+        q, squared = np.where(better[:, None], candidate, q), np.where(better, squared_there, squared)
+        error = np.where(better[:, None], error_there, error)
+        J = np.where(better[:, None, None], J_there, J)
+        errors[rows], ends[rows] = squared, q
+    return np.sqrt(errors), ends
+
+
+def _rotation_vectors(rotations: FloatArray) -> FloatArray:
+    """(N, 3): logarithms of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
+    vectors = 0.5 * (rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]])
+    sine = np.linalg.norm(vectors, axis=1)
+    angle = np.arctan2(sine, 0.5 * (np.einsum("nii->n", rotations) - 1.0))
+    return vectors * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None]

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.kinematics.descent import Descent
 from planner.kinematics.forward import manipulability, tool_pose
-from planner.kinematics.inverse import pose_errors
+from planner.kinematics.search import pose_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -9,7 +9,8 @@ import numpy as np
 
 from planner.errors import InvalidProblem
 from planner.kinematics.forward import manipulability, tool_pose
-from planner.kinematics.inverse import InverseKinematicsResult, all_solutions, inverse_kinematics, is_isolated
+from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
+from planner.kinematics.search import is_isolated
 from planner.kinematics.sequence import beyond_limits, unsolved
 from planner.kinematics.wanted import moved_pose, wanted_poses, waypoint_faults
 from planner.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
@@ -107,10 +108,9 @@ def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:
 
 
 def _pose(robot: Robot, index: int, pose: Pose, options: InverseKinematicsOptions, *, is_pose: bool) -> Reachability:
-    solutions = all_solutions(robot, pose, options)
-    if not solutions:
-        result = inverse_kinematics(robot, pose, options)
-        return Reachability(unsolved(robot, index, pose, result, is_pose=is_pose), 0, nearest=result)
+    solutions = solutions_or_failure(robot, pose, options)
+    if not isinstance(solutions, tuple):
+        return Reachability(unsolved(robot, index, pose, solutions, is_pose=is_pose), 0, nearest=solutions)
     count = len(solutions) if is_isolated(robot, pose, solutions[0]) else None
     return _reached(robot, count, max(solutions, key=lambda q: float(_margins(robot, q).min())))
 

@@ -10,15 +10,10 @@ import numpy as np
 from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
 from planner.kinematics.choice import Stop, joint_times, shortest_way
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.inverse import (
-    InverseKinematicsResult,
-    all_solutions,
-    inverse_kinematics,
-    is_isolated,
-    pose_errors,
-)
+from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.layers import TURN, Layer
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
+from planner.kinematics.search import is_isolated, pose_errors
 from planner.kinematics.wanted import moved_pose, wanted_poses
 from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
 
@@ -138,25 +133,31 @@ class _Sequence:
 
     def _stops(self, solved: list[SolvedWaypoint], end: int, start: FloatArray) -> list[Stop]:
         """The waypoints from those solved to `end`, with all that they may be solved with."""
+        for index in range(len(solved), end):
+            if self.wanted[index] is None:  # only of a relative waypoint, and only of the first of this part
+                waypoint = self.waypoints[index]
+                assert isinstance(waypoint, RelativeWaypoint)  # noqa: S101
+                self.wanted[index] = moved_pose(solved[-1].wanted, solved[-1].pose.rotation, waypoint)
+        wanted = {
+            index: pose
+            for index in range(len(solved), end)
+            if not isinstance(self.waypoints[index], JointWaypoint) and (pose := self.wanted[index]) is not None
+        }
+        layers = dict(zip(wanted, solution_layers(self.robot, list(wanted.values()), self.options, start), strict=True))
         stops: list[Stop] = []
         near = start
         for index in range(len(solved), end):
-            waypoint, pose = self.waypoints[index], self.wanted[index]
-            if pose is None:
-                assert isinstance(waypoint, RelativeWaypoint)  # noqa: S101 - only such a pose may be unknown
-                pose = moved_pose(solved[-1].wanted, solved[-1].pose.rotation, waypoint)
-                self.wanted[index] = pose
+            waypoint = self.waypoints[index]
             if isinstance(waypoint, JointWaypoint):
                 near = _given_position(self.robot, index, waypoint)
                 layer = Layer.given(near)
             else:
-                layer = self._layer(index, pose, near)
+                layer = self._layer(index, wanted[index], layers[index], near)
             stops.append(Stop(index, layer, self._follower(index)))
         return stops
 
-    def _layer(self, index: int, pose: Pose, near: FloatArray) -> Layer:
+    def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
         robot, options = self.robot, self.options
-        solutions = all_solutions(robot, pose, options, near)
         if not solutions:
             result = inverse_kinematics(robot, pose, options, near)
             raise unsolved(robot, index, pose, result, is_pose=isinstance(self.waypoints[index], PoseWaypoint))

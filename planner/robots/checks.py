@@ -31,12 +31,24 @@ LEAST_MOMENT = 1e-12
 """Share of the largest principal moment: with a smaller one, Pinocchio may see a negative one and throw."""
 MAX_MASS = 1e5
 """kg."""
+USUAL_MASSES = (1e-4, 5e3)
+"""kg; what a link weighs, from that of a toy to that of the largest arms."""
 TINY_INERTIA = 1e-6
 """kg m^2; rounding makes smaller ones come out negative in many published robot descriptions."""
 MAX_LENGTH = 50.0
 """m; what is longer was probably meant in millimetres."""
-MAX_ANGLE = 100.0
-"""rad, rad/s; what is larger was probably meant in degrees."""
+MAX_CONSTANT_ANGLE = 2.0 * math.pi * 1.001
+"""rad; a larger angle between two frames was probably meant in degrees."""
+MAX_POSITION = 8.0 * math.pi
+"""rad; a joint that turns further, and not for ever, was probably meant in degrees."""
+MAX_VELOCITY = 50.0
+"""rad/s or m/s; what is faster was probably meant in degrees/s or mm/s."""
+ABSURD_ANGULAR_VELOCITY = 1000.0
+"""rad/s; such a limit says that none is known."""
+ABSURD_LINEAR_VELOCITY = 100.0
+"""m/s; likewise."""
+LEAST_LIMIT = 1e-6
+"""rad/s, m/s, ..., N; with a smaller limit than this nothing moves."""
 
 DEFAULT_ANGULAR_VELOCITY = math.pi
 """rad/s."""
@@ -70,12 +82,13 @@ class Findings:
         """Refuse the model if there is an error among the findings.
 
         Raises:
-            InvalidRobotModel: With all findings.
+            InvalidRobotModel: With all findings, the errors first: an answer may leave out what comes late.
         """
         errors = [item for item in self.items if item.severity == "error"]
         if errors:
             more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-            raise InvalidRobotModel(f"the robot model cannot be used: {errors[0].message}{more}", self.items)
+            others = [item for item in self.items if item.severity != "error"]
+            raise InvalidRobotModel(f"the robot model cannot be used: {errors[0].message}{more}", errors + others)
 
 
 def shown(name: str) -> str:
@@ -93,8 +106,8 @@ def check_names(what: str, names: Iterable[str], findings: Findings) -> None:
     """
     seen: set[str] = set()
     for name in names:
-        if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable():
-            message = f"a {what} needs a printable name of 1 to {MAX_NAME_LENGTH} characters"
+        if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable() or name != name.strip():
+            message = f"a {what} needs a printable name of 1 to {MAX_NAME_LENGTH} characters, no space at its ends"
             findings.error("invalid_name", shown(name), message)
         elif name == RESERVED_NAME:
             findings.error("reserved_name", name, f"no {what} may be called {name}")
@@ -110,6 +123,14 @@ def check_length(subject: str, lengths: Iterable[float], findings: Findings) -> 
         findings.warning("suspicious_length", subject, f"{longest:g} m is long for a robot arm: is it in metres?")
 
 
+def check_angles(subject: str, angles: Iterable[float], findings: Findings) -> None:
+    """Warn of constant angles (rad) beyond a full turn."""
+    largest = max(abs(angle) for angle in angles)
+    if largest > MAX_CONSTANT_ANGLE:
+        text = f"an angle of {subject} is {largest:g}, more than a full turn: is it in radians?"
+        findings.warning("suspicious_angle", subject, text)
+
+
 def check_body(subject: str, body: Body, findings: Findings) -> Body:
     """The body, if its mass and inertia can exist; moments that rounding may have made negative are lifted above it.
 
@@ -121,6 +142,9 @@ def check_body(subject: str, body: Body, findings: Findings) -> Body:
         findings.error("negative_mass", subject, f"the mass of {subject} is {body.mass:g} kg")
     elif body.mass > MAX_MASS:
         findings.error("absurd_mass", subject, f"the mass of {subject} is {body.mass:g} kg, above {MAX_MASS:g} kg")
+    elif body.mass > 0.0 and not USUAL_MASSES[0] <= body.mass <= USUAL_MASSES[1]:
+        text = f"{body.mass:g} kg is unusual for a link of a robot arm: is it in kilograms?"
+        findings.warning("suspicious_mass", subject, text)
     check_length(subject, body.center_of_mass, findings)
     moments, axes = np.linalg.eigh(body.inertia)
     tolerance = 1e-9 * abs(moments).max()
@@ -149,6 +173,9 @@ def _listed(numbers: Iterable[float]) -> str:
 def check_position_limits(joint: Joint, findings: Findings) -> Joint:
     """The joint with position limits that leave it room; a bound beyond 1e9 is none."""
     if joint.kind == "continuous":
+        if math.isfinite(joint.lower) or math.isfinite(joint.upper):
+            text = f"{shown(joint.name)} is continuous: its position limits are ignored"
+            findings.info("position_limit_ignored", shown(joint.name), text)
         return replace(joint, lower=-math.inf, upper=math.inf)
     lower, upper = (math.copysign(math.inf, x) if abs(x) > MAX_NUMBER else x for x in (joint.lower, joint.upper))
     if math.isfinite(lower) != math.isfinite(upper):
@@ -163,7 +190,7 @@ def check_position_limits(joint: Joint, findings: Findings) -> Joint:
 def check_limits(joint: Joint, findings: Findings) -> Joint:
     """The joint with motion limits that make sense; those that the description leaves out are the default ones.
 
-    Zero, and anything beyond 1e9, is the usual way to write that a limit is not known.
+    Zero, anything beyond 1e9, and speeds that no machine has are usual ways to write that a limit is not known.
 
     Args:
         joint: As described, its position limits already checked.
@@ -180,8 +207,12 @@ def check_limits(joint: Joint, findings: Findings) -> Joint:
             findings.warning("zero_limit", name, text)
         elif value == 0.0:
             findings.info("no_torque_limit", name, f"the torque limit of {name} is 0: none is known")
+        elif 0.0 < value < LEAST_LIMIT:
+            text = f"the {quantity} limit of {name} is {value:g}: nothing moves below {LEAST_LIMIT:g}"
+            findings.error("absurd_limit", name, text)
         known[quantity] = value if 0.0 < value <= MAX_NUMBER else math.inf
-    _check_units(replace(joint, velocity=known["velocity"]), findings)
+    _check_units(joint, findings)
+    known["velocity"] = _believable_velocity(replace(joint, velocity=known["velocity"]), findings)
     published: dict[str, Provenance] = {}
     if math.isfinite(joint.lower) or math.isfinite(joint.upper):
         published["position"] = "published"
@@ -197,14 +228,28 @@ def check_limits(joint: Joint, findings: Findings) -> Joint:
 
 
 def _check_units(joint: Joint, findings: Findings) -> None:
-    """Warn of limits that look like degrees or millimetres."""
+    """Warn of position limits that look like degrees or millimetres."""
     name = shown(joint.name)
-    bounds = [abs(bound) for bound in (joint.lower, joint.upper, joint.velocity) if math.isfinite(bound)]
+    bounds = [abs(bound) for bound in (joint.lower, joint.upper) if math.isfinite(bound)]
     if not joint.is_angle:
         check_length(name, bounds, findings)
-    elif max(bounds, default=0.0) > MAX_ANGLE:
-        text = f"the limits of {name} go up to {max(bounds):g}: are they in radians?"
+    elif max(bounds, default=0.0) > MAX_POSITION:
+        text = f"the position limits of {name} go up to {max(bounds):g}: are they in radians?"
         findings.warning("suspicious_angle", name, text)
+
+
+def _believable_velocity(joint: Joint, findings: Findings) -> float:
+    """The velocity limit, or infinity in place of one that no machine has."""
+    name = shown(joint.name)
+    absurd = ABSURD_ANGULAR_VELOCITY if joint.is_angle else ABSURD_LINEAR_VELOCITY
+    if absurd <= joint.velocity < math.inf:
+        text = f"the velocity limit of {name} is {joint.velocity:g}, as good as none: the default limit takes its place"
+        findings.warning("absurd_limit", name, text)
+        return math.inf
+    if MAX_VELOCITY < joint.velocity < math.inf:
+        code, unit = ("suspicious_angle", "radians") if joint.is_angle else ("suspicious_length", "metres")
+        findings.warning(code, name, f"the velocity limit of {name} is {joint.velocity:g}: is it in {unit}/s?")
+    return joint.velocity
 
 
 def with_default_limits(joint: Joint) -> Joint:

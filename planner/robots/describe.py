@@ -23,6 +23,8 @@ def describe(robot: Robot) -> dict[str, Any]:
         "frames": [frame.name for frame in robot.model.frames if frame.type != pin.FrameType.FIXED_JOINT],
         "mass": robot.mass,
         "geometry": [dict(shape) for shape in robot.geometry],
+        "groups": [dict(vars(group)) for group in robot.groups],
+        "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],
     }
 
 

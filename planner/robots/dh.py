@@ -10,11 +10,12 @@ import pinocchio as pin
 
 from planner.kinematics.poses import Pose, rotation_x, rotation_z
 from planner.robots.build import Body, Link, MovingJoint, build_model
+from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
-    MAX_ANGLE,
     MAX_JOINTS,
     MAX_NUMBER,
     Findings,
+    check_angles,
     check_body,
     check_length,
     check_limits,
@@ -137,6 +138,7 @@ def read_dh(model: DHModel, *, id: str, source: str) -> tuple[Robot, tuple[Findi
             links.append(Link(TIP_FRAME, after * tip))
         chain.append(MovingJoint(joint, placement, links))
         before = after
+    check_chain(chain, TIP_FRAME, findings)
     pin_model = build_model(id, [Link(BASE_FRAME, pin.SE3.Identity())], chain)
     return Robot(id, source, pin_model, tuple(joints), TIP_FRAME), tuple(findings.items)
 
@@ -155,8 +157,7 @@ def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
         elif item.name not in LIMITS and np.abs(numbers).max() > MAX_NUMBER:
             findings.error("number_out_of_range", name, f"{item.name} of {name} is beyond {MAX_NUMBER:g}")
     check_length(name, (row.a, row.d), findings)
-    if max(abs(row.theta), abs(row.alpha)) > MAX_ANGLE:
-        findings.warning("suspicious_angle", name, f"theta and alpha of {name} are large: are they in radians?")
+    check_angles(name, (row.theta, row.alpha), findings)
 
 
 def _joint(name: str, row: DHJoint, findings: Findings) -> Joint:

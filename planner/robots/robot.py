@@ -56,6 +56,37 @@ class Joint:
         return self.kind != "prismatic"
 
 
+@dataclass(frozen=True)
+class JointGroup:
+    """Joints that belong together, as an SRDF has them.
+
+    Attributes:
+        name: Of the group.
+        joints: Names of its moving joints, from the root to the tips; those that are not among the robot's are
+            held still.
+        tip_frame: The link at the end of a group that is one chain; None: it is something else.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    tip_frame: str | None
+
+
+@dataclass(frozen=True)
+class DisabledCollision:
+    """Two links that need no collision check against each other, as an SRDF has them.
+
+    Attributes:
+        link_1: Name of a link.
+        link_2: Name of another.
+        reason: In the words of the SRDF; None: not given.
+    """
+
+    link_1: str
+    link_2: str
+    reason: str | None
+
+
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A robot arm whose configuration is one number per joint, continuous joints included.
@@ -67,6 +98,8 @@ class Robot:
         joints: In the order of every joint array.
         tip_frame: Name of the frame at the flange.
         geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
+        groups: Joints that belong together, of an uploaded SRDF.
+        disabled_collisions: Pairs of links that an uploaded SRDF takes out of collision checks.
         seed_tables: What the inverse kinematics prepare when first asked; shared by the copies with tools and payloads.
     """
 
@@ -76,6 +109,8 @@ class Robot:
     joints: tuple[Joint, ...]
     tip_frame: str
     geometry: tuple[Mapping[str, Any], ...] = ()
+    groups: tuple[JointGroup, ...] = ()
+    disabled_collisions: tuple[DisabledCollision, ...] = ()
     seed_tables: list[SeedTable] = field(default_factory=list, repr=False)
 
     @cached_property

@@ -9,14 +9,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from typing import TYPE_CHECKING
-from xml.etree.ElementTree import Element, ParseError
 
 import numpy as np
 import pinocchio as pin
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import fromstring
 
 from planner.robots.build import Link, MovingJoint, build_model, rotation_with_z_along
+from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
     MAX_JOINTS,
     MAX_LINKS,
@@ -28,22 +26,21 @@ from planner.robots.checks import (
     shown,
 )
 from planner.robots.robot import Robot
+from planner.robots.srdf import read_srdf
 from planner.robots.urdf_elements import UrdfReader
+from planner.robots.xml_document import parse_robot_document
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from planner.errors import Finding
     from planner.robots.build import Body
-    from planner.robots.robot import Joint
+    from planner.robots.robot import DisabledCollision, Joint, JointGroup
     from planner.robots.urdf_elements import UrdfJoint
-
-MAX_TEXT_LENGTH = 2**20
-"""Characters."""
 
 
 def read_urdf(
-    urdf: str, *, id: str, tip_frame: str | None = None, source: str = "uploaded URDF"
+    urdf: str, *, id: str, tip_frame: str | None = None, srdf: str | None = None, source: str = "uploaded URDF"
 ) -> tuple[Robot, tuple[Finding, ...]]:
     """The arm from the root link to the tip, with everything off that chain held still.
 
@@ -52,7 +49,9 @@ def read_urdf(
     Args:
         urdf: The document.
         id: Of the robot.
-        tip_frame: Link at the end of the arm; None: the last link of the chain with the most joints.
+        tip_frame: Link at the end of the arm; None: the tip of the SRDF's chain, if it has exactly one, or else
+            the last link of the chain with the most joints.
+        srdf: A document with groups and disabled collision pairs.
         source: Where the document comes from.
 
     Returns:
@@ -62,21 +61,30 @@ def read_urdf(
         InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
     """
     findings = Findings()
-    document = _parse(urdf, findings)
+    document = parse_robot_document(urdf, "URDF", findings)
     link_elements, joint_elements = document.findall("link"), document.findall("joint")
     if len(link_elements) > MAX_LINKS or len(joint_elements) > MAX_LINKS:
         findings.error("too_many_links", None, f"more than {MAX_LINKS} links or joints")
-        findings.raise_errors()
+    if not link_elements:
+        findings.error("no_links", None, "the URDF has no link")
+    findings.raise_errors()
     reader = UrdfReader(findings)
     bodies = {element.get("name", ""): reader.body(element) for element in link_elements}
     joints = [reader.joint(element) for element in joint_elements]
     check_names("link", [element.get("name", "") for element in link_elements], findings)
     check_names("joint", [joint.name for joint in joints], findings)
     geometry = [shape for element in link_elements for shape in reader.geometry(element)]
-    reader.report_meshes()
+    reader.report_left_out()
     _check_tree(bodies, joints, findings)
 
     root, arrivals = _walk(bodies, joints)
+    groups: tuple[JointGroup, ...] = ()
+    disabled: tuple[DisabledCollision, ...] = ()
+    if srdf is not None:
+        groups, disabled = read_srdf(srdf, document.get("name", ""), root, arrivals, findings)
+        findings.raise_errors()
+    if tip_frame is None:
+        tip_frame = _tip_of_only_chain(groups, findings)
     tip = _tip(root, arrivals, tip_frame, findings)
     chain = _chain(arrivals, tip)
     limits = {joint.name: _limits(joint.moving, findings) for joint in chain if joint.moving is not None}
@@ -86,37 +94,9 @@ def read_urdf(
         findings.error("no_joints", None, f"no joint moves {shown(tip)}")
     findings.raise_errors()
 
-    model = _build(id, root, arrivals, bodies, limits, findings)
-    robot = Robot(id, source, model, tuple(limits.values()), tip, tuple(geometry))
+    model = _build(id, root, tip, arrivals, bodies, limits, findings)
+    robot = Robot(id, source, model, tuple(limits.values()), tip, tuple(geometry), groups, disabled)
     return robot, tuple(findings.items)
-
-
-def _parse(urdf: str, findings: Findings) -> Element:
-    """The root element.
-
-    Raises:
-        InvalidRobotModel: Too long, not XML, with a DOCTYPE, or not a robot.
-    """
-    if len(urdf) > MAX_TEXT_LENGTH:
-        findings.error("document_too_large", None, f"the URDF is longer than {MAX_TEXT_LENGTH} characters")
-        findings.raise_errors()
-    document = Element("none")
-    try:
-        document = fromstring(urdf, forbid_dtd=True, forbid_entities=True, forbid_external=True)
-    except DefusedXmlException:
-        findings.error("forbidden_xml", None, "the URDF has a DOCTYPE or entities, which are not allowed")
-    except ParseError as error:
-        line, column = error.position
-        findings.error("not_xml", None, f"the URDF is not well-formed XML: line {line}, column {column}")
-    except ValueError:
-        findings.error("not_xml", None, "the URDF has characters that XML cannot have")
-    else:
-        if document.tag != "robot":
-            findings.error("not_a_robot", None, "the root element of a URDF is <robot>")
-        elif document.find("link") is None:
-            findings.error("no_links", None, "the URDF has no link")
-    findings.raise_errors()
-    return document
 
 
 def _check_tree(links: Collection[str], joints: Sequence[UrdfJoint], findings: Findings) -> None:
@@ -161,6 +141,17 @@ def _walk(links: Collection[str], joints: Sequence[UrdfJoint]) -> tuple[str, dic
     return root, arrivals
 
 
+def _tip_of_only_chain(groups: Sequence[JointGroup], findings: Findings) -> str | None:
+    """The end of the one group that is a chain; None: there is none, or several."""
+    tips = [(group.name, group.tip_frame) for group in groups if group.tip_frame is not None]
+    if len(tips) != 1:
+        return None
+    ((name, tip),) = tips
+    text = f"the tip frame is that of the SRDF's only chain, {shown(name)}: {shown(tip)}"
+    findings.info("tip_frame_from_srdf", shown(name), text)
+    return tip
+
+
 def _tip(root: str, arrivals: Mapping[str, UrdfJoint], asked: str | None, findings: Findings) -> str:
     """The link asked for; or the one behind the most degrees of freedom, and of those the one with the most joints."""
     depth = {root: (0, 0)}
@@ -199,6 +190,7 @@ def _limits(joint: Joint, findings: Findings) -> Joint:
 def _build(
     name: str,
     root: str,
+    tip: str,
     arrivals: Mapping[str, UrdfJoint],
     bodies: Mapping[str, Body | None],
     limits: Mapping[str, Joint],
@@ -220,7 +212,9 @@ def _build(
             placements[link] = placements[joint.parent] * joint.placement_at(_hold(joint, findings))
             links[link] = links[joint.parent]
         links[link].append(Link(link, placements[link], bodies[link]))
-    return build_model(name, base, [moving[joint] for joint in limits])
+    chain = [moving[joint] for joint in limits]
+    check_chain(chain, tip, findings)
+    return build_model(name, base, chain)
 
 
 def _hold(joint: UrdfJoint, findings: Findings) -> float:

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from planner.kinematics.poses import rotation_from_rpy
 from planner.robots.build import Body
-from planner.robots.checks import MAX_NUMBER, Findings, check_body, check_length, shown
+from planner.robots.checks import MAX_NUMBER, Findings, check_angles, check_body, check_length, shown
 from planner.robots.robot import Joint
 
 if TYPE_CHECKING:
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
 
-
 SHAPES = {"box": {"size": [0.0] * 3}, "cylinder": {"radius": [0.0], "length": [0.0]}, "sphere": {"radius": [0.0]}}
 """The shapes that are kept, with the attributes that give their size."""
+MAX_SHAPES = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +64,24 @@ class UrdfJoint:
         return self.placement * pin.SE3(np.eye(3), self.axis * position)
 
 
+def _number(word: str) -> float:
+    """The number that a word is, to other programs too: `float` alone knows `1_000` and the digits of all scripts.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if "_" in word or not word.isascii():
+        raise ValueError
+    return float(word)
+
+
 class UrdfReader:
     """Reads elements; what is wrong with one becomes a finding and a harmless value."""
 
     def __init__(self, findings: Findings) -> None:
         self.findings = findings
         self.meshes = 0
+        self.shapes = 0
 
     def numbers(
         self, element: Element | None, attribute: str, default: Sequence[float], subject: str, limit: float = MAX_NUMBER
@@ -80,7 +92,7 @@ class UrdfReader:
         if text is None:
             return fallback
         try:
-            values = np.array([float(word) for word in text.split()])
+            values = np.array([_number(word) for word in text.split()])
         except ValueError:
             self.findings.error("not_a_number", subject, f"{attribute} of {subject} is not made of numbers")
             return fallback
@@ -104,7 +116,9 @@ class UrdfReader:
         origin = None if element is None else element.find("origin")
         position = self.numbers(origin, "xyz", [0.0] * 3, subject)
         check_length(subject, position, self.findings)
-        return position, self.numbers(origin, "rpy", [0.0] * 3, subject)
+        rpy = self.numbers(origin, "rpy", [0.0] * 3, subject)
+        check_angles(subject, rpy, self.findings)
+        return position, rpy
 
     def body(self, element: Element) -> Body | None:
         """The inertial element of a link."""
@@ -178,29 +192,29 @@ class UrdfReader:
     def geometry(self, element: Element) -> list[Mapping[str, Any]]:
         """The simple visual shapes of a link; meshes are counted and left alone."""
         name = element.get("name", "")
-        SHAPES = {
-            "box": {"size": [0.0] * 3},
-            "cylinder": {"radius": [0.0], "length": [0.0]},
-            "sphere": {"radius": [0.0]},
-        }
         shapes: list[Mapping[str, Any]] = []
-        for visual in element.findall("visual"):
+        for visual, shape in ((v, shape) for v in element.findall("visual") for shape in v.findall("geometry/*")):
+            if shape.tag not in SHAPES:
+                self.meshes += 1
+                continue
+            self.shapes += 1
+            if self.shapes > MAX_SHAPES:
+                continue
             position, rpy = self.origin(visual, shown(name))
-            for shape in visual.findall("geometry/*"):
-                if shape.tag not in SHAPES:
-                    self.meshes += 1
-                    continue
-                size = {key: self.numbers(shape, key, none, shown(name)) for key, none in SHAPES[shape.tag].items()}
-                if min(value.min() for value in size.values()) <= 0.0:
-                    text = f"a {shape.tag} of {shown(name)} has no size and is not drawn"
-                    self.findings.warning("shape_without_size", shown(name), text)
-                    continue
-                plain = {key: value.tolist() if len(value) > 1 else float(value[0]) for key, value in size.items()}
-                pose = {"position": position.tolist(), "rpy": rpy.tolist()}
-                shapes.append({"kind": shape.tag, "frame": name, **pose, **plain})
+            size = {key: self.numbers(shape, key, none, shown(name)) for key, none in SHAPES[shape.tag].items()}
+            if min(value.min() for value in size.values()) <= 0.0:
+                text = f"a {shape.tag} of {shown(name)} has no size and is not drawn"
+                self.findings.warning("shape_without_size", shown(name), text)
+                continue
+            plain = {key: value.tolist() if len(value) > 1 else float(value[0]) for key, value in size.items()}
+            pose = {"position": position.tolist(), "rpy": rpy.tolist()}
+            shapes.append({"kind": shape.tag, "frame": name, **pose, **plain})
         return shapes
 
-    def report_meshes(self) -> None:
-        """Say that meshes were left out."""
+    def report_left_out(self) -> None:
+        """Say which visuals were left out."""
         if self.meshes:
             self.findings.info("meshes_ignored", None, f"{self.meshes} meshes were not read")
+        if self.shapes > MAX_SHAPES:
+            text = f"of {self.shapes} shapes only the first {MAX_SHAPES} are drawn"
+            self.findings.warning("too_many_shapes", None, text)

@@ -342,7 +342,7 @@ BAD_REQUESTS = [
         INVERSE,
         {"robot": "three_dof_arm", "poses": [{"position": [0.1, 0, 0]}], "reference": [0]},
         INVALID,
-        "/reference/0",
+        "/reference",
     ),
     *BAD_KINEMATICS,
     *BAD_ROBOTS,

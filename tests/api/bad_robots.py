@@ -10,19 +10,45 @@ from tests.api.requests import dh_joint, dh_robot, urdf_chain, urdf_joint, urdf_
 
 @dataclass(frozen=True)
 class Bad:
-    """A bad request; `pointer` None: there is none to expect."""
+    """A bad request; `pointer`, `finding` None: there is none to expect."""
 
     name: str
     path: str
     body: Any
     code: str
     pointer: str | None = None
+    finding: str | None = None
 
 
 ROBOTS = "/v1/robots"
 INVALID, MODEL = "invalid_request", "invalid_robot_model"
 ENTITIES = '<!DOCTYPE r [<!ENTITY a "aaaaaaaa"><!ENTITY b "&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;">]>'
 EXTERNAL = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]>'
+
+
+def _table(name: str, finding: str, *rows: dict[str, Any], **changes: Any) -> Bad:
+    return Bad(name, ROBOTS, dh_robot(joints=list(rows), **changes), MODEL, finding=finding)
+
+
+def _document(name: str, finding: str, document: str, **changes: Any) -> Bad:
+    return Bad(name, ROBOTS, {"kind": "urdf", "id": "uploaded", "urdf": document, **changes}, MODEL, finding=finding)
+
+
+def _chain(name: str, finding: str, old: str, new: str) -> Bad:
+    """A good chain with something replaced everywhere."""
+    return _document(name, finding, PLAIN.replace(old, new))
+
+
+def _srdf(name: str, finding: str, content: str) -> Bad:
+    return _document(name, finding, PLAIN, srdf=f'<robot name="r">{content}</robot>')
+
+
+CHAIN = urdf_chain(3)
+PLAIN = f'<robot name="r">{CHAIN}</robot>'
+ORIGIN = 'xyz="0 0 0.1"'
+XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+BROKEN_CHAINS = '<chain base_link="x" tip_link="end"/>' * 1000
+LONG_CHAIN = urdf_chain(30) + '<link name="end"/>' + urdf_joint(99, "l30", "end")
 
 BAD_ROBOTS = [
     # Denavit-Hartenberg tables.
@@ -99,4 +125,104 @@ BAD_ROBOTS = [
         MODEL,
     ),
     Bad("tip that is not there", ROBOTS, urdf_robot(urdf_chain(2), tip_frame="nowhere"), MODEL),
+    # Text that is no URDF.
+    _document(
+        "macros of xacro left in", "unexpanded_elements", PLAIN.replace("<link", f"<xacro:arm {XACRO}/><link", 1)
+    ),
+    _document("a macro deep inside", "unexpanded_elements", PLAIN.replace("<limit", f"<xacro:x {XACRO}/><limit", 1)),
+    _document("a prefix that is not bound", "not_xml", PLAIN.replace("<link", "<xacro:arm/><link", 1)),
+    _document(
+        "a file to include",
+        "unexpanded_elements",
+        PLAIN.replace(
+            "<link", '<i:include xmlns:i="http://www.w3.org/2001/XInclude" href="file:///etc/passwd"/><link', 1
+        ),
+    ),
+    _document(
+        "links of a namespace", "no_links", f'<robot xmlns:u="urn:u">{CHAIN.replace("<link", "<u:link")}</robot>'
+    ),
+    _document("two byte order marks", "not_xml", "\ufeff\ufeff" + PLAIN),
+    _document("UTF-16 read as something else", "not_xml", PLAIN.encode("utf-16").decode("latin-1")),
+    _document("a null character", "not_xml", PLAIN.replace('"r"', '"\0"')),
+    _document("a reference to a null character", "not_xml", PLAIN.replace('"r"', '"&#0;"')),
+    _document("two documents", "not_xml", PLAIN + PLAIN),
+    _document("SDF", "not_a_robot", '<sdf version="1.7"><model name="r"/></sdf>'),
+    _document("an attribute twice", "not_xml", '<robot><link name="a" name="b"/></robot>'),
+    _document(
+        "a parameter entity", "forbidden_xml", '<!DOCTYPE r [<!ENTITY % x SYSTEM "http://127.0.0.1:9/">%x;]>' + PLAIN
+    ),
+    _document("one long entity", "forbidden_xml", f'<!DOCTYPE r [<!ENTITY a "{"a" * 50_000}">]>' + PLAIN),
+    _document("a name of a megabyte", "document_too_large", PLAIN.replace('"r"', f'"{"r" * 2**20}"')),
+    Bad("half a surrogate pair", ROBOTS, b'{"kind": "urdf", "id": "a", "urdf": "\\ud800"}', INVALID),
+    Bad("bytes that are no UTF-8", ROBOTS, b'{"kind": "urdf", "id": "a", "urdf": "\xff\xfe"}', INVALID),
+    # Numbers that other programs read differently, or not at all.
+    _chain("a hexadecimal number", "not_a_number", ORIGIN, 'xyz="0 0 0x10"'),
+    _chain("a decimal comma", "not_a_number", ORIGIN, 'xyz="0 0 0,1"'),
+    _chain("commas between numbers", "not_a_number", ORIGIN, 'xyz="0,0,0.1"'),
+    _chain("digits of another script", "not_a_number", ORIGIN, 'xyz="0 0 \u0661"'),
+    _chain("grouped digits", "not_a_number", ORIGIN, 'xyz="0 0 1_000"'),
+    _chain("a typographic minus", "not_a_number", ORIGIN, 'xyz="0 0 \u22121"'),
+    _chain("a fraction", "not_a_number", ORIGIN, 'rpy="0 0 pi/2"'),
+    _chain("a substitution", "not_a_number", ORIGIN, 'xyz="0 0 $(arg height)"'),
+    _chain("no numbers at all", "wrong_number_count", ORIGIN, 'xyz=""'),
+    _chain("100,000 numbers", "wrong_number_count", ORIGIN, f'xyz="{"0 " * 100_000}"'),
+    _chain("a number of 300,000 digits", "non_finite_number", ORIGIN, f'xyz="0 0 {"1" * 300_000}"'),
+    _chain("a limit without a number", "wrong_number_count", 'velocity="1"', 'velocity=""'),
+    _chain("a limit of infinity", "non_finite_number", 'velocity="1"', 'velocity="infinity"'),
+    _chain("the least speed there is", "absurd_limit", 'velocity="1"', 'velocity="5e-324"'),
+    _chain("a torque next to nothing", "absurd_limit", 'effort="10"', 'effort="1e-300"'),
+    # Trees that are none.
+    _chain("planar joints", "unsupported_joint_kind", "revolute", "planar"),
+    _chain("floating joints", "unsupported_joint_kind", "revolute", "floating"),
+    _chain("kinds in capitals", "unknown_joint_kind", "revolute", "Revolute"),
+    _chain("only mimic joints", "no_joints", "<axis", '<mimic joint="j0"/><axis'),
+    _chain("a link of two parents", "several_parents", 'child link="l3"', 'child link="l2"'),
+    _chain("a joint from a link to itself", "cycle", 'parent link="l0"', 'parent link="l1"'),
+    _chain("a name that is blank", "invalid_name", '"l3"', '" "'),
+    _chain("a name with a space behind it", "invalid_name", '"l3"', '"l3 "'),
+    _document("two hundred joints", "too_many_joints", f"<robot>{urdf_chain(200)}</robot>"),
+    _document("a joint as the tip", "unknown_tip_frame", PLAIN, tip_frame="j1"),
+    _document("the root as the tip", "no_joints", PLAIN, tip_frame="l0"),
+    # Denavit-Hartenberg tables.
+    _table("one row too many", "too_many_joints", *[dh_joint()] * 33),
+    _table("two rows of a name", "duplicate_name", dh_joint(name="a"), dh_joint(name="a")),
+    _table("a row named after the base", "reserved_name", dh_joint(name="universe")),
+    _table("one limit without the other", "one_sided_position_limit", dh_joint(upper=1.0)),
+    _table("a window of no width", "lower_not_below_upper", dh_joint(lower=0.0, upper=-0.0)),
+    _table("a speed of nothing", "absurd_limit", dh_joint(velocity=5e-324)),
+    _table("a jerk of nothing", "absurd_limit", dh_joint(jerk=1e-9)),
+    _table("a train for a link", "absurd_mass", dh_joint(mass=4e5)),
+    _table("a negative moment", "inertia_not_positive_definite", dh_joint(mass=1, inertia=[1, 0, 0, -1, 0, 1])),
+    _table("products above the moments", "inertia_not_positive_definite", dh_joint(mass=1, inertia=[1, 9, 0, 1, 0, 1])),
+    Bad("an angle in words", ROBOTS, dh_robot(joints=[dh_joint(alpha="pi/2")]), INVALID, "/joints/0/alpha"),
+    Bad("a length that is true", ROBOTS, dh_robot(joints=[dh_joint(a=True)]), INVALID, "/joints/0/a"),
+    Bad("a speed of zero", ROBOTS, dh_robot(joints=[dh_joint(velocity=0)]), INVALID, "/joints/0/velocity"),
+    Bad("an inertia of five", ROBOTS, dh_robot(joints=[dh_joint(inertia=[1] * 5)]), INVALID, "/joints/0/inertia"),
+    Bad("an SRDF for a table", ROBOTS, dh_robot(srdf="<robot/>"), INVALID, "/srdf"),
+    # SRDF.
+    Bad("an empty SRDF", ROBOTS, urdf_robot(CHAIN, srdf=""), INVALID, "/srdf"),
+    _document("an SRDF that is not closed", "not_xml", PLAIN, srdf="<robot>"),
+    _document("an SRDF with entities", "forbidden_xml", PLAIN, srdf=ENTITIES + "<robot>&c;</robot>"),
+    _document("an SRDF with a file", "forbidden_xml", PLAIN, srdf=EXTERNAL + "<robot>&x;</robot>"),
+    _document("an SRDF of another root", "not_a_robot", PLAIN, srdf="<semantics/>"),
+    _document("an SRDF of two megabytes", "document_too_large", PLAIN, srdf="<robot>" + " " * 2**20 + "</robot>"),
+    _srdf("a chain of strangers", "broken_chain", '<group name="g"><chain base_link="x" tip_link="y"/></group>'),
+    _srdf("a chain the wrong way", "broken_chain", '<group name="g"><chain base_link="l3" tip_link="l0"/></group>'),
+    _srdf("a chain without ends", "broken_chain", '<group name="g"><chain/></group>'),
+    _srdf("a group of itself", "group_cycle", '<group name="g"><group name="g"/></group>'),
+    _srdf(
+        "groups in a circle",
+        "group_cycle",
+        '<group name="g"><group name="h"/></group><group name="h"><group name="g"/></group>',
+    ),
+    _srdf("two groups of a name", "duplicate_name", '<group name="g"><joint name="j0"/></group>' * 2),
+    _srdf("a group without a name", "invalid_name", '<group><joint name="j0"/></group>'),
+    _srdf("thousands of groups", "too_many_groups", '<group name="g"/>' * 20_000),
+    _srdf("thousands of members", "too_many_groups", f'<group name="g">{"<joint/>" * 20_000}</group>'),
+    _document(
+        "thousands of broken chains",
+        "broken_chain",
+        f"<robot>{LONG_CHAIN}</robot>",
+        srdf=f'<robot><group name="g">{BROKEN_CHAINS}</group></robot>',
+    ),
 ]

@@ -36,6 +36,8 @@ def test_bad_request(service: RunningService, bad: Bad) -> None:
     assert problem["instance"] == bad.path
     if bad.pointer is not None:
         assert bad.pointer in [fault["pointer"] for fault in problem["errors"]], problem
+    if bad.finding is not None:
+        assert bad.finding in {found["code"] for found in problem["findings"] if found["severity"] == "error"}, problem
     assert len(answer.content) < 20_000
     # Alive, the same workers, none of them over its cap.
     assert service.post(PLAN, plan_request()).status_code == 200

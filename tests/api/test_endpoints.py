@@ -105,6 +105,10 @@ def test_every_back_end_plans_pose_and_relative_waypoints(service: RunningServic
     ).json()["poses"]
     np.testing.assert_allclose(poses[1]["position"], goal, atol=2e-6)
     np.testing.assert_allclose(poses[2]["position"], start["position"], atol=4e-6)
+    given, pose, _ = plan["waypoints"]
+    assert (given["solutions"], given["solution"], given["choice"]) == (None, None, "given")
+    assert 0 <= pose["solution"] < pose["solutions"]
+    assert pose["choice"] in {"only", "shortest_way"}
     assert plan["certificate"]["satisfied"] is True
 
 

@@ -19,7 +19,14 @@ from planner.kinematics import (
     workspace,
 )
 from planner.plan import Plan, plan
-from planner.problem import InverseKinematicsOptions, JointWaypoint, Payload, PlanningProblem, PoseWaypoint
+from planner.problem import (
+    InverseKinematicsOptions,
+    JointWaypoint,
+    LinearMotion,
+    Payload,
+    PlanningProblem,
+    PoseWaypoint,
+)
 from planner.robots import Robot, load_robot
 from tests.documents.published import angle_between, document, gantry, homogeneous, matrix
 
@@ -28,6 +35,17 @@ POINTS = DOCUMENT["test_points"]["points"]
 STATICS = DOCUMENT["statics"]
 TRAPEZOID = DOCUMENT["trapezoid"]
 TRANSITIONS = DOCUMENT["transitions"]
+
+DEGREES, MILLIMETRES = 180.0 / np.pi, 1000.0
+RANGES = {
+    "theta1_deg": DEGREES,
+    "l1_mm": MILLIMETRES,
+    "l2_mm": MILLIMETRES,
+    "theta2_deg": DEGREES,
+    "theta3_deg": DEGREES,
+    "theta4_deg": DEGREES,
+}
+"""The document's joints, in order, and what makes its units of ours."""
 
 IDS = [f"point-{point['point']}" for point in POINTS]
 every_point = pytest.mark.parametrize("point", POINTS, ids=IDS)
@@ -216,6 +234,28 @@ def test_transition_1_on_the_arm_itself(robot: Robot) -> None:
     assert result.path.positions == pytest.approx(np.array([joints_of(point) for point in POINTS[:2]]), abs=1e-6)
     peak = result.trajectory.evaluate(np.array([15.0]), [1])[0][0]
     assert peak == pytest.approx(0.05 * (joints_of(POINTS[1]) - joints_of(POINTS[0])), abs=1e-7)
+
+
+def test_transition_1_as_a_linear_motion_under_the_trapezoid(robot: Robot) -> None:
+    """Straight in position, about one axis in orientation; the joints' ranges are those computed from the document."""
+    points = [chain(joints_of(point)) for point in POINTS[:2]]
+    goal = PoseWaypoint(pose=Pose(points[1][:3, 3], points[1][:3, :3]), duration=30.0, motion=LinearMotion())
+    waypoints = (JointWaypoint(position=tuple(joints_of(POINTS[0]).tolist())), goal)
+    result = plan(PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0)))
+    times = np.linspace(0.0, 30.0, 3001)
+    positions = result.trajectory.evaluate(times, [0])[0]
+    ranges = TRANSITIONS[0]["computed_path_joint_ranges"]
+    for j, (key, unit) in enumerate(RANGES.items()):
+        low, high = (unit * float(extreme) for extreme in (positions[:, j].min(), positions[:, j].max()))
+        assert low == pytest.approx(ranges[key][0], abs=1e-3)
+        assert high == pytest.approx(ranges[key][1], abs=1e-3)
+    start, way = points[0][:3, 3], points[1][:3, 3] - points[0][:3, 3]
+    for t, q in zip(times[::30], positions[::30], strict=True):
+        # s of Section 7 with a = 0.005 1/s^2
+        s = 0.0025 * t**2 if t < 10.0 else 0.25 + 0.05 * (t - 10.0) if t < 20.0 else 1.0 - 0.0025 * (30.0 - t) ** 2
+        T = chain(q)
+        assert T[:3, 3] == pytest.approx(start + s * way, abs=1e-4)
+        assert angle_between(points[0][:3, :3], T[:3, :3]) == pytest.approx(s * np.pi / 2.0, abs=1e-3)
 
 
 def test_transition_2_on_the_arm_itself_by_position(robot: Robot) -> None:

@@ -10,7 +10,7 @@ import pytest
 from planner.backends import Cubic
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, workspace
 from planner.plan import Plan, plan
-from planner.problem import InverseKinematicsOptions, JointWaypoint, PlanningProblem, PoseWaypoint
+from planner.problem import InverseKinematicsOptions, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from tests.documents.published import document, gantry, homogeneous, modified_dh
 
@@ -207,6 +207,21 @@ def test_table_3_1_is_solved_row_by_row_on_one_branch(robot: Robot) -> None:
         assert apart(result.position, closed_form(target)[0]) < 1e-8
         assert np.degrees(np.abs(result.position - q)).max() < 3.0
         q = result.position
+
+
+def test_table_3_1_as_a_linear_motion_of_the_arm(robot: Robot) -> None:
+    """All 50 rows to 1e-4 mm, by a plain D-H product of the joints, which stay on the branch with the elbow up."""
+    start, end = (np.array(MOVEMENT_SETS["first"][key]) for key in ("start_m", "end_m"))
+    waypoints = (
+        JointWaypoint(position=tuple(closed_form(start)[0].tolist()), dwell=10.0),
+        PoseWaypoint(pose=Pose(end), duration=5.0, motion=LinearMotion(tolerance_position=5e-8)),
+    )
+    trajectory = plan(PlanningProblem(robot, waypoints, Cubic())).trajectory
+    times = np.linspace(10.1, 15.0, 50)
+    printed = np.array(DOCUMENT["table_3_1"]["rows"])[:, 1:]
+    for q, row in zip(trajectory.evaluate(times, [0])[0], printed, strict=True):
+        assert 1000.0 * position_of(q) == pytest.approx(row, abs=1e-4)
+        assert apart(q, closed_form(position_of(q))[0]) < 1e-8
 
 
 @pytest.mark.parametrize("name", MOVEMENT_SETS)

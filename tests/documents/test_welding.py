@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 
-from planner.kinematics import FloatArray, Pose, inverse_kinematics
+from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
 from planner.plan import Plan, plan
 from planner.problem import (
     CartesianMove,
     CylindricalMove,
     InverseKinematicsOptions,
+    LinearMotion,
     Move,
     PlanningProblem,
     PoseWaypoint,
@@ -125,3 +128,30 @@ def test_e18_home_cannot_be_reached_without_a_base_height() -> None:
 def test_plan_is_certified(welding: Plan) -> None:
     assert welding.certificate.satisfied
     assert len(welding.path.waypoints) == 11
+
+
+def straight(robot_id: str) -> tuple[PoseWaypoint | RelativeWaypoint, ...]:
+    """The sequence with a straight line to every point but the first."""
+    first, *others = waypoints()
+    return first, *(replace(waypoint, motion=LinearMotion()) for waypoint in others)
+
+
+@pytest.mark.parametrize("robot_id", ["welding_arm", "kuka_kr16_l6_2"])
+def test_the_sequence_as_linear_motions(robot_id: str) -> None:
+    """On the repaired arm and on a real one, to 0.1 mm and on one branch all the way."""
+    robot = load_robot(robot_id)
+    result = plan(PlanningProblem(robot, straight(robot_id)))
+    expected = [np.array(point["computed_T"])[:3, 3] for point in POINTS]
+    signs = set()
+    for segment, (start, end) in enumerate(pairwise(expected)):
+        length = np.linalg.norm(end - start)
+        way = (end - start) / length if length > 0.0 else np.zeros(3)  # some moves only turn the torch
+        times = np.linspace(result.trajectory.arrivals[segment], result.trajectory.arrivals[segment + 1], 60)
+        for q in result.trajectory.evaluate(times, [0])[0]:
+            offset = forward_kinematics(robot, q[None])[0].position - start
+            assert np.linalg.norm(offset - (offset @ way) * way) <= 1e-4
+            signs.add(float(np.sign(np.linalg.det(jacobian(robot, q)))))
+    assert len(signs) == 1
+    if robot_id == "welding_arm":  # by a plain D-H product
+        for q, point in zip(result.path.positions, expected, strict=True):
+            assert np.linalg.norm(reached(q)[:3, 3] - point) < 1e-6

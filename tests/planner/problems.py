@@ -8,7 +8,23 @@ import numpy as np
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
-from planner.problem import JointWaypoint, Limits, PlanningProblem
+from planner.kinematics import Pose, forward_kinematics
+from planner.kinematics.poses import rotation_from_rpy
+from planner.problem import (
+    AnyWaypoint,
+    BlendTransition,
+    CircularMotion,
+    JointMotion,
+    JointWaypoint,
+    Limits,
+    LinearMotion,
+    Motion,
+    PlanningProblem,
+    PoseWaypoint,
+    StopTransition,
+    ThroughTransition,
+    Transition,
+)
 from planner.robots import Robot, load_robot
 
 ARMS = ("ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "kuka_kr16_l6_2")
@@ -47,3 +63,50 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
             waypoints[i] = replace(waypoints[i], limits=own)
     limits = Limits(velocity_scale=draw(st.floats(0.01, 1.0)), acceleration_scale=draw(st.floats(0.01, 1.0)))
     return replace(problem, waypoints=tuple(waypoints), limits=limits)
+
+
+@st.composite
+def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
+    """Poses around a random joint position, by motions and transitions of all kinds."""
+    robot = load_robot(draw(st.sampled_from(ARMS)))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    first = 0.7 * np.array(random_position(robot, rng)) + 0.3 * robot.middle
+    home = forward_kinematics(robot, first[None])[0]
+    reach = 10.0 ** draw(st.floats(-3.0, -0.5)) * (0.15 if robot.dof == 3 else 1.0)
+    count = draw(st.integers(2, 5))
+    waypoints: list[AnyWaypoint] = [JointWaypoint(position=tuple(first.tolist()))]
+    before: Motion = JointMotion()
+    for k in range(1, count):
+        motion = draw(st.sampled_from(["joint", "linear", "circular"]))
+        made: Motion = {"joint": JointMotion(), "linear": LinearMotion()}.get(motion) or CircularMotion(
+            _near(home, robot, rng, reach)
+        )
+        waypoints.append(PoseWaypoint(pose=_near(home, robot, rng, reach), motion=made))
+        if k > 1:
+            both_tool = not isinstance(before, JointMotion) and not isinstance(made, JointMotion)
+            kinds = ["stop", "blend"] if both_tool else ["stop", "blend", "through"]
+            waypoints[k - 1] = replace(waypoints[k - 1], transition=draw(_transitions(kinds, reach)))
+        before = made
+    scale = draw(st.floats(0.05, 1.0))
+    speed = draw(st.sampled_from([None, None, 0.05, 0.5]))
+    limits = Limits(velocity_scale=scale, acceleration_scale=scale, tcp_linear_velocity=speed)
+    return PlanningProblem(robot, tuple(waypoints), BACKENDS[kind](), limits)
+
+
+def _near(home: Pose, robot: Robot, rng: np.random.Generator, reach: float) -> Pose:
+    assert home.rotation is not None
+    position = home.position + reach * rng.uniform(-1.0, 1.0, 3)
+    if robot.dof == 3:
+        return Pose(position)
+    return Pose(position, home.rotation @ rotation_from_rpy(*rng.uniform(-0.5, 0.5, 3)))
+
+
+@st.composite
+def _transitions(draw: st.DrawFn, kinds: list[str], reach: float) -> Transition:
+    match draw(st.sampled_from(kinds)):
+        case "stop":
+            return StopTransition()
+        case "through":
+            return ThroughTransition()
+        case _:
+            return BlendTransition(reach * draw(st.floats(0.05, 1.5)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -113,3 +115,35 @@ def test_limits_of_the_table_and_of_the_default_rule() -> None:
         "joint_3",
         "spin",
     ]
+
+
+KR16_AXIS_6 = DHJoint("revolute", alpha=-np.pi / 2, lower=-np.radians(350), upper=np.radians(350), velocity=11.29)
+"""Turns further and faster than the other axes of the arm."""
+BALL = (0.02, 0.0, 0.0, 0.02, 0.0, 0.02)
+REMARKS = [
+    ("no_reach", (DHJoint("revolute", alpha=1.0), DHJoint("revolute"))),
+    ("suspicious_angle", (replace(KR16_AXIS_6, a=0.1, alpha=-90.0),)),
+    ("suspicious_angle", (replace(KR16_AXIS_6, a=0.1, theta=90.0),)),
+    ("suspicious_angle", (replace(KR16_AXIS_6, a=0.1, lower=-180.0, upper=180.0),)),
+    ("suspicious_angle", (replace(KR16_AXIS_6, a=0.1, velocity=647.0),)),
+    ("suspicious_length", (replace(KR16_AXIS_6, a=35.0), replace(KR16_AXIS_6, d=40.0))),
+    ("suspicious_length", (DHJoint("prismatic", lower=0.0, upper=30.0), replace(KR16_AXIS_6, a=25.0))),
+    ("suspicious_length", (DHJoint("prismatic", lower=0.0, upper=0.6, velocity=80.0),)),
+    ("absurd_limit", (replace(KR16_AXIS_6, a=0.1, velocity=1e5),)),
+    ("mass_missing", (replace(KR16_AXIS_6, a=0.1, mass=2.0, inertia=BALL), KR16_AXIS_6)),
+    ("suspicious_mass", (replace(KR16_AXIS_6, a=0.1, mass=8400.0, inertia=(90.0, 0, 0, 90.0, 0, 90.0)),)),
+    ("suspicious_inertia", (replace(KR16_AXIS_6, a=0.1, mass=2.0, inertia=(9.0, 0, 0, 9.0, 0, 9.0)),)),
+]
+
+
+@pytest.mark.parametrize(("code", "rows"), REMARKS, ids=[f"{i}-{code}" for i, (code, _) in enumerate(REMARKS)])
+def test_a_usable_table_is_remarked_upon(code: str, rows: tuple[DHJoint, ...]) -> None:
+    robot, findings = read_dh(DHModel("standard", rows), id="odd", source="test")
+    assert [finding.code for finding in findings if finding.severity == "warning"] == [code]
+    assert np.isfinite(frame_pose(robot, np.zeros(len(rows)))).all()
+
+
+def test_a_sound_table_gets_no_warning() -> None:
+    rows = (replace(KR16_AXIS_6, a=0.68, d=0.675), replace(KR16_AXIS_6, kind="prismatic", d=0.2, velocity=1.5))
+    _, findings = read_dh(DHModel("standard", rows), id="sound", source="test")
+    assert {finding.severity for finding in findings} == {"info"}

@@ -44,6 +44,7 @@ URDFS: list[tuple[str, str, str]] = [
     ("an outer document type", "forbidden_xml", OUTSIDE + two_links()),
     ("another root", "not_a_robot", "<model><link name='a'/></model>"),
     ("another namespace", "not_a_robot", two_links().replace("<robot", "<robot xmlns='urn:x'", 1)),
+    ("macros left in", "unexpanded_elements", two_links("<x:body xmlns:x='http://www.ros.org/wiki/xacro'/>")),
     ("nothing in it", "no_links", "<robot name='r'/>"),
     ("thousands of links", "too_many_links", MANY),
     ("thousands of joints", "too_many_links", robot(link("a"), link("b"), *[joint("j", "a", "b")] * 2000)),
@@ -61,6 +62,8 @@ URDFS: list[tuple[str, str, str]] = [
     ("two links of a name", "duplicate_name", robot(link("a"), link("b"), link("b"), joint("1", "a", "b"))),
     ("two joints of a name", "duplicate_name", robot(*TREE, joint("1", "a", "b"), joint("1", "b", "c"))),
     ("a link without a name", "invalid_name", two_links()[:-8] + "<link/></robot>"),
+    ("a name that is blank", "invalid_name", two_links().replace('"turn"', '" "')),
+    ("a name with a space before it", "invalid_name", two_links().replace('"tip"', '" tip"')),
     ("an enormous name", "invalid_name", two_links().replace('"turn"', '"' + "x" * 500_000 + '"')),
     ("a name of control characters", "invalid_name", two_links().replace('"turn"', '"a&#10;b"')),
     ("the name of Pinocchio's base", "reserved_name", two_links().replace('"base"', '"universe"')),
@@ -75,6 +78,9 @@ URDFS: list[tuple[str, str, str]] = [
     ("an axis of two numbers", "wrong_number_count", two_links(axis='<axis xyz="0 1"/>')),
     ("an axis of words", "not_a_number", two_links(axis='<axis xyz="up up up"/>')),
     ("an unexpanded macro", "not_a_number", two_links(origin='<origin xyz="0 0 ${height}"/>')),
+    ("digits of another script", "not_a_number", two_links(origin='<origin xyz="0 0 \u0661"/>')),
+    ("grouped digits", "not_a_number", two_links(origin='<origin xyz="0 0 1_000"/>')),
+    ("a hexadecimal number", "not_a_number", two_links(origin='<origin xyz="0 0 0x10"/>')),
     ("an infinite axis", "non_finite_number", two_links(axis='<axis xyz="inf 0 0"/>')),
     ("an origin of NaN", "non_finite_number", two_links(origin='<origin xyz="nan 0 0"/>')),
     ("a number of 400 digits", "non_finite_number", two_links(origin=f'<origin xyz="{HUGE} 0 0"/>')),
@@ -91,6 +97,8 @@ URDFS: list[tuple[str, str, str]] = [
     ("no position limits", "missing_position_limit", two_links(limit='<limit velocity="1" effort="1"/>')),
     ("a slide without limits", "missing_position_limit", two_links(kind="prismatic", limit="")),
     ("a negative speed", "negative_limit", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="-2"'))),
+    ("a speed next to nothing", "absurd_limit", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="1e-320"'))),
+    ("an effort next to nothing", "absurd_limit", two_links(limit=LIMIT.replace('effort="30"', 'effort="1e-9"'))),
     ("a negative effort", "negative_limit", two_links(limit=LIMIT.replace('effort="30"', 'effort="-30"'))),
     ("a speed of NaN", "non_finite_number", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="nan"'))),
     ("a negative mass", "negative_mass", two_links(inertial(mass="-1"))),
@@ -142,6 +150,13 @@ def test_all_errors_are_reported_at_once() -> None:
     codes = {finding.code for finding in caught.value.findings}
     assert {"negative_mass", "zero_axis", "non_finite_number"} <= codes
     assert "(and 2 more)" in str(caught.value)
+
+
+def test_errors_come_before_remarks() -> None:
+    """An answer lists only so many findings: the error of this arm stood behind its 200 remarks."""
+    with pytest.raises(InvalidRobotModel) as caught:
+        read_urdf(chain(200), id="long")
+    assert [finding.code for finding in caught.value.findings[:2]] == ["too_many_joints", "default_limits"]
 
 
 def test_the_caps_themselves_are_allowed() -> None:

@@ -143,6 +143,8 @@ def test_a_link_may_be_called_tool_and_carry_a_tool() -> None:
 
 
 REMARKS = [
+    ("absurd_limit", "warning", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="1000"'))),
+    ("absurd_limit", "warning", two_links(kind="prismatic", limit=LIMIT.replace('velocity="2"', 'velocity="100"'))),
     ("axis_normalised", "warning", two_links(axis='<axis xyz="0 0 2"/>')),
     ("default_limits", "info", two_links()),
     ("inertia_missing", "warning", two_links(inertial(moments='ixx="0" iyy="0" izz="0"'))),
@@ -152,10 +154,21 @@ REMARKS = [
     ("meshes_ignored", "info", two_links('<visual><geometry><mesh filename="x.stl"/></geometry></visual>')),
     ("no_torque_limit", "info", two_links(limit=LIMIT.replace('effort="30"', 'effort="0"'))),
     ("no_torque_limit", "info", two_links(limit=LIMIT.replace('effort="30"', ""))),
+    ("no_masses", "info", two_links()),
+    ("no_reach", "warning", two_links()),
+    ("position_limit_ignored", "info", two_links(kind="continuous")),
     ("shape_without_size", "warning", two_links('<visual><geometry><sphere radius="0"/></geometry></visual>')),
     ("suspicious_angle", "warning", two_links(limit='<limit lower="-180" upper="180" velocity="2" effort="1"/>')),
+    ("suspicious_angle", "warning", two_links(limit='<limit lower="-90" upper="90" velocity="2" effort="1"/>')),
+    ("suspicious_angle", "warning", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="156"'))),
+    ("suspicious_angle", "warning", two_links(origin='<origin rpy="0 -90 0"/>')),
+    ("suspicious_inertia", "warning", two_links(inertial(moments='ixx="2e4" iyy="2e4" izz="2e4"'))),
+    ("suspicious_inertia", "warning", two_links(inertial(moments='ixx="1e-9" iyy="1e-9" izz="1e-9"'))),
     ("suspicious_length", "warning", two_links(origin='<origin xyz="0 0 350"/>')),
     ("suspicious_length", "warning", two_links(kind="prismatic", limit='<limit lower="0" upper="500" velocity="1"/>')),
+    ("suspicious_mass", "warning", two_links(inertial(mass="8400"))),
+    ("suspicious_mass", "warning", two_links(inertial(mass="1e-6"))),
+    ("too_many_shapes", "warning", two_links("<visual><geometry><sphere radius='1'/></geometry></visual>" * 1001)),
     ("zero_limit", "warning", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="0"'))),
     ("zero_limit", "warning", two_links(limit=LIMIT.replace('velocity="2"', ""))),
 ]
@@ -177,3 +190,42 @@ def test_enormous_limits_are_no_limits() -> None:
     (turn,) = arm.joints
     assert (turn.lower, turn.upper, turn.torque) == (-np.inf, np.inf, np.inf)
     assert turn.provenance == dict.fromkeys(("velocity", "acceleration", "jerk"), "default")
+
+
+def sound_arm(lengths: str = "0.3", missing: int | None = None) -> str:
+    """Three joints, one length apart; the link at `missing` has no mass."""
+    names = [f"l{i}" for i in range(5)]
+    links = [link(name, "" if i in (0, 4, missing) else INERTIAL) for i, name in enumerate(names)]
+    origin = f'<origin xyz="{lengths} 0 0"/>'
+    joints = [joint(f"j{i}", names[i - 1], names[i], origin=origin) for i in (1, 2, 3)]
+    return robot(*links, *joints, joint("tip", "l3", "l4", kind="fixed", origin=origin, axis="", limit=""))
+
+
+def warnings_of(urdf: str) -> list[tuple[str, str | None]]:
+    return [(f.code, f.subject) for f in read_urdf(urdf, id="arm")[1] if f.severity == "warning"]
+
+
+def test_a_sound_arm_gets_no_warning() -> None:
+    assert warnings_of(sound_arm()) == []
+
+
+def test_an_arm_is_measured_as_a_whole() -> None:
+    """Each length might be that of a crane; three of them beyond the first joint are 54 m."""
+    assert warnings_of(sound_arm("16.6")) == []
+    assert warnings_of(sound_arm("18")) == [("suspicious_length", None)]
+
+
+def test_a_joint_without_a_mass_is_named() -> None:
+    arm, findings = read_urdf(sound_arm(missing=2), id="arm")
+    (said,) = [finding for finding in findings if finding.severity == "warning"]
+    assert said.code == "mass_missing"
+    assert "between j2 and" in said.message
+    assert arm.mass == pytest.approx(2 * 3.5)
+
+
+def test_an_inertia_may_be_as_large_as_the_arm_is_long() -> None:
+    """3.5 kg at a radius of gyration of 2 m: impossible on a short arm, possible on a long one."""
+    wide = 'ixx="14" ixy="0" ixz="0" iyy="14" iyz="0" izz="14"'
+    narrow = 'ixx="0.02" ixy="0.001" ixz="-0.002" iyy="0.03" iyz="0.0015" izz="0.025"'
+    assert warnings_of(sound_arm().replace(narrow, wide)) == [("suspicious_inertia", f"l{i}") for i in (1, 2, 3)]
+    assert warnings_of(sound_arm("1.0").replace(narrow, wide)) == []

@@ -1,0 +1,73 @@
+"""Joint positions that differ by whole turns, and how far apart two are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.kinematics.poses import FloatArray
+    from planner.robots import Robot
+
+TURN = 2.0 * np.pi
+
+ROUNDING = 1e-12
+"""rad, by which a whole turn may miss a limit that it reaches."""
+
+
+def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:
+    """The same configurations (..., joints), every angle turned to lie nearest to `reference` within its limits.
+
+    An angle that no turn brings within its limits stays outside.
+    """
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    turns = np.round((reference - positions) / TURN)
+    with np.errstate(invalid="ignore"):
+        fewest = np.ceil((lower - positions) / TURN - ROUNDING)
+        most = np.floor((upper - positions) / TURN + ROUNDING)
+    turned = positions + TURN * np.where(robot.is_angle, np.minimum(np.maximum(turns, fewest), most), 0.0)
+    within = np.minimum(np.maximum(turned, lower), upper)
+    return np.where(np.abs(turned - within) <= TURN * ROUNDING, within, turned)
+
+
+def with_whole_turns(
+    robot: Robot, solutions: tuple[FloatArray, ...], reference: FloatArray, most: int
+) -> tuple[FloatArray, ...]:
+    """The solutions and what whole turns of their joints make of them within finite limits.
+
+    Nearest to the reference first; of more than `most`, the nearest.
+    """
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    turned = []
+    for solution in solutions:
+        variants = nearest_turn(robot, solution, reference)[None]
+        for joint in np.flatnonzero(robot.is_angle & np.isfinite(upper - lower)):
+            values = variants[0, joint] + TURN * np.arange(-most, most + 1)
+            values = values[(values >= lower[joint] - ROUNDING) & (values <= upper[joint] + ROUNDING)]
+            variants = np.repeat(variants, len(values), axis=0)
+            variants[:, joint] = np.tile(values, len(variants) // len(values))
+            # The distance is a sum over the joints: what is far already does not come near again.
+            variants = np.array(by_distance(robot, variants, reference)[:most])
+        turned += list(np.clip(variants, lower, upper))
+    return tuple(by_distance(robot, turned, reference)[:most])
+
+
+def by_distance(robot: Robot, solutions: Sequence[FloatArray] | FloatArray, reference: FloatArray) -> list[FloatArray]:
+    """Nearest to the reference first, in time at the velocity limits."""
+    if len(solutions) == 0:
+        return []
+    velocity = robot.limit("velocity")
+    weights = 1.0 / np.where(np.isfinite(velocity), velocity, 1.0)
+    times = np.linalg.norm((np.array(solutions) - reference) * weights, axis=1)
+    return [solutions[i] for i in np.argsort(times, kind="stable")]
+
+
+def distances(robot: Robot, positions: FloatArray, others: FloatArray) -> FloatArray:
+    """(...): the largest difference of a joint between positions (..., joints), whole turns aside."""
+    difference = positions - others
+    difference -= np.where(robot.is_angle, TURN * np.round(difference / TURN), 0.0)
+    largest: FloatArray = np.abs(difference).max(axis=-1)
+    return largest

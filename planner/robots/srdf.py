@@ -1,0 +1,157 @@
+"""Reads groups of joints and disabled collision pairs from SRDF, the semantic companion of a URDF.
+
+Everything else that SRDF has (states, end effectors, virtual and passive joints) is left alone.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from planner.robots.checks import check_names, shown
+from planner.robots.robot import DisabledCollision, JointGroup
+from planner.robots.xml_document import parse_robot_document
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from xml.etree.ElementTree import Element
+
+    from planner.robots.checks import Findings
+    from planner.robots.urdf_elements import UrdfJoint
+
+MAX_GROUPS = 64
+MAX_MEMBERS = 1024
+"""Of all groups together."""
+MAX_REASON_LENGTH = 100
+NAMES_IN_A_MESSAGE = 10
+
+
+def read_srdf(
+    srdf: str, robot_name: str, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings
+) -> tuple[tuple[JointGroup, ...], tuple[DisabledCollision, ...]]:
+    """The groups and the disabled pairs.
+
+    A link or joint that the URDF does not have is left out, with a warning; a chain that does not exist is an
+    error, for an arm is planned along it.
+
+    Args:
+        srdf: The document.
+        robot_name: What the URDF calls the robot.
+        root: The root link of the URDF.
+        arrivals: Of every other link the joint that leads there, parents first.
+        findings: To add to.
+
+    Raises:
+        InvalidRobotModel: The document cannot be read.
+    """
+    document = parse_robot_document(srdf, "SRDF", findings)
+    its_name = document.get("name", robot_name)
+    if its_name != robot_name:
+        text = f"the SRDF is of a robot called {shown(its_name)}, the URDF of one called {shown(robot_name)}"
+        findings.warning("another_robot", None, text)
+    return _Groups(document, root, arrivals, findings).read(), _pairs(document, {root, *arrivals}, findings)
+
+
+class _Groups:
+    """Reads the groups, each once, whatever the order in which they contain each other."""
+
+    def __init__(self, document: Element, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings) -> None:
+        self.elements = document.findall("group")
+        self.by_name = {element.get("name", ""): element for element in self.elements}
+        self.links = {root, *arrivals}
+        # Members that exist, but bring no joint of the URDF with them.
+        self.jointless = {root} | {element.get("name", "") for element in document.findall("virtual_joint")}
+        self.arrivals, self.findings = arrivals, findings
+        self.joints = {joint.name: joint for joint in arrivals.values()}
+        self.members: dict[str, set[str]] = {}
+        self.open: list[str] = []
+
+    def read(self) -> tuple[JointGroup, ...]:
+        """All of them, in the order of the document."""
+        if len(self.elements) > MAX_GROUPS or sum(map(len, self.elements)) > MAX_MEMBERS:
+            text = f"the SRDF has more than {MAX_GROUPS} groups, or more than {MAX_MEMBERS} members in them"
+            self.findings.error("too_many_groups", None, text)
+            self.findings.raise_errors()
+        check_names("group", [element.get("name", "") for element in self.elements], self.findings)
+        groups = []
+        for name, element in self.by_name.items():
+            members = self._members(name)
+            # In the order of the tree, from the root to the tips.
+            joints = tuple(joint.name for joint in self.arrivals.values() if joint.name in members and joint.is_free)
+            if not joints:
+                text = f"no joint of the group {shown(name)} moves"
+                self.findings.warning("empty_group", shown(name), text)
+            is_chain = [member.tag for member in element] == ["chain"]
+            groups.append(JointGroup(name, joints, element[0].get("tip_link") if is_chain else None))
+        return tuple(groups)
+
+    def _members(self, name: str) -> set[str]:
+        """Names of the joints of a group, fixed ones included."""
+        if name in self.open:
+            self.findings.error("group_cycle", shown(name), f"the group {shown(name)} contains itself")
+            return set()
+        if name in self.members:
+            return self.members[name]
+        self.open.append(name)
+        found: set[str] = set()
+        unknown = []
+        for member in self.by_name[name]:
+            its_name = member.get("name", "")
+            match member.tag:
+                case "chain":
+                    found |= self._chain(shown(name), member)
+                case "joint" if its_name in self.joints:
+                    found.add(its_name)
+                case "link" if its_name in self.arrivals:
+                    found.add(self.arrivals[its_name].name)
+                case "group" if its_name in self.by_name:
+                    found |= self._members(its_name)
+                case "joint" | "link" | "group" if its_name not in self.jointless:
+                    unknown.append(its_name)
+        if unknown:
+            text = f"the group {shown(name)} names what is not there and is left out: {_listed(unknown)}"
+            self.findings.warning("unknown_group_member", shown(name), text)
+        self.open.pop()
+        self.members[name] = found
+        return found
+
+    def _chain(self, group: str, element: Element) -> set[str]:
+        """Names of the joints from the base link to the tip link of a chain."""
+        base, tip = element.get("base_link", ""), element.get("tip_link", "")
+        found = set()
+        link = tip
+        while link != base and link in self.arrivals:
+            found.add(self.arrivals[link].name)
+            link = self.arrivals[link].parent
+        if link != base or base not in self.links:
+            text = f"the chain of the group {group} does not lead from a link {shown(base)!r} to a link {shown(tip)!r}"
+            self.findings.error("broken_chain", group, text)
+        return found
+
+
+def _pairs(document: Element, links: set[str], findings: Findings) -> tuple[DisabledCollision, ...]:
+    """The pairs of links that need no check against each other, each once, whichever link is named first."""
+    pairs: dict[frozenset[str], DisabledCollision] = {}
+    unknown = []
+    for element in document.findall("disable_collisions"):
+        first, second = element.get("link1", ""), element.get("link2", "")
+        unknown += [name for name in (first, second) if name not in links]
+        if first in links and second in links:
+            reason = element.get("reason")
+            cut = None if reason is None else reason[:MAX_REASON_LENGTH]
+            pairs.setdefault(frozenset((first, second)), DisabledCollision(first, second, cut))
+    if unknown:
+        text = f"disabled collision pairs name links that are not there and are left out: {_listed(unknown)}"
+        findings.warning("unknown_collision_link", None, text)
+    for pair in [pair for pair in pairs if len(pair) == 1]:
+        del pairs[pair]
+        (link,) = pair
+        findings.warning("collision_with_itself", shown(link), f"a collision pair has {shown(link)} twice")
+    return tuple(pairs.values())
+
+
+def _listed(names: Iterable[str]) -> str:
+    """The different names, cut to a few."""
+    counted = Counter(names)
+    more = f" and {len(counted) - NAMES_IN_A_MESSAGE} more" if len(counted) > NAMES_IN_A_MESSAGE else ""
+    return ", ".join(repr(shown(name)) for name in list(counted)[:NAMES_IN_A_MESSAGE]) + more

@@ -1,0 +1,56 @@
+"""XML from a client, parsed without trusting it: nothing it names is opened, nothing in it is expanded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+from xml.etree.ElementTree import Element, ParseError
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+
+if TYPE_CHECKING:
+    from planner.robots.checks import Findings
+
+MAX_TEXT_LENGTH = 2**20
+"""Characters."""
+
+
+def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: Findings) -> Element:
+    """The root element, `<robot>`.
+
+    Args:
+        text: The document.
+        format: What it is, for the findings.
+        findings: To add to.
+
+    Raises:
+        InvalidRobotModel: Too long, not XML, with a DOCTYPE, with something left to expand, or not a robot.
+    """
+    if len(text) > MAX_TEXT_LENGTH:
+        findings.error("document_too_large", None, f"the {format} is longer than {MAX_TEXT_LENGTH} characters")
+        findings.raise_errors()
+    document = Element("none")
+    try:
+        document = fromstring(text, forbid_dtd=True, forbid_entities=True, forbid_external=True)
+    except DefusedXmlException:
+        findings.error("forbidden_xml", None, f"the {format} has a DOCTYPE or entities, which are not allowed")
+    except ParseError as error:
+        line, column = error.position
+        findings.error("not_xml", None, f"the {format} is not well-formed XML: line {line}, column {column}")
+    except ValueError:
+        findings.error("not_xml", None, f"the {format} has characters that XML cannot have")
+    else:
+        if document.tag != "robot":
+            findings.error("not_a_robot", None, f"the root element of a {format} is <robot>")
+        elif any(_is_unexpanded(element) for element in document.iter()):
+            # Passed over in silence, what they stand for would be missing from the robot.
+            text = f"the {format} has xacro or XInclude elements: expand them first"
+            findings.error("unexpanded_elements", None, text)
+    findings.raise_errors()
+    return document
+
+
+def _is_unexpanded(element: Element) -> bool:
+    """Whether it stands for something else; the namespace of xacro has several spellings."""
+    namespace = element.tag.partition("}")[0] if element.tag.startswith("{") else ""
+    return namespace.endswith(("xacro", "XInclude"))

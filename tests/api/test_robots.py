@@ -1,0 +1,171 @@
+"""Added robots: kept by content, named by id, and harmless however strange."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from api.schemas.robots import AddedRobot, RobotDescription
+from api.store import InMemoryRobotStore, RobotContent
+from tests.api.odd_robots import ODD_ROBOTS, Odd
+from tests.api.requests import dh_joint, dh_robot, joint, plan_request, urdf_chain, urdf_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from tests.api.conftest import RunningService
+
+FORWARD, INVERSE, PLAN, ROBOTS = "/v1/kinematics/forward", "/v1/kinematics/inverse", "/v1/trajectories", "/v1/robots"
+
+
+def test_the_names_of_odd_robots_are_unique() -> None:
+    assert len({odd.name for odd in ODD_ROBOTS}) == len(ODD_ROBOTS)
+
+
+@pytest.mark.parametrize("odd", ODD_ROBOTS, ids=lambda odd: odd.name)
+def test_an_odd_robot_is_accepted_with_a_remark_and_does_no_harm(service: RunningService, odd: Odd) -> None:
+    before = {worker.pid for worker in service.workers()}
+    added = service.post(ROBOTS, odd.body)
+    assert added.status_code == 201, added.text
+    robot = AddedRobot.model_validate_json(added.content, strict=True)
+    assert odd.finding in {finding.code for finding in robot.findings}
+    described = service.client.get(f"{ROBOTS}/{robot.id}").json()
+    assert added.json() == described | {"findings": added.json()["findings"]}
+
+    bounds = [(0.0, 1.0) if j.lower is None or j.upper is None else (j.lower, j.upper) for j in robot.joints]
+    here, there = ([lower + share * (upper - lower) for lower, upper in bounds] for share in (0.5, 0.25))
+    used = service.post(FORWARD, {"robot": robot.id, "positions": [here]})
+    assert used.status_code == 200
+    pose = used.json()["poses"][0]
+    steps = [
+        (INVERSE, {"robot": robot.id, "poses": [pose], "solutions": "best"}),
+        (PLAN, plan_request(robot=robot.id, waypoints=[joint(*here), joint(*there)], sample_period=1.0)),
+        ("/v1/dynamics/inverse", {"robot": robot.id, "positions": [here]}),
+    ]
+    for path, body in steps:
+        answer = service.post(path, body)
+        assert answer.status_code in (200, 422), answer.text
+    assert service.client.delete(f"{ROBOTS}/{robot.id}").status_code == 204
+    assert {worker.pid for worker in service.workers()} == before
+
+
+def test_a_worker_never_answers_with_the_robot_that_had_the_id_before(
+    start_service: Callable[..., RunningService],
+) -> None:
+    """One worker, so that it is the one that built, and solved for, the robot before. The truth: x = a cos q."""
+    service = start_service(workers=1)
+    pids = {worker.pid for worker in service.workers()}
+    for length in (0.5, 0.8, 0.5, 0.3):
+        added = service.post(ROBOTS, dh_robot(id="reused", joints=[dh_joint(a=length)]))
+        assert added.status_code == 201
+        forward = service.post(FORWARD, {"robot": "reused", "positions": [[0.4]]}).json()["poses"][0]["position"]
+        np.testing.assert_allclose(forward, [length * math.cos(0.4), length * math.sin(0.4), 0.0], atol=1e-12)
+        target = {"position": [0.0, length, 0.0], "orientation": None}
+        (solved,) = service.post(INVERSE, {"robot": "reused", "poses": [target], "solutions": "best"}).json()["results"]
+        assert solved["status"] == "solved"
+        assert math.sin(solved["solutions"][0]["position"][0]) == pytest.approx(1.0, abs=1e-9)
+        plan = plan_request(robot="reused", waypoints=[joint(0.0), joint(0.4)], include=["tcp_pose"])
+        tip = service.post(PLAN, plan).json()["samples"]["tcp_pose"]["position"]
+        np.testing.assert_allclose(np.linalg.norm(tip, axis=1), length, atol=1e-12)
+        assert service.client.delete(f"{ROBOTS}/reused").status_code == 204
+    assert {worker.pid for worker in service.workers()} == pids
+
+
+def test_one_content_under_two_ids(service: RunningService) -> None:
+    """Each answers under its own id, and one outlives the other."""
+    for robot_id in ("first", "second"):
+        assert service.post(ROBOTS, dh_robot(id=robot_id)).status_code == 201
+    contents = {service.client.get(f"{ROBOTS}/{robot_id}").json()["content"] for robot_id in ("first", "second")}
+    assert len(contents) == 1
+    answers = {}
+    for robot_id in ("first", "second"):
+        answers[robot_id] = service.post(
+            PLAN, plan_request(robot=robot_id, waypoints=[joint(0, 0), joint(1, 1)])
+        ).json()
+        assert answers[robot_id]["robot"] == robot_id
+        refused = service.post(PLAN, plan_request(robot=robot_id))
+        assert f"the 2 joints of {robot_id}" in refused.text
+    assert answers["first"]["samples"] == answers["second"]["samples"]
+    service.client.delete(f"{ROBOTS}/first")
+    assert service.client.get(f"{ROBOTS}/first").status_code == 404
+    assert service.client.get(f"{ROBOTS}/second").json()["id"] == "second"
+    service.client.delete(f"{ROBOTS}/second")
+
+
+def test_the_digest_is_of_the_content_alone(service: RunningService) -> None:
+    def digest(body: dict[str, Any]) -> str:
+        answer = service.post(ROBOTS, body)
+        service.client.delete(answer.headers["Location"])
+        content: str = AddedRobot.model_validate_json(answer.content).content or ""
+        assert re.fullmatch("sha256:[0-9a-f]{64}", content)
+        return content
+
+    same = [
+        dh_robot(),
+        dh_robot(id="other"),
+        dict(reversed(dh_robot().items())),
+        dh_robot(base=None),
+        dh_robot(joints=[dh_joint(theta=0), dh_joint(a=3e-1)]),
+    ]
+    assert len({digest(body) for body in same}) == 1
+    others = [
+        dh_robot(convention="modified"),
+        dh_robot(joints=[dh_joint(), dh_joint(a=0.30000000000000004)]),
+        dh_robot(joints=[dh_joint(name="turn"), dh_joint(a=0.3)]),
+        urdf_robot(urdf_chain(2)),
+        urdf_robot(urdf_chain(2), tip_frame="l1"),
+        urdf_robot(urdf_chain(2), srdf="<robot/>"),
+    ]
+    assert len({digest(body) for body in (same[0], *others)}) == 1 + len(others)
+
+
+def test_a_catalogue_robot_has_no_digest(service: RunningService) -> None:
+    assert service.client.get(f"{ROBOTS}/three_dof_arm").json()["content"] is None
+
+
+def test_groups_and_disabled_pairs_of_an_srdf_are_shown(service: RunningService) -> None:
+    srdf = (
+        '<robot name="r"><group name="arm"><chain base_link="l0" tip_link="l2"/></group>'
+        '<group name="last"><joint name="j2"/></group>'
+        '<disable_collisions link1="l0" link2="l1" reason="Adjacent"/></robot>'
+    )
+    added = service.post(ROBOTS, urdf_robot(urdf_chain(3), id="grouped", srdf=srdf))
+    described = service.client.get(added.headers["Location"])
+    robot = RobotDescription.model_validate_json(described.content, strict=True).model_dump()
+    assert robot["groups"] == [
+        {"name": "arm", "joints": ["j0", "j1"], "tip_frame": "l2"},
+        {"name": "last", "joints": ["j2"], "tip_frame": None},
+    ]
+    assert robot["disabled_collisions"] == [{"link_1": "l0", "link_2": "l1", "reason": "Adjacent"}]
+    assert (robot["tip_frame"], robot["joint_names"]) == ("l2", ["j0", "j1"])
+    position = service.post(FORWARD, {"robot": "grouped", "positions": [[0.0, 0.0]]}).json()["poses"][0]["position"]
+    np.testing.assert_allclose(position, [0.0, 0.0, 0.2], atol=1e-12)
+    service.client.delete(f"{ROBOTS}/grouped")
+
+
+def content(digest: str) -> RobotContent:
+    return RobotContent(digest, b"{}", b'{"dof":1}')
+
+
+def test_the_store_keeps_a_content_once_and_as_long_as_an_id_points_at_it() -> None:
+    store = InMemoryRobotStore(3)
+    assert [store.add(robot_id, content("x")) for robot_id in ("b", "a", "a")] == ["added", "added", "same"]
+    assert store.get("a") is store.get("b")
+    assert store.add("a", content("y")) == "exists"
+    assert store.add("c", content("y")) == "added"
+    assert store.add("d", content("y")) == "full"
+    assert [(robot_id, kept.digest) for robot_id, kept in store.all()] == [("a", "x"), ("b", "x"), ("c", "y")]
+    assert store.delete("b")
+    assert not store.delete("b")
+    assert store.get("a") == content("x")
+    assert store.delete("a")
+    assert store.add("a", content("y")) == "added"
+    assert store.get("a") is store.get("c")
+
+
+def test_an_id_is_written_into_the_description_as_json() -> None:
+    assert content("x").described_as('quo"te') == b'{"id":"quo\\"te","dof":1}'

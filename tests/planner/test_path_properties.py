@@ -1,0 +1,116 @@
+"""What must hold for every plan along lines, circles, blends and waypoints passed, on random requests."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from planner.backends import BACKENDS, Guarantee
+from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
+from planner.kinematics import FloatArray, Pose
+from planner.plan import Plan, plan
+from planner.polynomials import differentiate, horner
+from planner.problem import BlendTransition, CircularMotion, JointMotion
+from tests.planner.problems import path_problems
+
+REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
+DENSE = np.linspace(0.0, 1.0, 17)
+
+
+@pytest.mark.parametrize("kind", sorted(BACKENDS))
+@settings(max_examples=settings.default.max_examples // 10, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_every_plan_along_a_path_keeps_its_promises(kind: str, data: st.DataObject) -> None:
+    problem = data.draw(path_problems(kind))
+    try:
+        result = plan(problem)
+    except REFUSALS:
+        assume(False)
+    assert result.certificate.satisfied
+    assert int(result.certificate.continuity[1:]) >= (2 if kind not in {"cubic", "trapezoidal", "toppra"} else 1)
+    _keeps_the_limits(result)
+    _goes_where_it_should(result)
+
+
+def _keeps_the_limits(result: Plan) -> None:
+    """By dense samples."""
+    trajectory, limits, guarantees = result.trajectory, result.path.limits, result.problem.backend.guarantees
+    tau = DENSE * trajectory.lengths[:, None]
+    for order, quantity in enumerate(("position", "velocity", "acceleration", "jerk")):
+        values = horner(differentiate(trajectory.coefficients, order)[:, None], tau[..., None])
+        if quantity == "position":
+            assert (values >= limits.lower - 1e-9).all()
+            assert (values <= limits.upper + 1e-9).all()
+        elif guarantees[quantity] is Guarantee.HARD:
+            bound = getattr(limits, quantity)[trajectory.segments][:, None]
+            assert (np.abs(values) <= bound * (1.0 + 1e-9)).all()
+        if order < 2:
+            assert np.abs(values[1:, 0] - values[:-1, -1]).max(initial=0.0) <= 1e-9 * max(np.abs(values).max(), 1.0)
+
+
+def _goes_where_it_should(result: Plan) -> None:
+    """Waypoints met; lines and circles kept but within the radius of a blend; one branch along each of them."""
+    robot, trajectory, solved = result.path.robot, result.trajectory, result.path.waypoints
+    data = robot.model.createData()
+    waypoints = result.problem.waypoints
+    corners = {
+        k: (solved[k].pose.position, waypoint.transition.radius)
+        for k, waypoint in enumerate(waypoints)
+        if isinstance(waypoint.transition, BlendTransition)
+    }
+    for k, time in enumerate(trajectory.arrivals):
+        q = trajectory.evaluate(np.array([time]), [0])[0][0]
+        pin.framesForwardKinematics(robot.model, data, q)
+        distance = float(np.linalg.norm(data.oMf[robot.tool_frame_id].translation - solved[k].pose.position))
+        assert distance <= (corners[k][1] if k in corners else 1e-6)
+    for k, waypoint in enumerate(waypoints[1:], 1):
+        if isinstance(waypoint.motion, JointMotion):
+            continue
+        times = np.linspace(trajectory.arrivals[k - 1], trajectory.arrivals[k], 150)
+        handedness = set()
+        for q in trajectory.evaluate(times, [0])[0]:
+            pin.computeJointJacobians(robot.model, data, q)
+            pin.framesForwardKinematics(robot.model, data, q)
+            tool = data.oMf[robot.tool_frame_id]
+            near = [corners[end] for end in (k - 1, k) if end in corners]
+            if any(np.linalg.norm(tool.translation - corner) <= radius for corner, radius in near):
+                continue
+            axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            J = pin.getFrameJacobian(robot.model, data, robot.tool_frame_id, axes)[: 3 if robot.dof == 3 else 6]
+            handedness.add(float(np.sign(np.linalg.det(J))))
+            start, end = solved[k - 1].pose, waypoint.pose  # type: ignore[union-attr]
+            if isinstance(waypoint.motion, CircularMotion):
+                assert _from_circle(tool.translation, start, waypoint.motion.via, end) <= 1.001e-4
+            else:
+                assert _from_line(tool, start, end, turns=robot.dof > 3)
+        assert len(handedness) <= 1
+
+
+def _from_line(tool: pin.SE3, start: Pose, end: Pose, *, turns: bool) -> bool:
+    way, offset = end.position - start.position, tool.translation - start.position
+    share = offset @ way / (way @ way)
+    if np.linalg.norm(offset - share * way) > 1.001e-4 or not turns:
+        return bool(np.linalg.norm(offset - share * way) <= 1.001e-4)
+    assert start.rotation is not None
+    due = start.rotation @ pin.exp3(share * pin.log3(start.rotation.T @ end.rotation))
+    # A micrometre along a short line is a large share of its turn.
+    rate = np.linalg.norm(pin.log3(start.rotation.T @ end.rotation)) / np.linalg.norm(way)
+    return bool(np.linalg.norm(pin.log3(due.T @ tool.rotation)) <= 1.001e-3 + 1e-4 * rate)
+
+
+def _from_circle(point: FloatArray, start: Pose, via: Pose, end: Pose) -> float:
+    a, b, c = start.position, via.position, end.position
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal)
+    x = (b - a) / np.linalg.norm(b - a)
+    y = np.cross(normal, x)
+    # In the plane: |p|^2 + D x + E y = 0 through the three points, a at the origin.
+    (bx, _), (cx, cy) = ((b - a) @ x, (b - a) @ y), ((c - a) @ x, (c - a) @ y)
+    D = -bx
+    E = -(cx**2 + cy**2 + D * cx) / cy
+    center, radius = np.array([-D / 2.0, -E / 2.0]), np.hypot(D, E) / 2.0
+    px, py, height = (point - a) @ x, (point - a) @ y, (point - a) @ normal
+    return float(np.hypot(np.hypot(px - center[0], py - center[1]) - radius, height))
