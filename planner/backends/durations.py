@@ -10,6 +10,7 @@ ch. 18: linearised limits with a penalty on their excess) in the logarithms of t
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
 import numpy as np

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +18,7 @@ from planner.backends.along_curve import (
 )
 from planner.backends.assembly import TimedPieces
 from planner.backends.demands import infeasible_duration, nothing_limits
-from planner.backends.durations import LinearisedLimits, search_durations
+from planner.backends.durations import shortest_durations
 from planner.backends.splines import (
     DurationsTooShort,
     NothingLimits,
@@ -32,8 +31,6 @@ from planner.limits import passes_a_limit
 from planner.polynomials import PiecewisePolynomial, differentiate, horner
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from planner.backends.along_curve import Demand
     from planner.backends.interpolation import Degree
     from planner.kinematics.poses import FloatArray
@@ -42,17 +39,8 @@ if TYPE_CHECKING:
 SAMPLES = 24
 """Of a law on each of its intervals while its shape is sought; the shape that is found is then checked exactly."""
 
-NEAR = 0.6
-"""Of the worst factor: limits above are looked at in the search for a shape."""
-
-NEARLY_STANDING = 0.3
-"""Of the mean speed: slower places are looked at, lest the law runs backwards there."""
-
-REACH, DIFFERENCE = 5, 1e-6
-"""Intervals apart whose effects are measured at once, and the change of the logarithms of their durations."""
-
 LEAST_FACTOR, ROUNDING = 1e-9, 1e-9
-"""What has no logarithm counts this much; and a speed backwards, relative to the mean, that is rounding."""
+"""What an interval counts that nothing limits; and a speed backwards, relative to the mean, that is rounding."""
 
 MOST_LENGTHENINGS = 30
 """Times that segments without a duration are lengthened beside such with one."""
@@ -162,52 +150,6 @@ class _SplineTiming(_Timing):
         return TimedPieces(durations, coefficients, self.segments)
 
 
-@dataclass(frozen=True, eq=False)
-class _LawOnSamples:
-    """A law along a curve, held against its limits at samples.
-
-    Attributes:
-        durations: (intervals,), s.
-        factors: (intervals, samples), logarithms of the factors on their time that the limits ask.
-        descents: (intervals, samples), positive where the law runs backwards.
-        assess: Both for other durations.
-    """
-
-    durations: FloatArray
-    factors: FloatArray
-    descents: FloatArray
-    assess: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-
-    @property
-    def ratios(self) -> FloatArray:
-        """(intervals,)."""
-        ratios: FloatArray = np.exp(self.factors.max(axis=1))
-        return ratios
-
-    @property
-    def overshoot(self) -> float:
-        """How fast the law runs backwards, relative to the mean speed."""
-        descent = float(self.descents.max())
-        return descent if descent > ROUNDING else 0.0
-
-    def linearise(self) -> LinearisedLimits:
-        """By differences: of intervals far apart at once, as a spline soon forgets what is done to it elsewhere."""
-        count = len(self.durations)
-        intervals, apart = np.arange(count), 2 * REACH + 1
-        tight = self.factors > np.log(NEAR) + self.factors.max()
-        slow = self.descents > -NEARLY_STANDING
-        slopes = np.zeros((int(tight.sum() + slow.sum()), count))
-        rows = np.concatenate([np.nonzero(tight)[0], np.nonzero(slow)[0]])
-        for first in range(min(apart, count)):
-            changed = intervals % apart == first
-            factors, descents = self.assess(self.durations * np.exp(DIFFERENCE * changed))
-            change = np.concatenate([(factors - self.factors)[tight], (descents - self.descents)[slow]]) / DIFFERENCE
-            nearest = np.flatnonzero(changed)[np.abs(rows[:, None] - np.flatnonzero(changed)).argmin(axis=1)]
-            slopes[np.arange(len(rows)), nearest] = change
-        excess = np.concatenate([self.factors[tight], self.descents[slow]])
-        return LinearisedLimits(excess, slopes, np.arange(len(rows)) < tight.sum())
-
-
 class _CurveTiming(_Timing):
     """A law of the degree along the curve: the spline s(t) through the waypoints and the ends of blends.
 
@@ -224,19 +166,27 @@ class _CurveTiming(_Timing):
 
     def first_durations(self) -> FloatArray:
         """Those of the best law found; the intervals of a segment share its asked duration in proportion."""
-        shape = search_durations(self.assess, self._single_law(), np.ones(len(self.segments), dtype=bool)).durations
         free = np.isnan(self.asked)
+        shape = self._shortest(self._single_law(), np.full(len(free), np.nan))
         if free.all():
             return shape
         shares = shape / np.array([shape[self.segments == segment].sum() for segment in self.segments])
-        durations = np.where(free, shape, shares * self.asked)
-        return search_durations(self.assess, durations, free).durations if free.any() else durations
+        return self._shortest(shape, shares * self.asked)
 
     def pieces(self, durations: FloatArray) -> TimedPieces:
         """Quintics along the curve."""
-        if self.assess(durations).overshoot > 0.0:
+        if not self._ascends(durations):
             raise self._runs_backwards()
         return follow_curve(self.run, CurveLaw(self._law(durations), self.segments))
+
+    def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
+        """The shortest durations, where asked ones (NaN: free) let a law have them without running backwards."""
+        found = shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
+        return found if self._ascends(found) else np.where(np.isnan(asked), start, asked)
+
+    def _ascends(self, durations: FloatArray) -> bool:
+        slowest, mean = self._samples(durations)[1], self.places[-1] / durations.sum()
+        return bool(slowest >= -ROUNDING * mean)
 
     def _single_law(self) -> FloatArray:
         """Durations of the intervals under one law from rest to rest over the whole run, in all 1 s."""
@@ -247,15 +197,8 @@ class _CurveTiming(_Timing):
     def _law(self, durations: FloatArray) -> PiecewisePolynomial:
         return PiecewisePolynomial(durations, interpolating_spline(self.places[:, None], durations, self.degree))
 
-    def assess(self, durations: FloatArray) -> _LawOnSamples:
-        """The law with these durations (intervals,), against the limits."""
-        return _LawOnSamples(durations, *self._excess(durations), self._excess)
-
-    def _excess(self, durations: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """From samples: the logarithm of the factor on its time that each limit asks, and how much the law descends.
-
-        (intervals, limits * SAMPLES) and (intervals, SAMPLES), relative to the mean speed of the run.
-        """
+    def _samples(self, durations: FloatArray) -> tuple[FloatArray, float]:
+        """From samples of the law: for each interval the factor on its time that its limits ask; the least speed."""
         law, curve, limits = self._law(durations), self.run.curve, self.path.limits
         t = np.linspace(0.0, 1.0, SAMPLES) * durations[:, None]
         s, ds, dds, ddds = (horner(differentiate(law.coefficients, k), t)[..., None] for k in range(4))
@@ -273,8 +216,7 @@ class _CurveTiming(_Timing):
             if quantity in self.enforced:
                 ratios = np.abs(values) / getattr(limits, quantity)[self.segments][:, None]
                 factors.append(ratios.max(axis=2) ** (1.0 / order))
-        mean_speed = self.places[-1] / durations.sum()
-        return np.log(np.maximum(np.hstack(factors), LEAST_FACTOR)), -ds[..., 0] / mean_speed
+        return np.maximum(np.hstack(factors).max(axis=1), LEAST_FACTOR), float(ds.min())
 
     def _runs_backwards(self) -> InfeasibleDuration:
         given = np.unique(self.segments[~np.isnan(self.asked)])
