@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
 
+MOTION_PENALTY = 0.01
+"""Of the times of all joints, beside that of the slowest: no joint moves for nothing behind a slower one."""
+
 LIMIT_PENALTY = 0.01
 """s, of a joint position at a limit."""
 
@@ -57,11 +60,12 @@ class _Stage:
 def shortest_way(robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float) -> list[FloatArray]:
     """A joint position (joints,) for every stop, so that the sum of these is least.
 
-    - For every motion the time of its slowest joint, max_j |dq_j| / v_j (v_j: velocity limit; 1 rad/s or 1 m/s without
-      one), of a Cartesian motion too; for the first, from `start`, times `weight`.
+    - For every motion the time of its slowest joint, max_j t_j, t_j = |dq_j| / v_j (v_j: velocity limit; 1 rad/s or
+      1 m/s without one), and `MOTION_PENALTY` sum_j t_j; of a Cartesian motion too; for the first, from `start`, times
+      `weight`.
     - For every joint position `LIMIT_PENALTY` max_j |q_j - middle_j| / (half the range of joint j), over the joints
       with limits, and `CONDITIONING_PENALTY` (1 - w / w_best), w its manipulability and w_best the largest of a
-      solution of the same waypoint. They are so small that they decide between ways that take equally long.
+      solution of the same waypoint. The penalties are so small that they decide between ways that take about as long.
 
     Dynamic programming (Bellman 1957) from layer to layer. A Cartesian motion leads from one joint position to one
     other, and costs some milliseconds to follow: its end is taken to be the nearest candidate until the best way goes
@@ -74,7 +78,7 @@ def shortest_way(robot: Robot, stops: Sequence[Stop], start: FloatArray, weight:
 
 
 def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Time (...,), s, of joint motions at the velocity limits: that of the slowest joint, max_j |dq_j| / v_j.
+    """Time (..., joints), s, of every joint at its velocity limit: |dq_j| / v_j.
 
     Args:
         robot: A joint without a velocity limit counts 1 rad/s or 1 m/s.
@@ -82,7 +86,7 @@ def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArra
         ends: (..., joints).
     """
     velocity = robot.limit("velocity")
-    times: FloatArray = (np.abs(ends - starts) / np.where(np.isfinite(velocity), velocity, 1.0)).max(axis=-1)
+    times: FloatArray = np.abs(ends - starts) / np.where(np.isfinite(velocity), velocity, 1.0)
     return times
 
 
@@ -114,22 +118,27 @@ class _Search:
         best = stage.costs.argsort(kind="stable")[:DESCENTS]
         layer = stop.layer.with_descents(stage.positions[best])
         reached = layer.reached_from(stage.positions)
-        times = joint_times(self.robot, stage.positions[:, None], reached)
+        costs = self._motion_costs(stage.positions[:, None], reached)
         if stop.follow is None:
             weight = self.weight if len(self.stages) == 1 else 1.0
-            costs = stage.costs[:, None] + weight * times
+            costs = stage.costs[:, None] + weight * costs
             origins, candidates = costs.argmin(axis=0), np.arange(len(layer.positions))
             positions, costs = reached[origins, candidates], costs[origins, candidates]
         else:
-            origins, candidates = np.arange(len(stage.costs)), times.argmin(axis=1)
+            origins, candidates = np.arange(len(stage.costs)), costs.argmin(axis=1)
             positions = reached[origins, candidates]
             lost = np.zeros(len(origins), dtype=bool)
             for row, origin in enumerate(stage.positions):
                 end = self.ends.get((stop.index, origin.tobytes()), positions[row])
                 lost[row] = end is None
                 positions[row] = positions[row] if end is None else end
-            costs = np.where(lost, np.inf, stage.costs + joint_times(self.robot, stage.positions, positions))
+            costs = np.where(lost, np.inf, stage.costs + self._motion_costs(stage.positions, positions))
         return _Stage(positions, costs + self._penalties(positions, layer.conditioning[candidates]), origins)
+
+    def _motion_costs(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
+        times = joint_times(self.robot, starts, ends)
+        costs: FloatArray = times.max(axis=-1) + MOTION_PENALTY * times.sum(axis=-1)
+        return costs
 
     def _penalties(self, positions: FloatArray, conditioning: FloatArray) -> FloatArray:
         nearness = (np.abs(positions - self.robot.middle) / self.half_range).max(axis=1)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.kinematics.descent import Descent
-from planner.kinematics.forward import manipulability, tool_pose
-from planner.kinematics.search import pose_errors
+from planner.kinematics.forward import manipulability
+from planner.kinematics.search import QUICK, Search
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,9 +24,6 @@ MOST_TURNED = 32
 
 TINY = 1e-12
 """A manipulability that is as good as none."""
-
-DESCENT = {"patience": 2, "iterations": 30}
-"""How a solution of a continuum is sought from a neighbouring waypoint's joint position."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,14 +97,11 @@ class Layer:
         layer = cls.isolated(robot, solutions, ahead)
         best = max(float(manipulability(robot, np.array(solutions)).max()), TINY)
         lower, upper = robot.limit("lower"), robot.limit("upper")
-        descent = Descent(robot, pose)
+        search = Search(robot, pose, options)
 
         def descend(start: FloatArray) -> tuple[FloatArray, float] | None:
-            _, q = descent(np.clip(start, lower, upper), lower, upper, **DESCENT)
-            distance, angle = pose_errors(pose, tool_pose(robot, q))
-            if distance > options.tolerance_position or (angle or 0.0) > options.tolerance_orientation:
-                return None
-            return q, min(float(manipulability(robot, q[None])[0]) / best, 1.0)
+            q = search.solve(np.clip(start, lower, upper), **QUICK)
+            return None if q is None else (q, min(float(manipulability(robot, q[None])[0]) / best, 1.0))
 
         return replace(layer, descend=descend).with_descents([ahead])
 

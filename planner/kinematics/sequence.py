@@ -190,12 +190,12 @@ def _place(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray)
     """How many solutions there are, and how many of them are nearer to `before` than the one taken."""
     if layer.descend is not None:
         return None, None
-    times = joint_times(robot, before, layer.reached_from(before[None])[0, : layer.solutions])
+    times = joint_times(robot, before, layer.reached_from(before[None])[0, : layer.solutions]).max(axis=1)
     away = position - layer.positions[: layer.solutions]
     away -= np.where(robot.is_angle, TURN * np.round(away / TURN), 0.0)
     distance = np.abs(away).max(axis=1)
     if distance.min() > SAME_SOLUTION:  # followed to a solution that was not among them
-        nearer = times < joint_times(robot, before, position)
+        nearer = times < joint_times(robot, before, position).max()
         return layer.solutions + 1, int(np.count_nonzero(nearer))
     order = times.argsort(kind="stable")
     return layer.solutions, int(np.flatnonzero(order == distance.argmin())[0])
