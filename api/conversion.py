@@ -30,16 +30,26 @@ def to_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningP
     backend = request.backend.model_dump(exclude={"kind"})
     return problem.PlanningProblem(
         robot=with_tool(robot, request.tool),
-        waypoints=tuple(_to_waypoint(waypoint) for waypoint in request.waypoints),
+        waypoints=to_waypoints(request.waypoints),
         backend=BACKENDS[request.backend.kind](**backend),
         limits=to_limits(request.limits),
-        inverse_kinematics=problem.InverseKinematicsOptions(
-            tolerance_position=request.ik.tolerance_position,
-            tolerance_orientation=request.ik.tolerance_orientation,
-            reference=None if request.ik.reference is None else tuple(request.ik.reference),
-            seed=request.seed,
-        ),
+        inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
+    )
+
+
+def to_waypoints(waypoints: Sequence[requests.Waypoint]) -> tuple[problem.AnyWaypoint, ...]:
+    """Waypoints of any kind."""
+    return tuple(_to_waypoint(waypoint) for waypoint in waypoints)
+
+
+def to_options(options: requests.InverseKinematicsOptions, seed: int) -> problem.InverseKinematicsOptions:
+    """How poses are solved."""
+    return problem.InverseKinematicsOptions(
+        tolerance_position=options.tolerance_position,
+        tolerance_orientation=options.tolerance_orientation,
+        reference=None if options.reference is None else tuple(options.reference),
+        seed=seed,
     )
 
 

@@ -201,6 +201,30 @@ OPERATIONS = (
         },
     ),
     Operation(
+        id="reachability",
+        method="POST",
+        path="/v1/kinematics/reachability",
+        tag="kinematics",
+        summary="Which waypoints can be reached, in how many configurations, and by what margin; nothing is planned.",
+        endpoint=planning.reachability,
+        request=kinematics.ReachabilityRequest,
+        answer=kinematics.ReachabilityAnswer,
+        problems=(*BODY_CODES, "unknown_robot"),
+        examples={
+            "a_pose_and_a_move": {
+                "robot": "ngv_refuelling_arm",
+                "waypoints": [
+                    {"kind": "pose", "pose": {"position": [-0.8, 1.0, -0.3], "orientation": None}},
+                    {
+                        "kind": "relative",
+                        "frame": "base",
+                        "move": {"kind": "cartesian", "translation": [0.0, 0.0, 0.1]},
+                    },
+                ],
+            }
+        },
+    ),
+    Operation(
         id="jacobian",
         method="POST",
         path="/v1/kinematics/jacobian",

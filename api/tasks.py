@@ -14,13 +14,26 @@ import numpy as np
 import orjson
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from api.conversion import to_limits, to_matrix, to_payload, to_pose, to_problem, to_robot, to_vector, with_tool
+from api.conversion import (
+    to_limits,
+    to_matrix,
+    to_options,
+    to_payload,
+    to_pose,
+    to_problem,
+    to_robot,
+    to_vector,
+    to_waypoints,
+    with_tool,
+)
 from api.errors import CatalogueRobot, invalid_request
+from api.kinematics_answers import nearest_answer, reachability_answer, solutions_answer
 from api.schemas.dynamics import InverseDynamicsRequest
 from api.schemas.kinematics import (
     ForwardKinematicsRequest,
     InverseKinematicsRequest,
     JacobianRequest,
+    ReachabilityRequest,
     WorkspaceRequest,
 )
 from api.schemas.requests import PlanRequest, ValidateRequest
@@ -36,13 +49,13 @@ from planner.kinematics import (
     inverse_kinematics,
     jacobian,
     manipulability,
-    pose_errors,
     poses_as_dicts,
     singular_values,
     solutions_or_failure,
     with_whole_turns,
     workspace,
 )
+from planner.kinematics.reachability import reachability
 from planner.plan import plan
 from planner.problem import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, describe, load_robot
@@ -51,7 +64,6 @@ from planner.validate import certify_samples
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from planner.kinematics import FloatArray, Pose
 
 JSON = "application/json"
 CACHED_ROBOTS = 32
@@ -154,22 +166,24 @@ def run_inverse_kinematics(task: Task, caps: Caps) -> Reply:
                 if answer.status == "solved":
                     reference, answer = answer.position, (answer.position,)
             if not isinstance(answer, tuple):
-                nearest = _reached(robot, pose, answer.position) | {"pose": poses_as_dicts([answer.pose])[0]}
-                results.append({"status": answer.status, "solutions": [], "nearest": nearest})
+                results.append({"status": answer.status, "solutions": [], "nearest": nearest_answer(answer)})
                 continue
-            measures = manipulability(robot, np.array(answer)).tolist()
-            solutions = [
-                _reached(robot, pose, position) | {"manipulability": measure}
-                for position, measure in zip(answer, measures, strict=True)
-            ]
+            solutions = solutions_answer(robot, pose, answer)
             results.append({"status": "solved", "solutions": solutions})
     return _json({"results": results}, watch)
 
 
-def _reached(robot: Robot, pose: Pose, position: FloatArray) -> dict[str, Any]:
-    """A joint position, and by how much the tool misses the pose there."""
-    distance, angle = pose_errors(pose, forward_kinematics(robot, position[None])[0])
-    return {"position": position, "position_error": distance, "orientation_error": angle}
+def run_reachability(task: Task, caps: Caps) -> Reply:
+    """POST /v1/kinematics/reachability."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        request = _validate(ReachabilityRequest, task.body)
+        _check_caps(request, caps, waypoints=request.waypoints)
+        robot = with_tool(_robot(request.robot, task), request.tool)
+        waypoints, options = to_waypoints(request.waypoints), to_options(request.ik, request.seed)
+    with watch.stage("plan"):
+        found = reachability(robot, waypoints, options)
+    return _json(reachability_answer(waypoints, found), watch)
 
 
 def run_jacobian(task: Task, caps: Caps) -> Reply:
@@ -277,6 +291,7 @@ RUN: dict[str, Callable[[Task, Caps], Reply]] = {
     "validate_trajectory": validate_trajectory,
     "forward_kinematics": run_forward_kinematics,
     "inverse_kinematics": run_inverse_kinematics,
+    "reachability": run_reachability,
     "jacobian": run_jacobian,
     "workspace": run_workspace,
     "inverse_dynamics": run_inverse_dynamics,

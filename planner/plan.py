@@ -10,10 +10,11 @@ import numpy as np
 from planner.backends.base import Guarantee
 from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.kinematics.wanted import waypoint_faults
 from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
 from planner.path_certificate import certify_tool_path
 from planner.paths import JointPath, solve_path
-from planner.problem import BlendTransition, JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
+from planner.problem import BlendTransition, JointMotion, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -86,10 +87,8 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
     robot, waypoints = problem.robot, problem.waypoints
     if len(waypoints) < 2:
         yield "/waypoints", "a trajectory needs at least two waypoints"
+    yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)
     for i, waypoint in enumerate(waypoints):
-        if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
-            count = len(waypoint.position)
-            yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
         if waypoint.limits is not None:
             yield from limit_faults(robot, waypoint.limits, f"/waypoints/{i}/limits")
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
@@ -99,16 +98,11 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
             yield f"/waypoints/{i}/transition", "the robot starts and ends at rest"
     if waypoints and not isinstance(waypoints[0].motion, JointMotion):
         yield "/waypoints/0/motion", "the first waypoint ends no segment: there is no motion to it"
-    if waypoints and isinstance(waypoints[0], RelativeWaypoint):
-        yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
     if waypoints and waypoints[0].duration is not None:
         yield "/waypoints/0/duration", "the first waypoint ends no segment: it has no duration"
     if waypoints and waypoints[0].limits is not None:
         yield "/waypoints/0/limits", "the first waypoint ends no segment: it has no limits"
     yield from limit_faults(robot, problem.limits, "/limits")
-    reference = problem.inverse_kinematics.reference
-    if reference is not None and len(reference) != robot.dof:
-        yield "/ik/reference", f"{len(reference)} values for the {robot.dof} joints of {robot.id}"
 
 
 def refuse_unless_satisfied(certificate: Certificate) -> None:

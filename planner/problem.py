@@ -217,7 +217,7 @@ class InverseKinematicsOptions:
     Attributes:
         tolerance_position: m.
         tolerance_orientation: rad.
-        reference: Joint position that the first pose is solved next to; None: the middle of the limits.
+        reference: Joint position that the way through the solutions starts from; None: it may start anywhere.
         seed: Of the random starts; the same seed gives the same answer.
     """
 

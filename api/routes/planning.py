@@ -28,6 +28,11 @@ async def inverse_kinematics(request: Request) -> Response:
     return respond(await run_with_body(request, "inverse_kinematics"))
 
 
+async def reachability(request: Request) -> Response:
+    """POST /v1/kinematics/reachability."""
+    return respond(await run_with_body(request, "reachability"))
+
+
 async def jacobian(request: Request) -> Response:
     """POST /v1/kinematics/jacobian."""
     return respond(await run_with_body(request, "jacobian"))

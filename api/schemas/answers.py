@@ -57,6 +57,12 @@ class PlannedWaypoint(Answer):
     """rad; null: no orientation was asked."""
     solutions: int | None
     """How many isolated solutions the pose has; null: a joint waypoint, or a continuum."""
+    solution: int | None
+    """Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the nearest; null:
+    a joint waypoint, or a continuum."""
+    choice: Literal["given", "only", "shortest_way", "continued"]
+    """Why: `given`, a joint waypoint; `only`, there is no other solution; `shortest_way`, with it the way through the
+    whole list is shortest; `continued`, a linear or circular motion ends there."""
     manipulability: float
     """sqrt(det(J J^T)) of Yoshikawa (1985)."""
 

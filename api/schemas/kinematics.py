@@ -17,7 +17,7 @@ from api.schemas.common import (
     Schema,
     Seed,
 )
-from api.schemas.requests import MOST_ROWS
+from api.schemas.requests import MOST_ROWS, InverseKinematicsOptions, Waypoint
 
 
 class ForwardKinematicsRequest(Schema):
@@ -53,6 +53,23 @@ class InverseKinematicsRequest(Schema):
     """m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
     """rad."""
+    seed: Seed = 0
+    """Of the random starts."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """s, after which the service gives up."""
+
+
+class ReachabilityRequest(Schema):
+    """Waypoints of which is asked whether they can be reached."""
+
+    robot: RobotId
+    """An id of GET /v1/robots."""
+    waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100_000)]
+    """As in a plan request; motions, transitions, times and limits do not count."""
+    tool: Pose | None = None
+    """Tool centre point in the tip frame; omitted: the tip itself."""
+    ik: InverseKinematicsOptions = InverseKinematicsOptions()
+    """How poses are solved; solutions are turned nearest to the reference, or else to the middle of the limits."""
     seed: Seed = 0
     """Of the random starts."""
     deadline: Deadline = DEFAULT_DEADLINE
@@ -141,6 +158,42 @@ class InverseKinematicsAnswer(Answer):
     """Results, one per pose, in order."""
 
     results: list[InverseKinematicsResult]
+
+
+class LimitMargin(Answer):
+    """How near a joint position is to the position limits."""
+
+    joint: str
+    """The joint nearest to one of its limits, rad and m alike."""
+    value: float
+    """rad or m from there to the limit."""
+
+
+class WaypointReachability(Answer):
+    """Whether one waypoint can be reached, and how well."""
+
+    index: int
+    name: str | None
+    status: Literal["reachable", "unreachable_waypoint", "joint_position_limit"]
+    """`reachable`, or the code of the problem."""
+    detail: str | None
+    """Why it cannot be reached, for a person; null: it can."""
+    solutions: int | None
+    """How many isolated solutions the pose has, 0 if it cannot be reached; null: a joint waypoint, or a continuum."""
+    limit_margin: LimitMargin | None
+    """Of the best solution, the one furthest from its limits; null: no joint has limits, or it cannot be reached."""
+    manipulability: float | None
+    """Of the best solution: sqrt(det(J J^T)) of Yoshikawa (1985); null: it cannot be reached."""
+    nearest: NearestPose | None = None
+    """Only of a pose that cannot be reached."""
+
+
+class ReachabilityAnswer(Answer):
+    """Which waypoints can be reached, each by itself; nothing is planned."""
+
+    reachable: bool
+    """Whether all can."""
+    waypoints: list[WaypointReachability]
 
 
 class JacobianAnswer(Answer):

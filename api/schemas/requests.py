@@ -200,9 +200,10 @@ class InverseKinematicsOptions(Schema):
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
     """rad."""
     reference: JointVector | None = None
-    """Joint position that the first pose is solved next to; omitted: the middle of the limits."""
+    """Joint position that the way through the solutions starts from; omitted: it may start anywhere, and between equals
+    the middle of the limits decides."""
     prefer: Literal["continuous"] = "continuous"
-    """Which solution of several: the one nearest to the waypoint before."""
+    """Which solutions of several: those on the shortest way through the whole list, in time at the velocity limits."""
 
 
 Include = TypeAliasType("Include", Literal["jerk", "torque", "tcp_pose", "polynomials"])

@@ -50,6 +50,8 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "position_error": waypoint.position_error,
                 "orientation_error": waypoint.orientation_error,
                 "solutions": waypoint.solutions,
+                "solution": waypoint.solution,
+                "choice": waypoint.choice,
                 "manipulability": manipulabilities[i],
             }
             for i, waypoint in enumerate(plan.path.waypoints)

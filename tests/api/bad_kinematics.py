@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from tests.api.bad_robots import INVALID, Bad
+from tests.api.requests import joint, pose_waypoint, relative_waypoint
 
 JACOBIAN = "/v1/kinematics/jacobian"
 WORKSPACE = "/v1/kinematics/workspace"
+REACHABILITY = "/v1/kinematics/reachability"
 TORQUES = "/v1/dynamics/inverse"
 
 
@@ -19,10 +21,16 @@ def workspace(**changes: Any) -> dict[str, Any]:
     return {"robot": "three_dof_arm", "samples": 10, **changes}
 
 
+def reachability(*waypoints: Any, **changes: Any) -> dict[str, Any]:
+    return {"robot": "three_dof_arm", "waypoints": [joint(0.1, 0.2, 0.3), *waypoints], **changes}
+
+
 def torques(**changes: Any) -> dict[str, Any]:
     return {"robot": "three_dof_arm", "payload": {"mass": 1.0}, "positions": [[0.1, 0.2, 0.3]] * 2, **changes}
 
 
+UP = {"kind": "cartesian", "translation": [0.0, 0.0, 0.1]}
+TURNED = {"kind": "quaternion", "xyzw": [0.0, 0.0, 0.0, 2.0]}
 HEAVY = {"mass": 1.0, "center_of_mass": [0.0, 0.0, 0.0]}
 
 BAD_KINEMATICS = [
@@ -45,6 +53,43 @@ BAD_KINEMATICS = [
     Bad("workspace of listed samples", WORKSPACE, workspace(samples=[10]), INVALID, "/samples"),
     Bad("workspace of a negative seed", WORKSPACE, workspace(seed=-1), INVALID, "/seed"),
     Bad("workspace of a tool of no kind", WORKSPACE, workspace(tool={"position": "tip"}), INVALID, "/tool/position"),
+    Bad("reachability of nothing", REACHABILITY, {"robot": "three_dof_arm"}, INVALID, "/waypoints"),
+    Bad("reachability of no waypoints", REACHABILITY, reachability(waypoints=[]), INVALID, "/waypoints"),
+    Bad("reachability of too many", REACHABILITY, reachability(*[joint(0, 0, 0)] * 1000), INVALID, "/waypoints"),
+    Bad("reachability by nobody", REACHABILITY, reachability(robot="nobody"), "unknown_robot"),
+    Bad("reachability of two joints", REACHABILITY, reachability(joint(0.1, 0.2)), INVALID, "/waypoints/1/position"),
+    Bad("reachability of no kind", REACHABILITY, reachability({"position": [0]}), INVALID, "/waypoints/1/kind"),
+    Bad(
+        "reachability of a flat pose",
+        REACHABILITY,
+        reachability(pose_waypoint([0.1, 0.2])),
+        INVALID,
+        "/waypoints/1/pose/position",
+    ),
+    Bad(
+        "reachability of a long quaternion",
+        REACHABILITY,
+        reachability(pose_waypoint([0.1, 0.2, 0.0], TURNED)),
+        INVALID,
+        "/waypoints/1/pose/orientation/xyzw",
+    ),
+    Bad(
+        "reachability from nowhere",
+        REACHABILITY,
+        reachability(waypoints=[relative_waypoint(UP)]),
+        INVALID,
+        "/waypoints/0/kind",
+    ),
+    Bad("reachability near two joints", REACHABILITY, reachability(ik={"reference": [0, 0]}), INVALID, "/ik/reference"),
+    Bad(
+        "reachability to the light year",
+        REACHABILITY,
+        reachability(joint(1e300, 0, 0)),
+        INVALID,
+        "/waypoints/1/position/0",
+    ),
+    Bad("reachability with a back end", REACHABILITY, reachability(backend={"kind": "cubic"}), INVALID, "/backend"),
+    Bad("reachability beyond the deadline's cap", REACHABILITY, reachability(deadline=1e5), INVALID, "/deadline"),
     Bad("torques of nobody", TORQUES, torques(robot="nobody"), "unknown_robot"),
     Bad("torques without positions", TORQUES, {"robot": "three_dof_arm", "payload": HEAVY}, INVALID, "/positions"),
     Bad("torques at no positions", TORQUES, torques(positions=[]), INVALID, "/positions"),

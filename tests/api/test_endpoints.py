@@ -213,6 +213,56 @@ def test_jacobian_of_a_tool(service: RunningService) -> None:
     assert len(small["singular_values"]) == 3
 
 
+def test_reachability_answers_each_waypoint(service: RunningService) -> None:
+    arm = "date_sorting_arm"
+    middle, beyond = [0.3, 0.1, 0.2, 0.5, 1.0, 0.4], [0.3, 0.6, 0.2, 0.5, 1.0, 0.4]  # l1 goes up to 0.5 m
+    forward = service.post("/v1/kinematics/forward", {"robot": arm, "positions": [middle, beyond]})
+    near, high = forward.json()["poses"]
+    far = [50.0, 0.0, 0.0]
+    request = {
+        "robot": arm,
+        "waypoints": [
+            joint(*middle, name="A"),
+            pose_waypoint(**near),
+            pose_waypoint(**high),
+            pose_waypoint(far, near["orientation"]),
+            relative_waypoint({"kind": "cartesian", "translation": [-0.05, 0.0, 0.0]}, frame="base"),
+            joint(*beyond),
+        ],
+    }
+    answer = checked(service.post("/v1/kinematics/reachability", request), kinematics.ReachabilityAnswer)
+    assert answer["reachable"] is False
+    given, reached, limited, unreachable, moved, outside = answer["waypoints"]
+    assert [waypoint["index"] for waypoint in answer["waypoints"]] == list(range(6))
+    assert [waypoint["status"] for waypoint in answer["waypoints"]] == [
+        "reachable",
+        "reachable",
+        "joint_position_limit",
+        "unreachable_waypoint",
+        "unreachable_waypoint",
+        "joint_position_limit",
+    ]
+    assert (given["name"], given["solutions"], given["detail"]) == ("A", None, None)
+    assert given["limit_margin"] == {"joint": "l1", "value": pytest.approx(0.1)}
+    at = {"robot": arm, "position": middle}
+    jacobian = service.post("/v1/kinematics/jacobian", at).json()
+    assert given["manipulability"] == pytest.approx(jacobian["manipulability"])
+    assert reached["solutions"] == 2  # document 004: the wrist and its flip
+    assert reached["limit_margin"] == {"joint": "l1", "value": pytest.approx(0.1, abs=1e-6)}
+    assert "l1" in limited["detail"]
+    assert (limited["solutions"], limited["limit_margin"], limited["manipulability"]) == (0, None, None)
+    assert unreachable["nearest"]["position_error"] > 49.0
+    # The move starts from the pose asked, 50 m away, not from the nearest one.
+    apart = np.subtract([49.95, 0.0, 0.0], moved["nearest"]["pose"]["position"])
+    assert moved["nearest"]["position_error"] == pytest.approx(np.linalg.norm(apart), abs=1e-9)
+    assert "nearest" not in outside
+    good = checked(
+        service.post("/v1/kinematics/reachability", request | {"waypoints": request["waypoints"][:2]}),
+        kinematics.ReachabilityAnswer,
+    )
+    assert good["reachable"] is True
+
+
 def test_workspace_of_the_published_arm(service: RunningService) -> None:
     """Section 4 of document 004: 43.93, 800, 1450 and 650 mm."""
     request = {"robot": "date_sorting_arm", "samples": 50}
