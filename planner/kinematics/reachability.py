@@ -13,7 +13,7 @@ from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_fai
 from planner.kinematics.search import is_isolated
 from planner.kinematics.sequence import beyond_limits, unsolved
 from planner.kinematics.wanted import moved_pose, wanted_poses, waypoint_faults
-from planner.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problem import JointWaypoint, RelativeWaypoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,10 +84,19 @@ def reachability(
             answers.append(_joint_waypoint(robot, index, np.array(waypoint.position)))
             before = pose
             continue
+        axes = None if before is None else before.rotation
         if pose is None:
             assert isinstance(waypoint, RelativeWaypoint) and before is not None  # noqa: S101 - no other is unknown
-            pose = moved_pose(before, _axes(robot, answers[-1]), waypoint)
-        answers.append(_pose(robot, index, pose, options, is_pose=isinstance(waypoint, PoseWaypoint)))
+            axes = _axes(robot, answers[-1])
+            pose = moved_pose(before, axes, waypoint)
+        solutions = solutions_or_failure(robot, pose, options)
+        if isinstance(solutions, tuple):
+            count = len(solutions) if is_isolated(robot, pose, solutions[0]) else None
+            best = max(solutions, key=lambda q: float(_margins(robot, q).min()))
+            answers.append(_reached(robot, count, best))
+        else:
+            error = unsolved(robot, index, waypoint, pose, solutions, before, axes)
+            answers.append(Reachability(error, 0, nearest=solutions))
         before = pose
     return answers
 
@@ -105,14 +114,6 @@ def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:
     if error is not None:
         return Reachability(error, None)
     return _reached(robot, None, q)
-
-
-def _pose(robot: Robot, index: int, pose: Pose, options: InverseKinematicsOptions, *, is_pose: bool) -> Reachability:
-    solutions = solutions_or_failure(robot, pose, options)
-    if not isinstance(solutions, tuple):
-        return Reachability(unsolved(robot, index, pose, solutions, is_pose=is_pose), 0, nearest=solutions)
-    count = len(solutions) if is_isolated(robot, pose, solutions[0]) else None
-    return _reached(robot, count, max(solutions, key=lambda q: float(_margins(robot, q).min())))
 
 
 def _reached(robot: Robot, count: int | None, best: FloatArray) -> Reachability:

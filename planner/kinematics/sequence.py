@@ -14,8 +14,8 @@ from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinemati
 from planner.kinematics.layers import TURN, Layer
 from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
 from planner.kinematics.search import is_isolated, pose_errors
-from planner.kinematics.wanted import moved_pose, wanted_poses
-from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.kinematics.wanted import moved_pose, pose_remedy, wanted_poses
+from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -160,7 +160,9 @@ class _Sequence:
         robot, options = self.robot, self.options
         if not solutions:
             result = inverse_kinematics(robot, pose, options, near)
-            raise unsolved(robot, index, pose, result, is_pose=isinstance(self.waypoints[index], PoseWaypoint))
+            before = self.wanted[index - 1] if index else None
+            axes = None if before is None else before.rotation
+            raise unsolved(robot, index, self.waypoints[index], pose, result, before, axes)
         given = (np.array(w.position) for w in self.waypoints[index:] if isinstance(w, JointWaypoint))
         ahead = next(given, near)
         if is_isolated(robot, pose, solutions[0]):
@@ -227,13 +229,29 @@ def beyond_limits(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit
 
 
 def unsolved(
-    robot: Robot, index: int, wanted: Pose, result: InverseKinematicsResult, *, is_pose: bool
+    robot: Robot,
+    index: int,
+    waypoint: AnyWaypoint,
+    wanted: Pose,
+    result: InverseKinematicsResult,
+    before: Pose | None,
+    axes: FloatArray | None,
 ) -> PlanningError:
-    """Why the pose of a waypoint has no solution; `is_pose`: the waypoint is an absolute pose, which can be mended."""
-    nearest = poses_as_dicts([Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation)])[0]
+    """Why the pose of a waypoint has no solution.
+
+    Args:
+        robot: With its tool.
+        index: Of the waypoint.
+        waypoint: As asked.
+        wanted: Its pose.
+        result: Of the search for a solution.
+        before: The pose asked at the waypoint before, if there is one.
+        axes: (3, 3), of the tool there, if they are known.
+    """
+    near = Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation)
     details = {
         "nearest": {
-            "pose": nearest,
+            "pose": poses_as_dicts([near])[0],
             "position": result.position.tolist(),
             "position_distance": result.position_error,
             "orientation_distance": result.orientation_error,
@@ -242,7 +260,7 @@ def unsolved(
     away = f"{result.position_error * 1000.0:.4g} mm"
     if result.orientation_error is not None:
         away += f" and {np.degrees(result.orientation_error):.4g} deg"
-    remedies = [Remedy(f"/waypoints/{index}/pose", nearest, f"the nearest reachable pose found, {away} away")]
+    remedies = pose_remedy(index, waypoint, near, before, axes, f"the nearest reachable pose found, {away} away")
     if result.status == "joint_position_limit":
         joint = robot.joints[robot.joint_names.index(str(result.joint))]
         value = float(result.value or 0.0)
@@ -254,12 +272,12 @@ def unsolved(
             joint=joint.name,
             value=value,
             limit=float(limit),
-            remedies=remedies if is_pose else (),
+            remedies=remedies,
             details=details,
         )
     return UnreachableWaypoint(
         f"no joint position of {robot.id} reaches waypoint {index}; the nearest pose found is {away} away",
         waypoint=index,
-        remedies=remedies if is_pose else (),
+        remedies=remedies,
         details=details,
     )

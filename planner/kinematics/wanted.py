@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import Remedy
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.poses import FloatArray, Pose
-from planner.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts
+from planner.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -82,3 +83,49 @@ def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint
         return Pose(before.position + shift, None if rotation is None else turn @ rotation)
     assert axes is not None  # noqa: S101 - wanted_poses leaves out what needs them and has none
     return Pose(before.position + axes @ shift, None if rotation is None else rotation @ turn)
+
+
+def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> CartesianMove | None:
+    """The move that leads a relative waypoint to another pose; None: in axes that are not known.
+
+    Args:
+        goal: Where the move is to lead.
+        before: The pose asked at the waypoint before.
+        axes: (3, 3), of the tool there; not needed by a move in the base's axes.
+        waypoint: Whose frame the move is in.
+    """
+    shift, start = goal.position - before.position, before.rotation
+    if waypoint.frame == "base":
+        turn = None if start is None or goal.rotation is None else goal.rotation @ start.T
+    else:
+        if axes is None:
+            return None
+        shift = axes.T @ shift
+        turn = None if start is None or goal.rotation is None else start.T @ goal.rotation
+    x, y, z = shift.tolist()
+    return CartesianMove((x, y, z), turn)
+
+
+def pose_remedy(
+    index: int, waypoint: AnyWaypoint, goal: Pose, before: Pose | None, axes: FloatArray | None, explanation: str
+) -> list[Remedy]:
+    """The remedy that takes a waypoint to another pose; none where the list cannot say it.
+
+    Args:
+        index: Of the waypoint.
+        waypoint: A pose, or relative to one.
+        goal: Where it is to be.
+        before: The pose asked at the waypoint before, if there is one.
+        axes: (3, 3), of the tool there, if they are known.
+        explanation: For a person.
+    """
+    if isinstance(waypoint, PoseWaypoint):
+        return [Remedy(f"/waypoints/{index}/pose", poses_as_dicts([goal])[0], explanation)]
+    if not isinstance(waypoint, RelativeWaypoint) or before is None:
+        return []
+    move = move_to(goal, before, axes, waypoint)
+    if move is None:
+        return []
+    made = poses_as_dicts([Pose(np.array(move.translation), move.rotation)])[0]
+    value = {"kind": "cartesian", "translation": made["position"], "orientation": made["orientation"]}
+    return [Remedy(f"/waypoints/{index}/move", value, explanation)]

@@ -19,9 +19,10 @@ from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import all_solutions, inverse_kinematics
 from planner.kinematics.poses import Pose, poses_as_dicts
+from planner.kinematics.wanted import pose_remedy
 from planner.paths.follow import Lost, follow
 from planner.paths.pose_paths import Arc, Line
-from planner.problem import CartesianMove, CircularMotion, JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problem import CircularMotion, JointMotion, JointWaypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -188,15 +189,8 @@ class CartesianMotions:
         if not isinstance(path, Line) or kept < 1.0 - SHORTENED or isinstance(error, ConfigurationChange):
             return
         explanation = f"the first {kept:.1%} of the line"
-        if isinstance(waypoint, PoseWaypoint):
-            yield Remedy(f"/waypoints/{index}/pose", poses_as_dicts([path.pose(kept)])[0], explanation)
-        elif (
-            isinstance(waypoint, RelativeWaypoint)
-            and isinstance(waypoint.move, CartesianMove)
-            and waypoint.move.rotation is None
-        ):
-            shorter = [kept * value for value in waypoint.move.translation]
-            yield Remedy(f"/waypoints/{index}/move/translation", shorter, explanation)
+        before_pose = path.pose(0.0)
+        yield from pose_remedy(index, waypoint, path.pose(kept), before_pose, before_pose.rotation, explanation)
 
     def _other_start(self, index: int, start: FloatArray, path: PosePath) -> FloatArray | None:
         """Another joint position at the pose before from which the motion can be done."""

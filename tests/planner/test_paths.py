@@ -27,13 +27,16 @@ from planner.problem import (
     BlendTransition,
     CartesianMove,
     CircularMotion,
+    Frame,
     InverseKinematicsOptions,
+    JointMotion,
     JointWaypoint,
     Limits,
     LinearMotion,
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
+    StopTransition,
     ThroughTransition,
 )
 from planner.robots import Robot, load_robot
@@ -163,7 +166,7 @@ def test_a_blend_stays_within_its_radius_and_moves_on(robot: Robot, kind: str, r
     assert np.abs(result.trajectory.evaluate(result.trajectory.arrivals[1:2], [1])[0]).max() > 0.0
 
 
-STOP: dict[str, object] = {"transition": JointWaypoint(position=()).transition}
+STOP: dict[str, StopTransition] = {"transition": StopTransition()}
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -224,16 +227,18 @@ def applied(waypoints: Sequence[AnyWaypoint], refusal: PlanningError, index: int
     match field:
         case ["motion"]:
             assert remedy.value == {"kind": "joint"}
-            mended[k] = replace(waypoint, motion=JointWaypoint(position=()).motion)
+            mended[k] = replace(waypoint, motion=JointMotion())
         case ["position"]:
             assert isinstance(waypoint, JointWaypoint)
             mended[k] = replace(waypoint, position=tuple(remedy.value))
         case ["pose"]:
             assert isinstance(waypoint, PoseWaypoint)
             mended[k] = replace(waypoint, pose=pose_of(remedy.value))
-        case ["move", "translation"]:
+        case ["move"]:
             assert isinstance(waypoint, RelativeWaypoint)
-            mended[k] = replace(waypoint, move=CartesianMove(tuple(remedy.value)))
+            moved = pose_of({"position": remedy.value["translation"], "orientation": remedy.value["orientation"]})
+            x, y, z = moved.position
+            mended[k] = replace(waypoint, move=CartesianMove((x, y, z), moved.rotation))
         case _:
             raise AssertionError(remedy.change)
     return mended
@@ -307,6 +312,22 @@ def test_a_line_through_the_hole_in_the_workspace_leaves_what_can_be_reached() -
     error = refused(robot, waypoints, UnreachableWaypoint)
     there = ends[0].position + error.details["place"]["fraction"] * (ends[1].position - ends[0].position)
     assert np.linalg.norm(there) == pytest.approx(0.07, abs=1e-3)
+
+
+@pytest.mark.parametrize("frame", ["tool", "base"])
+def test_a_relative_line_out_of_reach_has_remedies_too(robot: Robot, frame: Frame) -> None:
+    home = tool(robot, HOME)
+    away = 3.0 * home.translation / np.linalg.norm(home.translation)
+    x, y, z = away if frame == "base" else home.rotation.T @ away
+    far = RelativeWaypoint(frame=frame, move=CartesianMove((x, y, z)))
+    for waypoint in (far, replace(far, motion=LinearMotion())):
+        waypoints = [JointWaypoint(position=HOME), waypoint]
+        with pytest.raises(UnreachableWaypoint) as refusal:
+            planned(robot, waypoints)
+        assert refusal.value.waypoint == 1
+        assert [remedy.change for remedy in refusal.value.remedies] == ["/waypoints/1/move"]
+        mended = applied(waypoints, refusal.value, 0)
+        assert planned(robot, [mended[0], replace(mended[1], motion=JointMotion())]).certificate.satisfied
 
 
 def test_three_points_on_a_line_are_no_circle(robot: Robot) -> None:
