@@ -86,7 +86,7 @@ def turn_and_slides(rng: np.random.Generator) -> list[Row]:
 
 @pytest.mark.parametrize("make", [spherical_wrist, three_parallel, turn_and_slides])
 @given(seed=st.integers(0, 2**32))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_six_joints_are_found_again(make: Callable[[np.random.Generator], list[Row]], seed: int) -> None:
     rng = np.random.default_rng(seed)
     rows = make(rng)
@@ -104,7 +104,7 @@ def test_six_joints_are_found_again(make: Callable[[np.random.Generator], list[R
 
 
 @given(seed=st.integers(0, 2**32))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_three_joints_are_found_again_by_the_position_of_a_tool(seed: int) -> None:
     rng = np.random.default_rng(seed)
     rows = [general("continuous", rng) for _ in range(3)]
