@@ -18,7 +18,7 @@ from planner.backends.base import QUANTITIES, Guarantee
 from planner.dynamics import inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_speeds
-from planner.trajectory import differentiate, horner
+from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.trajectory import differentiate
+from planner.polynomials import differentiate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

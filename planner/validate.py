@@ -10,6 +10,7 @@ from planner.backends.base import QUANTITIES, Guarantee
 from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem
 from planner.limits import limit_faults, refuse_unknown_torques, segment_limits
+from planner.polynomials import quintic_hermite
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -101,8 +102,5 @@ def _hermite(
         c2 = (3.0 * step / h - 2.0 * v0 - v1) / h
         c3 = (-2.0 * step / h + v0 + v1) / h**2
         return np.stack([p0, v0, c2, c3], axis=2)
-    a0, a1 = acceleration[:-1], acceleration[1:]
-    c3 = (20.0 * step / h - 8.0 * v1 - 12.0 * v0 - (3.0 * a0 - a1) * h) / (2.0 * h**2)
-    c4 = (-30.0 * step / h + 14.0 * v1 + 16.0 * v0 + (3.0 * a0 - 2.0 * a1) * h) / (2.0 * h**3)
-    c5 = (12.0 * step / h - 6.0 * (v0 + v1) - (a0 - a1) * h) / (2.0 * h**4)
-    return np.stack([p0, v0, a0 / 2.0, c3, c4, c5], axis=2)
+    starts = position[:-1], velocity[:-1], acceleration[:-1]
+    return quintic_hermite(lengths, starts, (position[1:], velocity[1:], acceleration[1:]))

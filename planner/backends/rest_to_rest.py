@@ -14,7 +14,8 @@ import numpy as np
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, Remedy
 from planner.kinematics.forward import tool_speeds
-from planner.trajectory import Trajectory, cumulative_times, differentiate, horner
+from planner.polynomials import cumulative_sums, differentiate, horner
+from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -146,7 +147,7 @@ def assemble(path: JointPath, laws: UnitLaws, durations: FloatArray) -> Trajecto
 
     lengths = np.column_stack([_piece_lengths(laws, durations), path.dwells[1:]])
     all_lengths = np.concatenate([path.dwells[:1], lengths.ravel()])
-    times = cumulative_times(all_lengths)
+    times = cumulative_sums(all_lengths)
     owners = np.concatenate([[0], np.repeat(np.arange(segments), pieces + 1)])
     there = all_lengths > 0.0
     return Trajectory(

@@ -11,15 +11,16 @@ from planner.backends import QUANTITIES, Guarantee
 from planner.certificate import certify
 from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.limits import segment_limits
+from planner.polynomials import cumulative_sums
 from planner.problem import Limits
 from planner.robots import load_robot
-from planner.trajectory import Trajectory, cumulative_times
+from planner.trajectory import Trajectory
 
 HARD = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 
 
 def trajectory_of(lengths: np.ndarray, coefficients: np.ndarray) -> Trajectory:
-    ends = cumulative_times(lengths)[[0, -1]]
+    ends = cumulative_sums(lengths)[[0, -1]]
     return Trajectory(lengths, coefficients, np.zeros(len(lengths), dtype=int), ends, ends)
 
 

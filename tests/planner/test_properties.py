@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from planner.backends import BACKENDS, Guarantee
 from planner.export import FORMATS, ExportOptions
 from planner.plan import plan
-from planner.trajectory import differentiate, horner
+from planner.polynomials import differentiate, horner
 from tests.planner.problems import problems
 
 CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2}

@@ -1,0 +1,161 @@
+"""Paths of the tool: a straight line, a circle. Poses as functions of u, from 0 at the start to 1 at the end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import pinocchio as pin
+
+from planner.kinematics.poses import Pose
+
+if TYPE_CHECKING:
+    from planner.kinematics.poses import FloatArray
+
+COLLINEAR = 1e-6
+"""Three points whose triangle has a height below this share of its longest side lie on a line."""
+
+
+class PosePath(Protocol):
+    """Where the tool is due, at constant linear and angular speed along u."""
+
+    def pose(self, u: float) -> Pose:
+        """The pose at u; without a rotation where any orientation will do."""
+        ...
+
+    def twist(self, u: float) -> FloatArray:
+        """(6,) or, without a rotation, (3,): linear over angular velocity by u, in the base's axes."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """A rotation that changes from R(0) = `start` as R(u) = start exp(w(u)), w(u) = first u + second u^2.
+
+    Attributes:
+        start: (3, 3).
+        first: (3,), rad.
+        second: (3,), rad; zero for the rotation about one axis at constant speed.
+    """
+
+    start: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+    @classmethod
+    def between(cls, start: FloatArray, end: FloatArray) -> Turn:
+        """The shortest rotation: about one axis (document 004, axis and angle of R = R0^T R1)."""
+        return cls(start, np.asarray(pin.log3(start.T @ end)), np.zeros(3))
+
+    @classmethod
+    def by_way_of(cls, start: FloatArray, via: FloatArray, end: FloatArray, u: float) -> Turn:
+        """Smoothly through the rotation `via` at `u`."""
+        half, whole = np.asarray(pin.log3(start.T @ via)), np.asarray(pin.log3(start.T @ end))
+        second = (half - u * whole) / (u * u - u)
+        return cls(start, whole - second, second)
+
+    def rotation(self, u: float) -> FloatArray:
+        """(3, 3)."""
+        result: FloatArray = self.start @ pin.exp3(self.first * u + self.second * u * u)
+        return result
+
+    def velocity(self, u: float) -> FloatArray:
+        """(3,), rad by u, in the base's axes."""
+        w, rate = self.first * u + self.second * u * u, self.first + 2.0 * u * self.second
+        result: FloatArray = self.start @ pin.exp3(w) @ (pin.Jexp3(w) @ rate)
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A straight line with the shortest rotation (document 004, Section 7).
+
+    Attributes:
+        start: The first pose.
+        end: The last. Without a rotation in both, any orientation will do on the way.
+    """
+
+    start: Pose
+    end: Pose
+
+    @cached_property
+    def _turn(self) -> Turn | None:
+        if self.start.rotation is None or self.end.rotation is None:
+            return None
+        return Turn.between(self.start.rotation, self.end.rotation)
+
+    def pose(self, u: float) -> Pose:
+        """The pose at u."""
+        position = self.start.position + u * (self.end.position - self.start.position)
+        return Pose(position, None if self._turn is None else self._turn.rotation(u))
+
+    def twist(self, u: float) -> FloatArray:
+        """(3,) or (6,)."""
+        linear = self.end.position - self.start.position
+        return linear if self._turn is None else np.concatenate([linear, self._turn.velocity(u)])
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """The arc of a circle from one position to another by way of a third.
+
+    Attributes:
+        center: (3,), m.
+        axis: (3,), unit: the tool goes around it counter-clockwise.
+        angle: rad, in (0, 2 pi), from the start to the end.
+        start: (3,), m.
+        turn: Of the tool; None: any orientation will do.
+    """
+
+    center: FloatArray
+    axis: FloatArray
+    angle: float
+    start: FloatArray
+    turn: Turn | None
+
+    @classmethod
+    def through(cls, start: Pose, via: Pose, end: Pose) -> Arc:
+        """The arc through three poses.
+
+        A rotation in `via` is passed there; else the tool turns by the shortest rotation from start to end.
+
+        Raises:
+            ValueError: The three positions lie on a line, or two are the same: there is no one circle.
+        """
+        a, b = via.position - start.position, end.position - start.position
+        normal = np.cross(a, b)
+        area = float(np.linalg.norm(normal))
+        longest = max(np.linalg.norm(a), np.linalg.norm(b), np.linalg.norm(a - b))
+        if area <= COLLINEAR * longest**2:
+            raise ValueError("start, via and end lie on a line, or two of them are the same: no one circle goes there")
+        offset = (np.dot(a, a) * np.cross(b, normal) - np.dot(b, b) * np.cross(a, normal)) / (2.0 * area**2)
+        center = start.position + offset
+        axis = normal / area
+        at_via, at_end = (_angle(-offset, point - center, axis) for point in (via.position, end.position))
+        turn = None
+        if start.rotation is not None and end.rotation is not None:
+            turn = Turn.between(start.rotation, end.rotation)
+            if via.rotation is not None:
+                turn = Turn.by_way_of(start.rotation, via.rotation, end.rotation, at_via / at_end)
+        return cls(center, axis, at_end, start.position, turn)
+
+    def pose(self, u: float) -> Pose:
+        """The pose at u."""
+        return Pose(self.center + self._spoke(u), None if self.turn is None else self.turn.rotation(u))
+
+    def twist(self, u: float) -> FloatArray:
+        """(3,) or (6,)."""
+        linear: FloatArray = self.angle * np.cross(self.axis, self._spoke(u))
+        return linear if self.turn is None else np.concatenate([linear, self.turn.velocity(u)])
+
+    def _spoke(self, u: float) -> FloatArray:
+        spoke: FloatArray = pin.exp3(self.axis * (self.angle * u)) @ (self.start - self.center)
+        return spoke
+
+
+def _angle(start: FloatArray, end: FloatArray, axis: FloatArray) -> float:
+    """In (0, 2 pi), from one spoke to another about the axis."""
+    angle = float(np.arctan2(np.dot(axis, np.cross(start, end)), np.dot(start, end)))
+    return angle if angle > 0.0 else angle + 2.0 * np.pi

@@ -1,0 +1,101 @@
+"""Piecewise polynomials of one variable, one per joint, on common breakpoints: paths and trajectories alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.kinematics.poses import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewisePolynomial:
+    """One polynomial per piece and joint, in local coordinates.
+
+    On piece i, of length `lengths[i]`, joint j is at sum_k coefficients[i, j, k] * x^k for the local coordinate
+    x in [0, lengths[i]]. Local coordinates keep the coefficients exact however late the piece is.
+
+    Attributes:
+        lengths: (pieces,), all positive.
+        coefficients: (pieces, joints, order), ascending powers of the local coordinate, unrounded.
+    """
+
+    lengths: FloatArray
+    coefficients: FloatArray
+
+    @cached_property
+    def breakpoints(self) -> FloatArray:
+        """(pieces + 1,), from 0 to the whole length."""
+        return cumulative_sums(self.lengths)
+
+    def derivative_coefficients(self, order: int) -> FloatArray:
+        """Coefficients (pieces, joints, ...) of the derivative of that order."""
+        return differentiate(self.coefficients, order)
+
+    def locate(self, at: FloatArray) -> tuple[np.ndarray, FloatArray]:
+        """Piece index (N,) and local coordinate (N,) of the points (N,); at a breakpoint the later piece."""
+        pieces = np.searchsorted(self.breakpoints[1:-1], at, side="right")
+        return pieces, np.minimum(at - self.breakpoints[pieces], self.lengths[pieces])
+
+    def evaluate(self, at: FloatArray, derivatives: Sequence[int] = (0, 1, 2)) -> list[FloatArray]:
+        """The asked derivatives (0: position, 1: velocity, ...) at points (N,); each (N, joints).
+
+        Args:
+            at: (N,), within [0, whole length].
+            derivatives: Orders of differentiation.
+        """
+        pieces, x = self.locate(at)
+        column = x[:, None]
+        return [horner(self.derivative_coefficients(order)[pieces], column) for order in derivatives]
+
+
+def cumulative_sums(lengths: FloatArray) -> FloatArray:
+    """0 and the running sums of `lengths`, summed in extended precision and rounded once."""
+    sums = np.cumsum(lengths, dtype=np.longdouble).astype(np.float64)
+    return np.concatenate([[0.0], sums])
+
+
+def differentiate(coefficients: FloatArray, order: int = 1) -> FloatArray:
+    """Coefficients of the derivative; ascending powers on the last axis, never empty."""
+    for _ in range(order):
+        if coefficients.shape[-1] == 1:
+            return np.zeros_like(coefficients)
+        coefficients = coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
+    return coefficients
+
+
+def horner(coefficients: FloatArray, x: FloatArray) -> FloatArray:
+    """Value of the polynomials (..., order) at `x`, which broadcasts against (...)."""
+    value: FloatArray = coefficients[..., -1] + np.zeros_like(x)
+    for k in range(coefficients.shape[-1] - 2, -1, -1):
+        value = value * x + coefficients[..., k]
+    return value
+
+
+def quintic_hermite(lengths: FloatArray, starts: tuple[FloatArray, ...], ends: tuple[FloatArray, ...]) -> FloatArray:
+    """Coefficients (pieces, joints, 6) of the quintics with given values, first and second derivatives at both ends.
+
+    Args:
+        lengths: (pieces,).
+        starts: Value, first and second derivative at the start of each piece; each (pieces, joints).
+        ends: The same at its end.
+    """
+    h = lengths[:, None]
+    p0, v0, a0 = starts[0], starts[1] * h, starts[2] * h**2
+    v1, a1 = ends[1] * h, ends[2] * h**2
+    rise = ends[0] - p0
+    unit = [
+        p0,
+        v0,
+        a0 / 2.0,
+        10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
+        -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
+        6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1),
+    ]
+    return np.stack(unit, axis=-1) / h[..., None] ** np.arange(6)
