@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.kinematics.forward import jacobian, tool_pose
-from planner.kinematics.inverse import pose_errors
+from planner.kinematics.search import pose_errors
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
