@@ -20,11 +20,20 @@ if TYPE_CHECKING:
 NEARLY = 1e-3
 """A candidate that exists but for so little (imaginary part, cosine beyond 1) is kept: polishing decides."""
 
+NEARLY_PARALLEL = 0.9
+"""Cosine of the angle between axes from which on one does not tell the turn about the other."""
+
 FLAT = 1e-6
 """Singular value, relative to the largest, below which the first two axes of three count as meeting or parallel."""
 
 OFFSET = 1.0
 """rad, from the angle that the tangent of the half angle cannot express: not one that arms tend to have."""
+
+EPSILON = 1e-9
+"""What the cosine of the angle between parallel axes lacks of 1."""
+
+LEAST = 1e-15
+"""Least leading coefficient of a quartic, relative to the others."""
 
 SAMPLES, FOUND_AGAIN = 24, 1e-2
 """Random configurations that a form must find again from their poses, and how nearly, rad."""
@@ -56,7 +65,9 @@ def closed_form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
     samples = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, joints))
     for form in forms:
         positions, rotations, _ = screws.reach(samples, np.zeros(3) if point is None else point)
-        away = (form(positions, rotations) - samples[:, None] + np.pi) % (2.0 * np.pi) - np.pi
+        with np.errstate(divide="ignore", invalid="ignore"):  # of an arm that has not what the form needs
+            candidates = form(positions, rotations)
+        away = (candidates - samples[:, None] + np.pi) % (2.0 * np.pi) - np.pi
         nearest = np.nan_to_num(np.abs(away).max(axis=2), nan=np.inf).min(axis=1)
         if (nearest < FOUND_AGAIN).all():
             return form
@@ -70,6 +81,7 @@ class SphericalWrist:
         self.screws = screws
         self.centre = _meeting_point(screws.axes[3:], screws.points[3:])
         self.arm = arm(screws, self.centre)
+        self.side = _frame_about(screws.axes[5])[0]
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None) -> FloatArray:
         """Up to eight."""
@@ -77,15 +89,13 @@ class SphericalWrist:
         turns, centres = _moved(self.screws, self.centre, positions, rotations)
         arm = self.arm(centres)[:, :, None]
         angles = np.where(self.screws.is_angle[:3], arm, 0.0)
-        last, fourth = (turns @ axes[5])[:, None, None], axes[3]
+        # The last axis, and a direction across it, as the forearm sees them.
+        last, side = (turns @ axes[5])[:, None, None], (turns @ self.side)[:, None, None]
         for i in range(3):
-            last = _turned(cross[i], -angles[..., i], last)
-            fourth = _turned(cross[2 - i], angles[..., 2 - i], fourth)
-        fourth = np.einsum("nji,n...j->n...i", turns, fourth)
-        # Seen from the forearm: fourth . Rot5 last is known, then the angles about the fourth and the last axis.
+            last, side = _turned(cross[i], -angles[..., i], last), _turned(cross[i], -angles[..., i], side)
         q5 = _angles_to_height(cross[4], axes[5], axes[3], (last @ axes[3])[..., 0])
         q4 = _angle(cross[3], _turned(cross[4], q5, axes[5]), last)
-        q6 = -_angle(cross[5], _turned(cross[4], -q5, axes[3]), fourth)
+        q6 = _angle(cross[5], self.side, _turned(cross[4], -q5, _turned(cross[3], -q4, side)))
         wrist = np.stack([q4, q5, q6], axis=-1)
         both = np.concatenate([np.broadcast_to(arm, wrist.shape), wrist], axis=-1)
         return both.reshape(len(positions), -1, 6)
@@ -97,6 +107,7 @@ class ThreeParallel:
     def __init__(self, screws: Screws) -> None:
         self.screws = screws
         self.centre = _meeting_point(screws.axes[4:], screws.points[4:])
+        self.side = _frame_about(screws.axes[5])[0]
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None) -> FloatArray:
         """Up to eight."""
@@ -110,12 +121,19 @@ class ThreeParallel:
         q5 = _angles_to_height(cross[4], axes[5], h, (last @ h)[..., 0])
         h_seen = np.einsum("nji,n...j->n...i", turns, _turned(cross[0], q1, h))
         q6 = -_angle(cross[5], _turned(cross[4], -q5, h), h_seen)
-        # What the parallel joints turn together, where the fourth axis is then, and two links that reach it.
-        together = _angle(about_h, _turned(cross[4], q5, axes[5]), last)
+        # What the parallel joints turn together: seen on the last axis, or where that is parallel too, across it.
+        side = _turned(cross[4], q5, _turned(cross[5], q6, self.side))
+        parallel = np.abs(last @ h)[..., None] > NEARLY_PARALLEL
+        before = np.where(parallel, side, _turned(cross[4], q5, axes[5]))
+        after = np.where(parallel, _turned(cross[0], -q1, (turns @ self.side)[:, None, None]), last)
+        together = _angle(about_h, before, after)
+        # Where the fourth axis is then, and two links that reach it.
         reach = centre + _turned(about_h, together, o4 - self.centre) - o2
         reach = reach - (reach @ h)[..., None] * h
         upper, fore = (link - (link @ h) * h for link in (o3 - o2, o4 - o3))
         q3 = _angles_to_height(about_h, fore, upper, ((reach**2).sum(axis=-1) - upper @ upper - fore @ fore) / 2.0)
+        # Where the last axis is parallel too, another q6 may be in reach: something to start from.
+        q3 = np.where(np.isnan(q3) & (np.abs(last @ h) > 1.0 - EPSILON)[..., None], 0.0, q3)
         q2 = _angle(about_h, upper + _turned(about_h, q3, fore), reach[..., None, :])
         q1, q5, q6, together = q1[..., None], q5[..., None], q6[..., None], together[..., None]
         parts = np.broadcast_arrays(q1, q2, q3, together - q2 - q3, q5, q6)
@@ -139,8 +157,7 @@ class ThreeJoints:
         arm = point - o3
         along = (arm @ h3) * h3
         self.v = np.array([arm - along, screws.cross[2] @ arm, o3 - o2 + along]).T  # times (cos q3, sin q3, 1)
-        _, _, vt = np.linalg.svd(h2[None])
-        self.across = vt[1:] * np.array([[1.0], [np.linalg.det(vt) * (vt[0] @ h2)]])  # with h2 a right-handed frame
+        self.across = _frame_about(h2)
         self.K = np.array([h1, self.d]) @ self.across.T
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None = None) -> FloatArray:
@@ -167,7 +184,7 @@ class ThreeJoints:
             q3 = np.repeat(_angles(g[:, 1, 0], g[:, 1, 1], -g[:, 1, 2]), 2, axis=1)
             x = _circle(q3)
             first = np.einsum("nj,nkj->nk", g[:, 0], x) / values[0]
-            second = _root(((x @ across.T) ** 2).sum(axis=-1) - first**2) * np.array([1.0, -1.0, 1.0, -1.0])
+            second = _root(((x @ across.T) ** 2).sum(axis=-1), first**2) * np.array([1.0, -1.0, 1.0, -1.0])
             u = np.stack([first, second], axis=-1) @ right
         v = x @ across.T
         q2 = np.arctan2(u[..., 1], u[..., 0]) - np.arctan2(v[..., 1], v[..., 0])
@@ -196,7 +213,7 @@ class TurnAndSlides:
         start, way = self.arm + shift @ self.slides, level @ self.slides
         half = start @ way / (way @ way)
         rest = ((start**2).sum(axis=1) - (wanted**2).sum(axis=1)) / (way @ way)
-        far = -half[:, None] + _root(half**2 - rest)[:, None] * np.array([1.0, -1.0])
+        far = -half[:, None] + _root(half**2, rest)[:, None] * np.array([1.0, -1.0])
         q1 = _angle(self.about, start[:, None] + far[..., None] * way, wanted[:, None])
         return np.concatenate([q1[..., None], shift[:, None] + far[..., None] * level], axis=-1)
 
@@ -214,6 +231,13 @@ def _meeting_point(axes: FloatArray, points: FloatArray) -> FloatArray:
     """The point nearest to all lines, in the sense of least squares."""
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     return np.asarray(np.linalg.lstsq(across.reshape(-1, 3), (across @ points[:, :, None]).ravel(), rcond=None)[0])
+
+
+def _frame_about(axis: FloatArray) -> FloatArray:
+    """(2, 3): two directions that make a right-handed frame with an axis."""
+    first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(axis, first)])
 
 
 def _turned(cross: FloatArray, angle: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -247,8 +271,10 @@ def _angles_to_height(cross: FloatArray, vectors: FloatArray, up: FloatArray, he
     return _angles(a, b, height - (vectors @ up - a))
 
 
-def _root(squared: FloatArray) -> FloatArray:
-    return np.sqrt(np.maximum(np.where(squared > -NEARLY, squared, np.nan), 0.0))
+def _root(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The root of a - b; 0 where it lacks but little."""
+    exists = a - b > -NEARLY * (np.abs(a) + np.abs(b))
+    return np.sqrt(np.maximum(np.where(exists, a - b, np.nan), 0.0))
 
 
 def _circle(angle: FloatArray) -> FloatArray:
@@ -261,7 +287,8 @@ def _roots(forms: FloatArray) -> FloatArray:
     shift = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     in_t = shift @ np.array([[1.0, 0.0, -1.0], [0.0, 2.0, 0.0], [1.0, 0.0, 1.0]])  # (1 + t^2) x = in_t (1, t, t^2)
     Q = in_t.T @ forms @ in_t
-    leading = np.where(Q[:, 2, 2] == 0.0, np.finfo(float).tiny, Q[:, 2, 2])
+    least = np.maximum(LEAST * np.abs(Q).max(axis=(1, 2)), np.finfo(float).tiny)
+    leading = np.where(np.abs(Q[:, 2, 2]) < least, least, Q[:, 2, 2])
     companion = np.zeros((len(Q), 4, 4))
     companion[:, 1:, :3] = np.eye(3)
     lower = [Q[:, 0, 0], 2.0 * Q[:, 0, 1], 2.0 * Q[:, 0, 2] + Q[:, 1, 1], 2.0 * Q[:, 1, 2]]

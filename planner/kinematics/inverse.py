@@ -1,4 +1,4 @@
-"""Inverse kinematics: Levenberg-Marquardt within the position limits, from starts that a table of poses suggests."""
+"""Inverse kinematics: the solution nearest to a reference, all solutions, or why there is none."""
 
 from __future__ import annotations
 

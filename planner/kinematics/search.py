@@ -164,7 +164,9 @@ def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, 
         inside = np.minimum(np.maximum(turned, search.lower), search.upper)
         starts = inside[(np.abs(turned - inside) < BEYOND).all(axis=1)]
         solutions = [q for start in starts if (q := search.solve(start, **STEADY)) is not None]
-        found[search] = _distinct(robot, solutions, SAME_SOLUTION)
+        # Without a solution that is the answer, unless a candidate is a singular one: others go with it.
+        if solutions or not (len(starts) or _in_continuum(search, turned)):
+            found[search] = _distinct(robot, solutions, SAME_SOLUTION)
     return found
 
 

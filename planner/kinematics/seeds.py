@@ -23,6 +23,9 @@ ROWS = 4096
 TURN_IN_REACHES = 0.5
 """What a turn by 1 rad counts beside a distance, in standard deviations of the tip's position."""
 
+LEAST_REACH = 1e-6
+"""m: of a tip that moves by less the position does not matter."""
+
 DAMPING = 1e-4
 """Of the Newton step of every row, so that a row at a singularity predicts no wild step."""
 
@@ -45,7 +48,8 @@ class SeedTable:
         self.screws = Screws(robot)
         self.positions, self.rotations, jacobians = self.screws.reach(self.configurations, np.zeros(3))
         self._closed_form = closed_form(self.screws, None)
-        reach = float(np.sqrt(self.positions.var(axis=0).sum())) or 1.0
+        reach = float(np.sqrt(self.positions.var(axis=0).sum()))
+        reach = reach if reach > LEAST_REACH else 1.0
         # |p - p*|^2 / reach^2 + (0.5 |R - R*|_F)^2, without the terms that are the same in every row
         likeness = [
             self.positions / reach**2,
