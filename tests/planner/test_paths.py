@@ -60,7 +60,7 @@ def tool(robot: Robot, q: Sequence[float] | FloatArray) -> pin.SE3:
         DATA[robot.id] = robot.model.createData()
     data = DATA[robot.id]
     pin.framesForwardKinematics(robot.model, data, np.array(q))
-    return data.oMf[robot.tool_frame_id]
+    return pin.SE3(data.oMf[robot.tool_frame_id])
 
 
 def shifted(robot: Robot, shift: Sequence[float], turn: Sequence[float] = (0.0, 0.0, 0.0)) -> Pose:
