@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from planner.backends.along_curve import (
     NO_LENGTH,
     CurveLaw,
     ToolSpeeds,
+    broken_at,
     demands,
     follow_curve,
     stretched,
@@ -38,6 +40,9 @@ if TYPE_CHECKING:
 
 SAMPLES = 24
 """Of a law on each of its intervals while its shape is sought; the shape that is found is then checked exactly."""
+
+SHARES = np.linspace(0.0, 1.0, 9)
+"""By which free intervals are slowed down beside slow ones, from not at all to their pace, until the law ascends."""
 
 LEAST_FACTOR, ROUNDING = 1e-9, 1e-9
 """What an interval counts that nothing limits; and a speed backwards, relative to the mean, that is rounding."""
@@ -167,32 +172,40 @@ class _CurveTiming(_Timing):
     def first_durations(self) -> FloatArray:
         """Those of the best law found; the intervals of a segment share its asked duration in proportion."""
         free = np.isnan(self.asked)
-        shape = self._shortest(self._single_law(), np.full(len(free), np.nan))
+        single = self._single.law.lengths
+        shape = self._shortest(single, np.full(len(free), np.nan))
+        shape = shape if self._ascends(shape) else single
         if free.all():
             return shape
         shares = shape / np.array([shape[self.segments == segment].sum() for segment in self.segments])
-        return self._shortest(shape, shares * self.asked)
+        asked = shares * self.asked
+        quick = self._shortest(shape, asked)
+        # A spline swings back where a quick interval meets a slow one: then the free ones keep pace with those asked.
+        slow = np.where(free, shape * np.nanmax(asked / shape), asked)
+        paces = (quick ** (1.0 - share) * slow**share for share in SHARES)
+        return next((durations for durations in paces if self._ascends(durations)), slow)
 
     def pieces(self, durations: FloatArray) -> TimedPieces:
         """Quintics along the curve."""
-        if not self._ascends(durations):
-            raise self._runs_backwards()
-        return follow_curve(self.run, CurveLaw(self._law(durations), self.segments))
+        if self._ascends(durations):
+            return follow_curve(self.run, CurveLaw(self._law(durations), self.segments))
+        if np.isnan(self.asked).all():
+            return follow_curve(self.run, self._single)
+        raise self._runs_backwards()
 
     def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
-        """The shortest durations, where asked ones (NaN: free) let a law have them without running backwards."""
-        found = shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
-        return found if self._ascends(found) else np.where(np.isnan(asked), start, asked)
+        return shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
 
     def _ascends(self, durations: FloatArray) -> bool:
         slowest, mean = self._samples(durations)[1], self.places[-1] / durations.sum()
         return bool(slowest >= -ROUNDING * mean)
 
-    def _single_law(self) -> FloatArray:
-        """Durations of the intervals under one law from rest to rest over the whole run, in all 1 s."""
-        rest_to_rest = interpolating_spline(np.array([[0.0], [1.0]]), np.ones(1), self.degree)[0, 0]
-        times = np.linspace(0.0, 1.0, 2001)
-        return np.diff(np.interp(self.places / self.places[-1], horner(rest_to_rest, times), times))
+    @cached_property
+    def _single(self) -> CurveLaw:
+        """One law from rest to rest over the whole run, in 1 s, in its intervals."""
+        ends = np.array([[0.0], [self.places[-1]]])
+        law = PiecewisePolynomial(np.ones(1), interpolating_spline(ends, np.ones(1), self.degree))
+        return broken_at(law, self.places[1:-1], self.segments)
 
     def _law(self, durations: FloatArray) -> PiecewisePolynomial:
         return PiecewisePolynomial(durations, interpolating_spline(self.places[:, None], durations, self.degree))

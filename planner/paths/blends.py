@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
 
-MOST = 0.5
-"""Share of a segment that the blend at one of its ends may take; the other half is for the other end."""
+MOST = 0.48
+"""Share of a segment that the blend at one of its ends may take; as much is for the other end, a little stays."""
 
 SAMPLES = 48
 """Points on a curve at which the tool's distance from the waypoint is looked at."""
@@ -47,7 +47,7 @@ class Blend:
 def ways_within(
     robot: Robot, before: PiecewisePolynomial, after: PiecewisePolynomial, corner: FloatArray, radius: float
 ) -> tuple[float, float]:
-    """How far before and after their common waypoint two curves stay within the radius of it; at most half of each.
+    """How far before and after their common waypoint two curves stay within its radius; at most nearly half of each.
 
     Args:
         robot: With its tool.

@@ -46,6 +46,8 @@ def samples(**changes: Any) -> dict[str, Any]:
 
 
 INVALID = "invalid_request"
+VIA_AT_START = {"position": [0.26582269183668716, 0.026671232618305785, -0.00289525224954534], "orientation": None}
+"""The tool of the arm with three joints at (0.1, 0.2, 0.3)."""
 A, B, C = joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5), joint(0.2, 0.2, 0.2)
 
 BAD_REQUESTS = [
@@ -92,13 +94,109 @@ BAD_REQUESTS = [
         INVALID,
         "/backend/acceleration_time",
     ),
-    Bad("linear motion", PLAN, second_changed(motion={"kind": "linear"}), INVALID, "/waypoints/1/motion/kind"),
+    Bad("unknown motion", PLAN, second_changed(motion={"kind": "spiral"}), INVALID, "/waypoints/1/motion/kind"),
+    Bad("motion without a kind", PLAN, second_changed(motion={}), INVALID, "/waypoints/1/motion/kind"),
+    Bad("circle without via", PLAN, second_changed(motion={"kind": "circular"}), INVALID, "/waypoints/1/motion/via"),
     Bad(
-        "blend",
+        "via that is no pose",
+        PLAN,
+        second_changed(motion={"kind": "circular", "via": [0.1, 0.0, 0.1]}),
+        INVALID,
+        "/waypoints/1/motion/via",
+    ),
+    Bad(
+        "circle through its own start",
+        PLAN,
+        plan_request(
+            waypoints=[
+                joint(0.1, 0.2, 0.3),
+                joint(0.2, 0.3, 0.4) | {"motion": {"kind": "circular", "via": VIA_AT_START}},
+            ]
+        ),
+        INVALID,
+        "/waypoints/1/motion/via",
+    ),
+    Bad(
+        "tolerance of nothing",
+        PLAN,
+        second_changed(motion={"kind": "linear", "tolerance_position": 0.0}),
+        INVALID,
+        "/waypoints/1/motion/tolerance_position",
+    ),
+    Bad(
+        "tolerance not a number",
+        PLAN,
+        second_changed(motion={"kind": "linear", "tolerance_orientation": "fine"}),
+        INVALID,
+        "/waypoints/1/motion/tolerance_orientation",
+    ),
+    Bad(
+        "tolerance of a joint motion",
+        PLAN,
+        second_changed(motion={"kind": "joint", "tolerance_position": 1e-4}),
+        INVALID,
+        "/waypoints/1/motion/tolerance_position",
+    ),
+    Bad(
+        "unknown transition",
+        PLAN,
+        second_changed(transition={"kind": "jump"}),
+        INVALID,
+        "/waypoints/1/transition/kind",
+    ),
+    Bad(
+        "blend without a radius",
+        PLAN,
+        second_changed(transition={"kind": "blend"}),
+        INVALID,
+        "/waypoints/1/transition/radius",
+    ),
+    Bad(
+        "blend of radius 0",
+        PLAN,
+        second_changed(transition={"kind": "blend", "radius": 0.0}),
+        INVALID,
+        "/waypoints/1/transition/radius",
+    ),
+    Bad(
+        "blend with a negative radius",
+        PLAN,
+        second_changed(transition={"kind": "blend", "radius": -0.1}),
+        INVALID,
+        "/waypoints/1/transition/radius",
+    ),
+    Bad(
+        "blend at the last waypoint",
         PLAN,
         second_changed(transition={"kind": "blend", "radius": 0.1}),
         INVALID,
-        "/waypoints/1/transition/kind",
+        "/waypoints/1/transition",
+    ),
+    Bad(
+        "dwell where the robot does not stop",
+        PLAN,
+        plan_request(
+            waypoints=[
+                joint(0.1, 0.2, 0.3),
+                joint(0.2, 0.2, 0.3) | {"transition": {"kind": "through"}, "dwell": 1.0},
+                joint(0.3, 0.2, 0.3),
+            ]
+        ),
+        INVALID,
+        "/waypoints/1/dwell",
+    ),
+    Bad(
+        "corner of two lines passed",
+        PLAN,
+        plan_request(
+            waypoints=[
+                joint(0.1, 0.2, 0.3),
+                joint(0.2, 0.2, 0.3) | {"motion": {"kind": "linear"}, "transition": {"kind": "through"}},
+                joint(0.3, 0.3, 0.3) | {"motion": {"kind": "linear"}},
+            ]
+        ),
+        INVALID,
+        "/waypoints/1/transition",
     ),
     Bad("unknown include", PLAN, plan_request(include=["snap"]), INVALID, "/include/0"),
     # Numbers.
