@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from api.errors import DeadlineExceeded, InternalError, Overloaded
+from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded
 from api.worker_main import HEADER, Caps, pack, work
 
 if TYPE_CHECKING:
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 RETRY_AFTER = "1"
 """s, suggested to those whom a full queue turns away."""
+
+NO_MEMORY_FOR_A_LIBRARY = 127
+"""Exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""
 
 RESPAWN_DELAY = 1.0
 """s, before a worker that could not even start is tried again."""
@@ -167,6 +170,7 @@ class WorkerPool:
         Raises:
             Overloaded: The queue is full.
             DeadlineExceeded: No reply came in time; the worker, if one had begun, is killed.
+            MemoryExceeded: The worker died because there was no memory left for it.
             InternalError: The worker died of the task.
         """
         if self._in_flight >= self._capacity:
@@ -177,8 +181,6 @@ class WorkerPool:
                 return await self._run_when_idle(task)
         except TimeoutError:
             raise DeadlineExceeded("the deadline passed before there was an answer") from None
-        except (EOFError, OSError):
-            raise InternalError("the service failed on this request") from None
         finally:
             self._in_flight -= 1
 
@@ -188,7 +190,13 @@ class WorkerPool:
         worker = await self._idle.get()
         while worker.ended.is_set():  # it died while it was idle
             worker = await self._idle.get()
-        reply = await worker.run(task)
+        try:
+            reply = await worker.run(task)
+        except (EOFError, OSError):
+            await worker.ended.wait()
+            if worker.exit_code == NO_MEMORY_FOR_A_LIBRARY:
+                raise MemoryExceeded("the request needs more memory than a worker may use") from None
+            raise InternalError("the service failed on this request") from None
         if worker.tasks >= self._max_tasks:
             worker.kill()
         else:
