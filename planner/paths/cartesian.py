@@ -74,6 +74,7 @@ class CartesianMotions:
         """
         self.robot, self.waypoints, self.options = robot, waypoints, options
         self._followed: dict[tuple[int, bytes], ToolMotion] = {}
+        self._refused: list[tuple[PlanningError, int, FloatArray, PosePath]] = []
 
     def follow(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
         """Follow the motion to waypoint `index` and tell where it ends up, (joints,).
@@ -95,6 +96,12 @@ class CartesianMotions:
         waypoint, curve = self.waypoints[index], self._followed[key].curve
         return np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else _end(curve)
 
+    def add_remedies(self, error: PlanningError) -> None:
+        """Find out what would help against a refusal of `follow`; costs some milliseconds. Others are left alone."""
+        for refusal, index, start, path in self._refused:
+            if refusal is error:
+                error.remedies = tuple(self._remedies(index, start, path, error))
+
     def followed(self, index: int, start: FloatArray) -> ToolMotion:
         """The motion to waypoint `index` from where it has been followed."""
         return self._followed[index, start.tobytes()]
@@ -110,9 +117,7 @@ class CartesianMotions:
         except ValueError as error:
             raise InvalidProblem([(f"/waypoints/{index}/motion/via", str(error))]) from None
 
-    def _follow(
-        self, index: int, start: FloatArray, path: PosePath, *, with_remedies: bool = True
-    ) -> PiecewisePolynomial:
+    def _follow(self, index: int, start: FloatArray, path: PosePath) -> PiecewisePolynomial:
         waypoint = self.waypoints[index]
         assert not isinstance(waypoint.motion, JointMotion)  # noqa: S101 - asked for motions of the tool only
         end = np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else None
@@ -133,8 +138,7 @@ class CartesianMotions:
         error.segment, error.waypoint = index - 1, index
         place = poses_as_dicts([tool_pose(self.robot, position)])[0]
         error.details["place"] = {"fraction": u, "pose": place, "position": position.tolist()}
-        if with_remedies:
-            error.remedies = tuple(self._remedies(index, start, path, u, error))
+        self._refused.append((error, index, start, path))
         raise error
 
     def _name(self, index: int) -> str:
@@ -171,9 +175,7 @@ class CartesianMotions:
             value=float(reached[joint]),
         )
 
-    def _remedies(
-        self, index: int, start: FloatArray, path: PosePath, u: float, error: PlanningError
-    ) -> Iterator[Remedy]:
+    def _remedies(self, index: int, start: FloatArray, path: PosePath, error: PlanningError) -> Iterator[Remedy]:
         """Changes after which this motion can be done."""
         waypoint, before = self.waypoints[index], self.waypoints[index - 1]
         if isinstance(error, ConfigurationChange):
@@ -185,7 +187,7 @@ class CartesianMotions:
                 explanation = "the same pose in another configuration, from which the motion can be done"
                 yield Remedy(f"/waypoints/{index - 1}/position", other.tolist(), explanation)
         yield Remedy(f"/waypoints/{index}/motion", {"kind": "joint"}, "a joint motion to the same waypoint")
-        kept = SHORTENED * u
+        kept = SHORTENED * error.details["place"]["fraction"]
         if not isinstance(path, Line) or kept < 1.0 - SHORTENED or isinstance(error, ConfigurationChange):
             return
         explanation = f"the first {kept:.1%} of the line"
@@ -198,7 +200,7 @@ class CartesianMotions:
         for other in all_solutions(self.robot, pose, self.options, start):
             if np.abs(other - start).max() > SAME_CONFIGURATION:
                 try:
-                    self._follow(index, other, path, with_remedies=False)
+                    self._follow(index, other, path)
                 except PlanningError:
                     continue
                 return other

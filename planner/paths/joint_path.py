@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import InvalidProblem
+from planner.errors import InvalidProblem, PlanningError
 from planner.kinematics.sequence import SolvedWaypoint, solve_waypoints
 from planner.limits import SegmentLimits, segment_limits
 from planner.paths.cartesian import CartesianMotions
@@ -108,7 +108,11 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     robot = problem.robot if problem.payload is None else problem.robot.with_payload(problem.payload)
     waypoints, options = problem.waypoints, problem.inverse_kinematics
     motions = CartesianMotions(robot, waypoints, options)
-    solved = solve_waypoints(robot, waypoints, options, motions.follow)
+    try:
+        solved = solve_waypoints(robot, waypoints, options, motions.follow)
+    except PlanningError as error:
+        motions.add_remedies(error)
+        raise
     _refuse_standing_still(solved)
     limits = segment_limits(robot, problem.limits, tuple(waypoint.limits for waypoint in waypoints[1:]))
     durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]
