@@ -90,6 +90,7 @@ def _request_id(scope: Scope) -> str:
 
 def _server_timing(timings: dict[str, float], total: float) -> str:
     known = {name: timings[name] for name in TIMINGS if name in timings}
+    known |= {name: seconds for name, seconds in timings.items() if name.startswith("backend_")}
     return ", ".join(f"{name};dur={seconds * 1e3:.3f}" for name, seconds in {**known, "total": total}.items())
 
 

@@ -110,6 +110,28 @@ OPERATIONS = (
         formats=True,
     ),
     Operation(
+        id="compare_backends",
+        method="POST",
+        path="/v1/trajectories/compare",
+        tag="trajectories",
+        summary="Plan the same waypoints with several back ends, side by side.",
+        endpoint=planning.compare_backends,
+        request=requests.CompareRequest,
+        answer=answers.ComparisonAnswer,
+        problems=(*BODY_CODES, "unknown_robot"),
+        examples={
+            "two_back_ends": {
+                "robot": "ngv_refuelling_arm",
+                "waypoints": [
+                    {"kind": "joint", "position": [0.1, -0.4, 0.2, 0.0, 0.3, 0.0]},
+                    {"kind": "joint", "position": [0.2, -0.3, 0.2, 0.0, 0.3, 0.0]},
+                ],
+                "backends": [{"kind": "cubic"}, {"kind": "quintic"}],
+                "sample_period": 0.05,
+            },
+        },
+    ),
+    Operation(
         id="validate_trajectory",
         method="POST",
         path="/v1/trajectories/validate",

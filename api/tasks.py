@@ -26,8 +26,9 @@ from api.conversion import (
     to_waypoints,
     with_tool,
 )
-from api.errors import CatalogueRobot, invalid_request
+from api.errors import CatalogueRobot, invalid_request, problem
 from api.kinematics_answers import nearest_answer, reachability_answer, solutions_answer
+from api.schemas.answers import ComparedBackend
 from api.schemas.dynamics import InverseDynamicsRequest
 from api.schemas.kinematics import (
     ForwardKinematicsRequest,
@@ -36,14 +37,16 @@ from api.schemas.kinematics import (
     ReachabilityRequest,
     WorkspaceRequest,
 )
-from api.schemas.requests import PlanRequest, ValidateRequest
+from api.schemas.requests import CompareRequest, PlanRequest, TrajectoryRequest, ValidateRequest
 from api.schemas.robots import RobotDefinition, RobotModel
 from api.store import RobotContent
 from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
+from planner.comparison import figures
 from planner.dynamics import inverse_dynamics
-from planner.errors import InvalidProblem
+from planner.errors import InvalidProblem, PlanningError
 from planner.export import FORMATS, ExportOptions
+from planner.export.json import as_dict
 from planner.kinematics import (
     forward_kinematics,
     inverse_kinematics,
@@ -56,7 +59,7 @@ from planner.kinematics import (
     workspace,
 )
 from planner.kinematics.reachability import reachability
-from planner.plan import plan
+from planner.plan import Plan, plan
 from planner.problem import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, describe, load_robot
 from planner.validate import certify_samples
@@ -95,19 +98,40 @@ def plan_trajectory(task: Task, caps: Caps) -> Reply:
     with watch.stage("validate"):
         request = _validate(PlanRequest, task.body)
         _check_caps(request, caps, waypoints=request.waypoints)
-        problem = to_problem(request, _robot(request.robot, task))
+        asked = to_problem(request, _robot(request.robot, task))
         quoted = request_hash(request)
     with watch.stage("plan"):
-        solved = plan(problem)
-    rows = math.ceil(solved.trajectory.duration / request.sample_period) + 1
-    if rows * problem.robot.dof > caps.max_samples:
-        limit = f"{rows} rows of {problem.robot.dof} joints are more than the {caps.max_samples} values of an answer"
-        raise InvalidProblem([("/sample_period", limit)])
+        solved = plan(asked)
+    _check_rows(request, solved, caps)
     form = FORMATS[task.arguments["format"]]
     with watch.stage("serialise"):
         options = ExportOptions(request.sample_period, frozenset(request.include), quoted)
         body = form.render(solved, options)
     return Reply(200, form.media_type, body, watch.timings)
+
+
+def compare_backend(task: Task, caps: Caps) -> Reply:
+    """One back end of POST /v1/trajectories/compare: its entry in the results."""
+    watch = Stopwatch()
+    with watch.stage("validate"):
+        asked = _validate(CompareRequest, task.body)
+        _check_caps(asked, caps, waypoints=asked.waypoints)
+        shared = {name: getattr(asked, name) for name in TrajectoryRequest.model_fields}
+        request = PlanRequest.model_construct(backend=asked.backends[task.arguments["index"]], **shared)
+        robot = _robot(request.robot, task)
+    entry: dict[str, Any] = dict.fromkeys(ComparedBackend.model_fields)
+    entry["backend"] = request.backend.kind
+    try:
+        with watch.stage("plan"):
+            solved = plan(to_problem(request, robot))
+            _check_rows(request, solved, caps)
+    except PlanningError as error:
+        _, body = problem(error, task.instance)
+        return _json(entry | {"status": error.code, "problem": orjson.loads(body)}, watch)
+    with watch.stage("serialise"):
+        options = ExportOptions(request.sample_period, frozenset(request.include), request_hash(request))
+        entry |= asdict(figures(solved)) | {"status": "planned", "trajectory": as_dict(solved, options)}
+        return _json(entry, watch)
 
 
 def validate_trajectory(task: Task, caps: Caps) -> Reply:
@@ -288,6 +312,7 @@ def get_robot(task: Task, caps: Caps) -> Reply:
 
 RUN: dict[str, Callable[[Task, Caps], Reply]] = {
     "plan_trajectory": plan_trajectory,
+    "compare_backend": compare_backend,
     "validate_trajectory": validate_trajectory,
     "forward_kinematics": run_forward_kinematics,
     "inverse_kinematics": run_inverse_kinematics,
@@ -354,6 +379,13 @@ def _check_caps(request: Any, caps: Caps, **lists: Sequence[Any]) -> None:
             faults.append((f"/{name}", f"{len(values)} are more than the {caps.max_waypoints} of a request"))
     if faults:
         raise InvalidProblem(faults)
+
+
+def _check_rows(request: PlanRequest, solved: Plan, caps: Caps) -> None:
+    rows, dof = math.ceil(solved.trajectory.duration / request.sample_period) + 1, solved.path.robot.dof
+    if rows * dof > caps.max_samples:
+        limit = f"{rows} rows of {dof} joints are more than the {caps.max_samples} values of an answer"
+        raise InvalidProblem([("/sample_period", limit)])
 
 
 def _robot(robot_id: str, task: Task) -> Robot:

@@ -31,7 +31,13 @@ CLOSE_TO_LIMIT = 0.9
 
 ANGLE_UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³", "torque": "N m"}
 LENGTH_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s²", "jerk": "m/s³", "torque": "N"}
-TOOL_UNITS = {"tcp_linear_velocity": "m/s", "tcp_angular_velocity": "rad/s"}
+TOOL_UNITS = {
+    "tcp_linear_velocity": "m/s",
+    "tcp_angular_velocity": "rad/s",
+    "path_position_deviation": "m",
+    "path_orientation_deviation": "rad",
+    "blend_deviation": "m",
+}
 
 
 def terminal(*, stderr: bool = False) -> Console:
@@ -162,7 +168,7 @@ def _certificate_table(plan: Plan) -> Table:
     for check in certificate.checks:
         limit = "none" if check.limit is None else f"{check.limit:.4g} {_unit(check, robot)}"
         table.add_row(
-            check.quantity.replace("tcp_", "tool ").replace("_", " "),
+            check.quantity.replace("tcp_", "tool ").removesuffix("_deviation").replace("_", " "),
             check.joint or "",
             f"{check.peak:.4g}",
             limit,

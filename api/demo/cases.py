@@ -38,6 +38,7 @@ CASES = (
     Case("three_joint_arm_third", "Three-joint arm, set 3"),
     Case("date_sorting_transition_1", "Date sorting, transition 1"),
     Case("date_sorting_transition_2", "Date sorting, transition 2"),
+    Case("blended_lines", "Lines with blended corners"),
 )
 
 

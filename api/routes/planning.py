@@ -5,12 +5,17 @@ from __future__ import annotations
 from fastapi import Request, Response  # noqa: TC002 - FastAPI evaluates the annotations
 
 from api.negotiation import requested_format
-from api.routes.work import respond, run_with_body
+from api.routes.work import compare_with_body, respond, run_with_body
 
 
 async def plan_trajectory(request: Request) -> Response:
     """POST /v1/trajectories."""
     return respond(await run_with_body(request, "plan_trajectory", format=requested_format(request)))
+
+
+async def compare_backends(request: Request) -> Response:
+    """POST /v1/trajectories/compare."""
+    return await compare_with_body(request)
 
 
 async def validate_trajectory(request: Request) -> Response:

@@ -4,20 +4,35 @@ from __future__ import annotations
 
 import asyncio
 import time
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 import orjson
 import structlog
 from fastapi import Request, Response
 
-from api.errors import DeadlineExceeded, PayloadTooLarge, UnsupportedMediaType, invalid
+from api.errors import (
+    MEDIA_TYPE,
+    DeadlineExceeded,
+    InternalError,
+    MemoryExceeded,
+    PayloadTooLarge,
+    UnsupportedMediaType,
+    invalid,
+    problem,
+)
+from api.schemas.answers import ComparedBackend
 from api.schemas.common import DEFAULT_DEADLINE
+from api.schemas.requests import MOST_BACKENDS
 from api.worker_main import Reply, Task
 
 if TYPE_CHECKING:
     from api.service import Service
 
 log = structlog.get_logger()
+
+OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_error"})
+"""Codes of what befalls one back end in a comparison and says nothing of the others."""
 
 
 def service_of(request: Request) -> Service:
@@ -27,20 +42,57 @@ def service_of(request: Request) -> Service:
 
 
 async def run_with_body(request: Request, operation: str, **arguments: Any) -> Reply:
-    """Read the body and run the operation on it in a worker.
+    """Read the body and run the operation on it in a worker."""
+    body, _, deadline, robot = await _look_at_body(request)
+    return await run(request, operation, deadline, body, **robot, **arguments)
 
-    Of the body only `robot` and `deadline` are looked at here: the rest is the worker's.
+
+async def compare_with_body(request: Request) -> Response:
+    """Read the body and plan with each of its back ends, as many at once as there are workers."""
+    body, document, deadline, robot = await _look_at_body(request)
+    backends = document.get("backends")
+    count = len(backends) if isinstance(backends, list) and 1 <= len(backends) <= MOST_BACKENDS else 1
+    workers = asyncio.Semaphore(service_of(request).settings.workers)
+
+    async def compare(index: int) -> Reply:
+        async with workers:
+            try:
+                return await run(request, "compare_backend", deadline, body, index=index, **robot)
+            except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
+                status, refusal = problem(error, request.url.path)
+                return Reply(status, MEDIA_TYPE, refusal)
+
+    replies = await asyncio.gather(*(compare(index) for index in range(count)))
+    entries = []
+    request.state.timings = {}
+    for index, reply in enumerate(replies):
+        request.state.timings[f"backend_{index}"] = sum(s for name, s in reply.timings.items() if name != "queue")
+        if reply.status == HTTPStatus.OK:
+            entries.append(reply.body)
+            continue
+        refusal = orjson.loads(reply.body)
+        if refusal["code"] not in OF_ONE_BACKEND:
+            return respond(reply)  # the request itself is bad, whatever the back end
+        entry = dict.fromkeys(ComparedBackend.model_fields)
+        kind = backends[index]["kind"] if isinstance(backends, list) else None
+        entries.append(orjson.dumps(entry | {"backend": kind, "status": refusal["code"], "problem": refusal}))
+    return Response(b'{"results":[' + b",".join(entries) + b"]}", media_type="application/json")
+
+
+async def _look_at_body(request: Request) -> tuple[bytes, dict[str, Any], float, dict[str, Any]]:
+    """The body, its document, the deadline (s), and what the worker needs to know of an added robot.
+
+    Only `robot`, `deadline` and the number of `backends` are looked at here: the rest is the worker's.
     """
     service = service_of(request)
     body = await _read_body(request)
     document = _parse(body)
     content = service.robots.get(document["robot"]) if isinstance(document.get("robot"), str) else None
-    if content is not None:
-        arguments["definition"] = content.definition
+    robot = {} if content is None else {"definition": content.definition}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it
-    return await run(request, operation, min(deadline, service.settings.max_deadline), body, **arguments)
+    return body, document, min(deadline, service.settings.max_deadline), robot
 
 
 async def run(

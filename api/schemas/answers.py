@@ -8,6 +8,7 @@ from pydantic import Field
 
 from api.schemas.common import Answer
 from api.schemas.kinematics import AnsweredPose  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.problems import Problem  # noqa: TC001
 
 
 class TcpPoses(Answer):
@@ -135,6 +136,36 @@ class PlanAnswer(Answer):
     warnings: list[PlanWarning]
     request_hash: str
     """Of the request with its defaults filled in."""
+
+
+class ComparedBackend(Answer):
+    """What one back end makes of the waypoints."""
+
+    backend: str
+    status: str
+    """`planned`, or the code of the problem."""
+    duration: float | None
+    """s."""
+    peak_jerk: float | None
+    """Of any joint, rad/s^3 or m/s^3; steps of the acceleration not counted."""
+    rms_jerk: float | None
+    """Root of the mean over time of the sum over joints of jerk^2."""
+    effort: float | None
+    """Integral of the sum of (torque / limit)^2, s; null: torques are unknown or unlimited."""
+    mechanical_energy: float | None
+    """Integral of the sum of |torque times velocity|, J; null: torques are unknown."""
+    waypoint_error: float | None
+    """Largest distance of a joint from a waypoint that is to be met, rad or m."""
+    path_deviation: float | None
+    """Largest distance of the tool from where it goes when it stops at every waypoint, m."""
+    trajectory: PlanAnswer | None
+    problem: Problem | None
+
+
+class ComparisonAnswer(Answer):
+    """The same waypoints through several back ends, in the order asked."""
+
+    results: list[ComparedBackend]
 
 
 class RosTime(Answer):

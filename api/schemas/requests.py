@@ -29,6 +29,10 @@ MOST_ROWS = 1_000_000
 """Bound on the length of any list of rows; the service's own caps (GET /v1/limits) are narrower."""
 
 
+MOST_BACKENDS = 16
+"""Back ends compared in one request."""
+
+
 class JointMotion(Schema):
     """Straight in joint space; beside a waypoint that is passed `through`, a smooth curve."""
 
@@ -209,16 +213,13 @@ class InverseKinematicsOptions(Schema):
 Include = TypeAliasType("Include", Literal["jerk", "torque", "tcp_pose", "polynomials"])
 
 
-class PlanRequest(Schema):
-    """What to plan: a robot, its waypoints, limits and options."""
+class TrajectoryRequest(Schema):
+    """What to plan, but for the back end: a robot, its waypoints, limits and options."""
 
     robot: RobotId
     """An id of GET /v1/robots."""
     waypoints: Annotated[list[Waypoint], Field(min_length=2, max_length=100_000)]
     """The robot starts at rest at the first and ends at rest at the last."""
-    backend: Backend = Field(
-        default_factory=lambda: _default_backend(), description="What puts time on the path; omitted: the cubic."
-    )
     limits: Limits = Limits()
     """For the whole trajectory; a waypoint's own go before these."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
@@ -235,6 +236,21 @@ class PlanRequest(Schema):
     """Of the random starts of the inverse kinematics."""
     deadline: Deadline = DEFAULT_DEADLINE
     """s, after which the service gives up."""
+
+
+class PlanRequest(TrajectoryRequest):
+    """What to plan: a robot, its waypoints, limits and options."""
+
+    backend: Backend = Field(
+        default_factory=lambda: _default_backend(), description="What puts time on the path; omitted: the cubic."
+    )
+
+
+class CompareRequest(TrajectoryRequest):
+    """The same waypoints for several back ends."""
+
+    backends: Annotated[list[Backend], Field(min_length=1, max_length=MOST_BACKENDS)]
+    """Each is planned by itself."""
 
 
 def _default_backend() -> Any:

@@ -148,6 +148,11 @@ class Demand(NamedTuple):
     joint: str | None
 
 
+def by_factor(demand: Demand) -> float:
+    """Key to the most demanding."""
+    return demand.factor
+
+
 def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, Demand]:
     """What the limits demand of each segment of some pieces.
 

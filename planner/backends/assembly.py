@@ -49,7 +49,7 @@ def assemble(path: JointPath, parts: Sequence[TimedPieces]) -> Trajectory:
     sequence = np.argsort(owners, kind="stable")
     owners = np.maximum(owners[sequence], 0)
     coefficients = np.concatenate([_padded(part.coefficients, order) for part in parts] + [_padded(rests, order)])
-    lengths = np.concatenate([*(part.lengths for part in parts), path.dwells])[sequence]
+    lengths = np.concatenate([*(_exactly(part, path.durations).lengths for part in parts), path.dwells])[sequence]
     dwells = np.flatnonzero(sequence >= len(sequence) - len(dwell))
     times = cumulative_sums(lengths)
     there = lengths > 0.0
@@ -60,6 +60,23 @@ def assemble(path: JointPath, parts: Sequence[TimedPieces]) -> Trajectory:
         arrivals=times[dwells],
         departures=times[dwells + 1],
     )
+
+
+def _exactly(part: TimedPieces, asked: FloatArray) -> TimedPieces:
+    """The same pieces, the lengths of each segment with an asked duration summing to it without rounding error.
+
+    Adding and subtracting the duration puts the breakpoints on its grid of floating-point numbers, where
+    differences and their sums are exact.
+    """
+    lengths = part.lengths.copy()
+    sums = np.bincount(part.segments, lengths, len(asked))
+    there = np.bincount(part.segments, minlength=len(asked)) > 0
+    for segment in np.flatnonzero(there & (sums != asked) & ~np.isnan(asked)).tolist():
+        own, duration = part.segments == segment, asked[segment]
+        ends = (np.cumsum(lengths[own]) + duration) - duration
+        ends[-1] = duration
+        lengths[own] = np.diff(ends, prepend=0.0)
+    return TimedPieces(lengths, part.coefficients, part.segments)
 
 
 def _padded(coefficients: FloatArray, order: int) -> FloatArray:

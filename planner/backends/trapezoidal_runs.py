@@ -12,6 +12,7 @@ from planner.backends.along_curve import (
     Demand,
     ToolSpeeds,
     broken_at,
+    by_factor,
     demands,
     follow_curve,
     stretched,
@@ -59,7 +60,7 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> TimedPieces
     if not np.isnan(asked):
         shortest = factor * float(pieces.lengths.sum())
         if asked < shortest * (1.0 - DURATION_TOLERANCE):
-            demand = max(needed.values())
+            demand = max(needed.values(), key=by_factor)
             raise infeasible_duration(asked, {run.first: shortest}, demand.cause, demand.joint)
         factor = asked / float(pieces.lengths.sum())
     elif factor <= 0.0:
@@ -91,7 +92,7 @@ def time_run_with_ramps(
         law = law_of(duration)
         whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
         pieces = follow_curve(run, broken_at(whole, places, run.segments))
-        return pieces, max(demands(path, pieces, enforced).values())
+        return pieces, max(demands(path, pieces, enforced).values(), key=by_factor)
 
     duration = ramps if np.isnan(asked) else max(asked, ramps)
     demand = Demand(1.0, "the acceleration and deceleration times ask", None)

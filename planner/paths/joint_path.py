@@ -18,6 +18,7 @@ from planner.problem import JointMotion, StopTransition
 
 if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
+    from planner.paths.pose_paths import PosePath
     from planner.problem import PlanningProblem
     from planner.robots import Robot
 
@@ -58,6 +59,7 @@ class JointPath:
         dwells: (waypoints,), s.
         runs: What is passed without stopping, and motions of the tool; all other segments are straight joint motions
             from rest to rest.
+        tool_motions: (segments,), the line or circle of the tool; None: a joint motion.
     """
 
     robot: Robot
@@ -66,6 +68,7 @@ class JointPath:
     durations: FloatArray
     dwells: FloatArray
     runs: tuple[Run, ...] = field(repr=False)
+    tool_motions: tuple[PosePath | None, ...] = field(repr=False)
 
     @cached_property
     def positions(self) -> FloatArray:
@@ -129,6 +132,10 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         durations=np.array(durations),
         dwells=np.array([waypoint.dwell for waypoint in waypoints]),
         runs=runs,
+        tool_motions=tuple(
+            None if isinstance(waypoint.motion, JointMotion) else motions.followed(k, solved[k - 1].position).path
+            for k, waypoint in enumerate(waypoints[1:], 1)
+        ),
     )
 
 

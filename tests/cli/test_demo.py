@@ -23,6 +23,7 @@ CASES = {
     "three_joint_arm_third": "Three-joint arm, set 3",
     "date_sorting_transition_1": "Date sorting, transition 1",
     "date_sorting_transition_2": "Date sorting, transition 2",
+    "blended_lines": "Lines with blended corners",
 }
 
 PUBLISHED = {
@@ -35,8 +36,8 @@ PUBLISHED = {
     "three_joint_arm_first": ("cubic", 30.0, None),
     "three_joint_arm_second": ("cubic", 30.0, None),
     "three_joint_arm_third": ("cubic", 30.0, None),
-    # Document 004, Section 7: s' is 0.05 1/s at most; l2 travels 0.25 m, and 0.25 m/s is its (default) limit.
-    "date_sorting_transition_1": ("trapezoidal", 30.0, 0.05 * 0.25 / 0.25),
+    # Document 004, Section 8: 30 s each; the joints' speeds on the straight line are not published.
+    "date_sorting_transition_1": ("trapezoidal", 30.0, None),
     "date_sorting_transition_2": ("trapezoidal", 30.0, None),
 }
 

@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 
 REQUESTS = {  # waypoints, and the published duration, s; None: none is published
+    "blended_lines.json": (4, None),
     "date_sorting_transition_1.json": (2, 30.0),
     "date_sorting_transition_2.json": (2, 30.0),
     "refuelling_case_1.json": (6, 25.29),

@@ -1,0 +1,104 @@
+"""Figures by which plans of the same waypoints are compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.dynamics import inverse_dynamics
+from planner.kinematics.forward import tool_pose
+from planner.polynomials import differentiate, horner
+
+if TYPE_CHECKING:
+    from planner.kinematics.poses import FloatArray
+    from planner.plan import Plan
+    from planner.robots import Robot
+
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(7)
+"""On each piece, for integrals; exact up to degree 13."""
+
+PATH_SAMPLES = 120
+"""Of a segment, where the tool's way is compared."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What a plan costs.
+
+    Attributes:
+        duration: s.
+        peak_jerk: Largest |jerk| of any joint inside the pieces, rad/s^3 or m/s^3.
+        rms_jerk: Root of the mean over time of the sum over joints of jerk^2; steps of the acceleration not counted.
+        effort: Integral over time of the sum over joints of (torque / limit)^2, s; None: torques are unknown, or no
+            joint has a torque limit.
+        mechanical_energy: Integral over time of the sum over joints of |torque times velocity|, J; None: unknown.
+        waypoint_error: Largest distance of a joint from a waypoint that is to be met, rad or m.
+        path_deviation: Largest distance of the tool from where it goes when it stops at every waypoint, m: from its
+            lines and circles, and from the straight joint motions.
+    """
+
+    duration: float
+    peak_jerk: float
+    rms_jerk: float
+    effort: float | None
+    mechanical_energy: float | None
+    waypoint_error: float
+    path_deviation: float
+
+
+def figures(plan: Plan) -> Figures:
+    """The figures of a plan."""
+    trajectory, robot = plan.trajectory, plan.path.robot
+    tau = 0.5 * (POINTS + 1.0) * trajectory.lengths[:, None]
+    weights = (0.5 * WEIGHTS * trajectory.lengths[:, None]).ravel()
+    q, dq, ddq, jerk = (
+        horner(differentiate(trajectory.coefficients, k)[:, None], tau[..., None]).reshape(-1, robot.dof)
+        for k in range(4)
+    )
+    effort = energy = None
+    if robot.has_dynamics:
+        torque = inverse_dynamics(robot, q, dq, ddq)
+        energy = float(weights @ np.abs(torque * dq).sum(axis=1))
+        limit = plan.path.limits.torque[np.repeat(trajectory.segments, len(POINTS))]
+        if np.isfinite(limit).any():
+            effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
+    by_check = {check.quantity: check for check in plan.certificate.checks}
+    return Figures(
+        duration=trajectory.duration,
+        peak_jerk=by_check["jerk"].peak,
+        rms_jerk=float(np.sqrt(weights @ (jerk**2).sum(axis=1) / trajectory.duration)),
+        effort=effort,
+        mechanical_energy=energy,
+        waypoint_error=plan.certificate.waypoint_error,
+        path_deviation=_path_deviation(plan),
+    )
+
+
+def _path_deviation(plan: Plan) -> float:
+    robot, trajectory, path = plan.path.robot, plan.trajectory, plan.path
+    worst = 0.0
+    for segment, motion in enumerate(path.tool_motions):
+        times = np.linspace(trajectory.arrivals[segment], trajectory.arrivals[segment + 1], PATH_SAMPLES)
+        tools = _tools(robot, trajectory.evaluate(times, [0])[0])
+        share = np.linspace(0.0, 1.0, PATH_SAMPLES)
+        if motion is not None:
+            due = np.array([motion.pose(u).position for u in share])
+        else:
+            start, end = path.positions[segment], path.positions[segment + 1]
+            due = _tools(robot, start + share[:, None] * (end - start))
+        worst = max(worst, *(_distance_to_line(point, due) for point in tools))
+    return worst
+
+
+def _tools(robot: Robot, positions: FloatArray) -> FloatArray:
+    return np.array([tool_pose(robot, q).position for q in positions])
+
+
+def _distance_to_line(point: FloatArray, corners: FloatArray) -> float:
+    """Distance of a point (3,) from the polygon through the corners (N, 3)."""
+    ways = np.diff(corners, axis=0)
+    squared = np.maximum((ways**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(((point - corners[:-1]) * ways).sum(axis=1) / squared, 0.0, 1.0)
+    return float(np.linalg.norm(corners[:-1] + share[:, None] * ways - point, axis=1).min())
