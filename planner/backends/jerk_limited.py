@@ -10,11 +10,13 @@ from planner.backends.along_curve import (
     DURATION_TOLERANCE,
     CurveLaw,
     ToolSpeeds,
+    broken_at,
     demands,
     follow_curve,
     stretched,
 )
-from planner.backends.speed_program import PLACES, Grid, Limits3, fastest
+from planner.backends import speed_program as sp
+from planner.backends.speed_program import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite, shifted, differentiate
 
 if TYPE_CHECKING:
@@ -42,17 +44,15 @@ def _fastest(path: JointPath, run: Run, rounds, info) -> CurveLaw:
     length = run.curve.breakpoints[-1]
     one = PiecewisePolynomial(np.ones(1), np.array([[[0, 0, 0, 10.0, -15, 6]]]) * length)
     places = run.curve.breakpoints
-    tau = np.linspace(0, 1, 4001)
-    times = np.interp(places, one.evaluate(tau, [0])[0][:, 0], tau)
-    times[-1] = 1.0
-    law = PiecewisePolynomial(np.diff(times), np.array([shifted(one.coefficients[0], t) for t in times[:-1]]))
-    law.coefficients[:, 0, 0] = places[:-1]
+    law = broken_at(one, places[1:-1], run.owners).law
     for n in rounds:
         law = _split(law, n)
-        grid = Grid(law.lengths)
         limits, owners = _limits(path, run, law)
-        x, steps = fastest(grid, limits, np.ones(len(law.lengths) + 2))
-        law = _retimed(law, grid, x)
+        sp.TRACE=[]
+        x = fastest_retiming(law.lengths, limits)
+        steps=len(sp.TRACE)
+        if info is not None: info.setdefault("trace",[]).append(sp.TRACE)
+        law = _retimed(law, x)
         if info is not None:
             info.setdefault("steps", []).append((len(owners), steps, round(float(law.lengths.sum()), 5)))
     return CurveLaw(law, owners)
@@ -69,16 +69,16 @@ def _split(law, n):
     return PiecewisePolynomial(lengths, np.array(c))
 
 
-def _retimed(law, grid, x):
+def _retimed(law, x):
     u, w = np.polynomial.legendre.leggauss(5)
     u, w = (u + 1) / 2, w / 2
-    st = grid.states(x)
-    b0, bm, b1 = st[:, 0, 0], x[1:-1], st[:, 2, 0]
+    st = QuadraticSpline(law.lengths).states(x).reshape(3, 3, -1)
+    b0, bm, b1 = st[0, 0], x[1:-1], st[0, 2]
     b = b0[:, None] * (1 - u) ** 2 + 2 * u * (1 - u) * bm[:, None] + u * u * b1[:, None]
-    h = (w / np.sqrt(b)).sum(1) * grid.widths
+    h = (w / np.sqrt(b)).sum(1) * law.lengths
     def state(at, t):
         s, v, a = (horner(differentiate(law.coefficients, k)[:, 0], t) for k in range(3))
-        b, al = st[:, at, 0], st[:, at, 1]
+        b, al = st[0, at], st[1, at]
         return s[:, None], (v * np.sqrt(b))[:, None], (a * b + v * al)[:, None]
     start, end = state(0, np.zeros_like(h)), state(-1, law.lengths)
     end[1][-1] = end[2][-1] = 0.0
@@ -88,7 +88,7 @@ def _retimed(law, grid, x):
     return PiecewisePolynomial(h, quintic_hermite(h, start, end))
 
 
-def _limits(path: JointPath, run: Run, law) -> tuple[Limits3, np.ndarray]:
+def _limits(path: JointPath, run: Run, law) -> tuple[LinearLimits, np.ndarray]:
     curve, lim = run.curve, path.limits
     s, s1, s2, s3 = (horner(differentiate(law.coefficients, k), PLACES * law.lengths[:, None])[..., None] for k in range(4))
     piece = np.clip(np.searchsorted(curve.breakpoints, s[:, 1, 0]) - 1, 0, len(curve.lengths) - 1)
@@ -96,19 +96,18 @@ def _limits(path: JointPath, run: Run, law) -> tuple[Limits3, np.ndarray]:
     at = np.clip(s - curve.breakpoints[piece][:, None, None], 0, curve.lengths[piece][:, None, None])
     c1, c2, c3 = (horner(curve.derivative_coefficients(k)[piece][:, None], at) for k in (1, 2, 3))
     q1, q2, q3 = c1 * s1, c2 * s1**2 + c1 * s2, c3 * s1**3 + 3 * c2 * s1 * s2 + c1 * s3
-    zero = np.zeros_like(q1)
     A, J, V = lim.acceleration[owner][:, None], lim.jerk[owner][:, None], lim.velocity[owner][:, None]
-    acc = np.stack([q2 / A, q1 / A, zero], -1)
-    jerk = np.stack([q3 / J, 3 * q2 / J, q1 / J], -1)
     ts = ToolSpeeds(path, run)
     use = np.max(np.abs(q1) / V, axis=-1)
     use = np.maximum(use, ts.excess(s.ravel()).reshape(use.shape) * s1[..., 0])
-    vel = np.zeros((*use.shape, 1, 3))
-    vel[..., 0, 0] = use**2
-    rows = np.concatenate([vel, acc, jerk], axis=2)
     nj = q1.shape[-1]
-    const = np.zeros(rows.shape[:-1])
-    const[..., : 1 + nj] = 1.0
-    inverse = np.zeros_like(const)
-    inverse[..., 1 + nj :] = 1.0
-    return Limits3(rows, const, inverse, np.zeros_like(const)), owner
+    f = lambda x: x.transpose(2, 1, 0).reshape(nj, -1)
+    use = use.T.reshape(1, -1)
+    u0 = np.zeros_like(use)
+    z = np.zeros((nj, use.size))
+    by_b = np.concatenate([use**2, f(q2 / A), f(q3 / J)])
+    by_a = np.concatenate([u0, f(q1 / A), f(3 * q2 / J)])
+    by_c = np.concatenate([u0, z, f(q1 / J)])
+    constant = np.concatenate([u0 + 1, z + 1, z])
+    inverse = np.concatenate([u0, z, z + 1])
+    return LinearLimits(by_b, by_a, by_c, np.zeros_like(by_b), constant, inverse), owner

@@ -1,20 +1,21 @@
-"""The fastest speed along a curve within limits on its first three derivatives by time.
+"""The fastest change of a law of motion within limits on speed, acceleration, jerk and torque.
 
-Unknown is b(s) = s'^2. With a = b' / 2 = s'' and c = b'' / 2, so that s''' = c sqrt(b), what a joint (or a torque)
-does at a place s is linear in (b, a, c), but for the jerk, which is linear times sqrt(b):
+A law is retimed: where it was at time x, the new one is after b(x)^(-1/2) of the time. With a = b' / 2 and c = b'' / 2
+all that is limited is linear in (b, a, c), but for the jerk, which is linear times sqrt(b). For a joint q(x):
 
     velocity^2       q'^2 b
     acceleration     q'' b + q' a
     jerk             (q''' b + 3 q'' a + q' c) sqrt(b)
+    torque           m(q, q') a + h(q, q', q'') b + gravity(q)
 
-A jerk limit J therefore reads |linear| <= J / sqrt(b). The right-hand side is convex: its tangents lie below it, so
-that a step that keeps the linearised limit keeps the limit (Debrouwere et al., Time-optimal path following for robots
-with convex-concave constraints using sequential convex programming, IEEE T-RO 29, 2013). The time, the integral of
-1 / sqrt(b), is convex. So an interior-point method that starts within the limits remains within them.
+A jerk limit J reads |linear| <= J / sqrt(b). The right-hand side is convex: its tangents lie below it, so that a step
+that keeps the linearised limit keeps the limit (Debrouwere et al., Time-optimal path following for robots with
+convex-concave constraints using sequential convex programming, IEEE Transactions on Robotics 29, 2013). The new
+duration, the integral of 1 / sqrt(b), is convex. So an interior-point method that starts within the limits remains
+there, and whenever it ends it leaves a law that keeps them.
 
-b is a piecewise quadratic in s with a continuous slope. Each interval of the grid has one unknown, the middle Bezier
-point of its parabola; the value at a node lies on the line between those of the two intervals that meet there. From
-rest, s' grows like s^(2/3): in the first and in the last interval b = k s^(4/3), the law of constant jerk.
+b is a quadratic spline. Each interval has one unknown, the middle Bezier point of its parabola; the value at a node
+lies on the line between those of the two intervals that meet there.
 """
 
 from __future__ import annotations
@@ -31,154 +32,186 @@ PLACES = np.array([0.0, 0.5, 1.0])
 """Of each interval, where its limits are looked at."""
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
-"""Simpson's, of the same places."""
-
-GHOST = 1.5
-"""The end intervals act on their neighbours like a parabola's of this many times their width, with unknown 0."""
+"""Simpson's, for the same places."""
 
 FIRST_SHARE = 0.5
-"""Of what the limits allow: b of the first guess."""
+"""Of what the limits allow: b at the start."""
 
 MOST_STEPS, CENTRING, GAP = 80, 0.15, 2e-4
-"""Newton steps; decrease of the barrier in each; gap between time and its lower bound, relative, that is left."""
+"""Newton steps; decrease of the barrier in each; gap between duration and its lower bound, relative, that is left."""
 
 TO_THE_WALL, MOST_SHRINK = 0.98, 0.9
 """Of the way to the nearest limit, what a step goes; of an unknown, what a step may take away."""
 
 LEAST_CURVATURE = 0.05
-"""Of the time's own curvature, what is kept where the jerk limits make the problem concave."""
+"""Of the duration's own curvature, what is kept where the jerk limits make the problem concave."""
 
 
 @dataclass(frozen=True, eq=False)
-class Limits3:
-    """Limits lower <= D (b, a, c) <= upper, where both sides may grow with 1 / sqrt(b).
+class LinearLimits:
+    """|by_b b + by_a a + by_c c + offset| <= constant + inverse / sqrt(b).
 
     Attributes:
-        rows: (intervals, places, limits, 3): D.
-        constant: (intervals, places, limits): the magnitude of the bound that does not depend on b.
-        inverse: (intervals, places, limits): what of the bound goes with 1 / sqrt(b).
-        offset: (intervals, places, limits): added to D (b, a, c).
+        by_b: (limits, points).
+        by_a: (limits, points).
+        by_c: (limits, points).
+        offset: (limits, points).
+        constant: (limits, points).
+        inverse: (limits, points).
     """
 
-    rows: FloatArray
+    by_b: FloatArray
+    by_a: FloatArray
+    by_c: FloatArray
+    offset: FloatArray
     constant: FloatArray
     inverse: FloatArray
-    offset: FloatArray
+
+    def values(self, states: FloatArray) -> FloatArray:
+        """(limits, points): by_b b + by_a a + by_c c, for states (3, points)."""
+        values: FloatArray = self.by_b * states[0] + self.by_a * states[1] + self.by_c * states[2]
+        return values
+
+    def scale(self, states: FloatArray) -> float:
+        """The largest factor on b with which the limits are kept."""
+        values = np.abs(self.values(states))
+        with np.errstate(divide="ignore"):
+            plain = ((self.constant - np.abs(self.offset)) / values)[self.inverse == 0.0]
+            jerk = (self.inverse / np.sqrt(states[0]) / values)[self.inverse > 0.0]
+        return float(min(plain.min(initial=np.inf), jerk.min(initial=np.inf) ** (2.0 / 3.0)))
 
 
-class Grid:
-    """Intervals of s, and how b, a and c at their places hang on the unknowns.
+class QuadraticSpline:
+    """b, a and c at the points (all places of all intervals) by the unknowns.
 
     Attributes:
-        widths: (intervals,).
-        maps: (intervals, places, 3, 3): (b, a, c) of the unknowns of the interval before, the own and the next.
-        times: (intervals, places): the time is the sum of times / sqrt(b).
+        maps: (3, 3, places, intervals): (b, a, c) of the unknowns of the interval before, the own and the next.
     """
 
     def __init__(self, widths: FloatArray) -> None:
-        self.widths = widths
-        acting = np.concatenate([[0.0], widths, [0.0]])
-        joint = acting[:-1] + acting[1:]
-        value = np.column_stack([acting[1:], acting[:-1]]) / joint[:, None]
-        slope = np.array([-1.0, 1.0]) / joint[:, None]
-        count = len(widths)
-        start, end = np.zeros((count, 3)), np.zeros((count, 3))
-        start[:, :2], end[:, 1:] = value[:-1], value[1:]
-        start_slope, end_slope = np.zeros((count, 3)), np.zeros((count, 3))
-        start_slope[:, :2], end_slope[:, 1:] = slope[:-1], slope[1:]
-        middle = np.array([0.0, 1.0, 0.0])
-        curvature = (start - 2.0 * middle + end) / widths[:, None] ** 2
-        self.maps = np.empty((count, len(PLACES), 3, 3))
+        # Beyond both ends there is an interval of no width, whose unknown is the value at the end.
+        padded = np.concatenate([[0.0], widths, [0.0]])
+        both = padded[:-1] + padded[1:]
+        value, slope = np.zeros((2, 3, len(both))), np.zeros((2, 3, len(both)))
+        value[0, 0] = value[1, 1] = padded[1:] / both
+        value[0, 1] = value[1, 2] = padded[:-1] / both
+        slope[0, 0] = slope[1, 1] = -1.0 / both
+        slope[0, 1] = slope[1, 2] = 1.0 / both
+        start, end = value[0, :, :-1], value[1, :, 1:]
+        middle = np.array([[0.0], [1.0], [0.0]])
+        self.maps = np.empty((3, 3, len(PLACES), len(widths)))
         for k, u in enumerate(PLACES):
-            self.maps[:, k, 0] = (1 - u) ** 2 * start + 2 * u * (1 - u) * middle + u * u * end
-            self.maps[:, k, 1] = (1 - u) * start_slope + u * end_slope
-            self.maps[:, k, 2] = curvature
-        self.times = WEIGHTS * widths[:, None]
+            self.maps[0, :, k] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
+            self.maps[1, :, k] = (1.0 - u) * slope[0, :, :-1] + u * slope[1, :, 1:]
+            self.maps[2, :, k] = (start - 2.0 * middle + end) / widths**2
+        self.count = len(widths)
 
-    def states(self, unknowns: FloatArray) -> FloatArray:
-        """(intervals, places, 3): b, a, c with unknowns (intervals - 2,)."""
-        windows = np.lib.stride_tricks.sliding_window_view(unknowns, 3)
-        states: FloatArray = np.einsum("npyx,nx->npy", self.maps, windows)
-        return states
+    def states(self, x: FloatArray) -> FloatArray:
+        """(3, points): b, a, c with unknowns (intervals + 2,)."""
+        n = self.count
+        states = self.maps[:, 0] * x[:n] + self.maps[:, 1] * x[1 : n + 1] + self.maps[:, 2] * x[2:]
+        return states.reshape(3, -1)
 
-    def gather(self, forces: FloatArray) -> FloatArray:
-        """What forces (intervals, places, 3) on (b, a, c) are on the unknowns (intervals - 2,)."""
-        own = np.einsum("npyx,npy->nx", self.maps, forces)
-        total = np.zeros(len(own) + 2)
+    def force(self, forces: FloatArray) -> FloatArray:
+        """What forces (3, points) on b, a and c are on the unknowns (intervals + 2,)."""
+        n = self.count
+        own = np.einsum("yxpn,ypn->xn", self.maps, forces.reshape(3, -1, n))
+        total = np.zeros(n + 2)
         for k in range(3):
-            total[k : k + len(own)] += own[:, k]
+            total[k : k + n] += own[k]
         return total
 
-    def gather_bands(self, stiffness: FloatArray) -> FloatArray:
-        """(3, intervals - 2): main and upper diagonals of what stiffness (intervals, places, 3, 3) is on the unknowns."""
-        own = np.einsum("npyx,npyz->nxz", self.maps, stiffness @ self.maps)
-        bands = np.zeros((3, len(own) + 2))
+    def bands(self, stiffness: FloatArray) -> FloatArray:
+        """(3, intervals + 2): the main and two upper diagonals of what stiffness (3, 3, points) is on the unknowns."""
+        n = self.count
+        block = stiffness.reshape(3, 3, -1, n)
+        bands = np.zeros((3, n + 2))
+        pulled = np.einsum("yzpn,zxpn->yxpn", block, self.maps)
         for k in range(3):
             for m in range(k, 3):
-                bands[m - k, k : k + len(own)] += own[:, k, m]
+                bands[m - k, k : k + n] += np.einsum("ypn,ypn->n", self.maps[:, k], pulled[:, m])
         return bands
 
 
-def fastest(grid: Grid, limits: Limits3, guess: FloatArray) -> tuple[FloatArray, int]:
-    """The unknowns (intervals - 2,) of the fastest speed within the limits.
+def fastest_retiming(widths: FloatArray, limits: LinearLimits) -> FloatArray:
+    """The unknowns (intervals + 2,) of the fastest law within the limits; its points are ordered by place, then interval.
 
     A primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19) without slacks.
 
     Args:
-        grid: Of s.
-        limits: At the places of the grid; they allow rest.
-        guess: (intervals - 2,), positive; its scale does not matter.
+        widths: (intervals,), of the old law's time.
+        limits: At the points. They allow rest.
     """
-    x = guess * FIRST_SHARE * _scale(grid.states(guess), limits)
-    rows = np.concatenate([limits.rows, -limits.rows], axis=2)
-    inverse = np.concatenate([limits.inverse, limits.inverse], axis=2)
-    constant = np.concatenate([limits.constant - limits.offset, limits.constant + limits.offset], axis=2)
-    states = grid.states(x)
-    root = 1.0 / np.sqrt(states[..., 0])
-    slack = constant + inverse * root[..., None] - (rows @ states[..., None])[..., 0]
-    count = slack.size
-    time = float((grid.times * root).sum())
-    duals = time / count / slack
+    spline = QuadraticSpline(widths)
+    weights = (WEIGHTS[:, None] * widths).ravel()
+    x = np.ones(len(widths) + 2)
+    x *= FIRST_SHARE * limits.scale(spline.states(x))
+    slacks, inverse_root = _slacks(limits, spline.states(x))
+    duration = float(weights @ inverse_root)
+    count = slacks.size
+    duals = duration / count / slacks
     for step in range(MOST_STEPS):
-        gap = float((duals * slack).sum())
-        if gap < GAP * time:
+        gap = float(np.vdot(duals, slacks))
+        if gap < GAP * duration:
             break
         barrier = CENTRING * gap / count
-        cube = root**3
-        normals = -rows
-        normals[..., 0] -= 0.5 * inverse * cube[..., None]
-        stiffness = normals.swapaxes(-1, -2) @ (normals * (duals / slack)[..., None])
-        share = grid.times - (duals * inverse).sum(axis=2)
-        stiffness[..., 0, 0] += 0.75 * cube * root**2 * np.maximum(share, LEAST_CURVATURE * grid.times)
-        force = (normals * (barrier / slack)[..., None]).sum(axis=2)
-        force[..., 0] += 0.5 * grid.times * cube
-        change = _solve_bands(grid.gather_bands(stiffness), grid.gather(force))
-        moved = grid.states(change)
-        slack_change = (normals @ moved[..., None])[..., 0]
-        dual_change = (barrier - duals * slack_change) / slack - duals
-        along = min(1.0, TO_THE_WALL / max(float((-slack_change / slack).max()), 1e-9))
-        along = min(along, MOST_SHRINK / max(float((-change / x).max()), 1e-9))
-        x = x + along * change
-        duals = duals + min(1.0, TO_THE_WALL / max(float((-dual_change / duals).max()), 1e-9)) * dual_change
-        states = grid.states(x)
-        root = 1.0 / np.sqrt(states[..., 0])
-        slack = constant + inverse * root[..., None] - (rows @ states[..., None])[..., 0]
-        time = float((grid.times * root).sum())
-    return x, step
+        cube = inverse_root**3
+        bend = 0.5 * limits.inverse * cube
+        stiffness, push = duals / slacks, barrier / slacks
+        system = spline.bands(_stiffness(limits, stiffness, bend, weights, duals, cube, inverse_root))
+        change = _solve(system, spline.force(_force(limits, push, bend, weights, cube)))
+        moved = spline.states(change)
+        along_rows, along_b = limits.values(moved), bend * moved[0]
+        slack_change = np.stack([-along_b - along_rows, along_rows - along_b])
+        dual_change = push - duals - stiffness * slack_change
+        length = min(1.0, TO_THE_WALL / max(float((-slack_change / slacks).max()), 1e-9))
+        length = min(length, MOST_SHRINK / max(float((-change / x).max()), 1e-9))
+        dual_length = min(1.0, TO_THE_WALL / max(float((-dual_change / duals).max()), 1e-9))
+        if TRACE is not None: TRACE.append((gap/duration, length, dual_length, duration))
+        x = x + length * change
+        duals = duals + dual_length * dual_change
+        slacks, inverse_root = _slacks(limits, spline.states(x))
+        duration = float(weights @ inverse_root)
+    return x
+TRACE=None
 
 
-def _scale(states: FloatArray, limits: Limits3) -> float:
-    """The largest factor on b with which the limits are kept."""
-    values = (limits.rows @ states[..., None])[..., 0]
-    room = limits.constant - np.sign(values) * limits.offset
-    bound = limits.inverse / np.sqrt(states[..., :1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        plain = np.where(limits.inverse > 0.0, np.inf, room / np.abs(values))
-        jerk = np.where(limits.inverse > 0.0, (bound / np.abs(values)) ** (2.0 / 3.0), np.inf)
-    return float(min(np.nanmin(plain), np.nanmin(jerk)))
+def _slacks(limits: LinearLimits, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What is left of the upper and of the lower limits (2, limits, points), and 1 / sqrt(b) (points,)."""
+    inverse_root = 1.0 / np.sqrt(states[0])
+    values, bound = limits.values(states) + limits.offset, limits.constant + limits.inverse * inverse_root
+    return np.stack([bound - values, bound + values]), inverse_root
 
 
-def _solve_bands(bands: FloatArray, right: FloatArray) -> FloatArray:
+def _stiffness(limits, stiffness, bend, weights, duals, cube, inverse_root) -> FloatArray:
+    """(3, 3, points): the Hessian of the barrier problem in (b, a, c)."""
+    both, difference = stiffness[0] + stiffness[1], stiffness[0] - stiffness[1]
+    rows = (limits.by_b, limits.by_a, limits.by_c)
+    result = np.empty((3, 3, len(weights)))
+    for i in range(3):
+        weighted = both * rows[i]
+        for k in range(i, 3):
+            result[i, k] = result[k, i] = np.einsum("lp,lp->p", weighted, rows[k])
+    pull = difference * bend
+    for k in range(3):
+        extra = np.einsum("lp,lp->p", pull, rows[k])
+        result[0, k] += extra
+        result[k, 0] += extra
+    convex = weights - np.einsum("slp,lp->p", duals, limits.inverse)
+    own = 0.75 * cube * inverse_root**2 * np.maximum(convex, LEAST_CURVATURE * weights)
+    result[0, 0] += np.einsum("lp,lp->p", both * bend, bend) + own
+    return result
+
+
+def _force(limits, push, bend, weights, cube) -> FloatArray:
+    """(3, points): the descent of the barrier problem in (b, a, c)."""
+    both, difference = push[0] + push[1], push[1] - push[0]
+    force = np.stack([np.einsum("lp,lp->p", difference, row) for row in (limits.by_b, limits.by_a, limits.by_c)])
+    force[0] += 0.5 * weights * cube - np.einsum("lp,lp->p", both, bend)
+    return force
+
+
+def _solve(bands: FloatArray, right: FloatArray) -> FloatArray:
     """Solution of a positive definite system with two diagonals on either side: L D L^T, number by number."""
     main, first, second = bands.tolist()
     z = right.tolist()
