@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,99 +16,169 @@ from planner.backends.along_curve import (
     follow_curve,
     stretched,
 )
-from planner.backends import speed_program as sp
+from planner.backends.base import QUANTITIES
+from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
 from planner.backends.speed_program import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
-from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite, shifted, differentiate
+from planner.dynamics import inverse_dynamics
+from planner.errors import InvalidProblem
+from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite
 
 if TYPE_CHECKING:
     from planner.backends.assembly import TimedPieces
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
 
-ENFORCED = frozenset({"velocity", "acceleration", "jerk", "torque", "tcp_linear_velocity", "tcp_angular_velocity"})
-N = 100
+ROUNDS = ((20, 10, 1e-2), (40, 25, 2e-4))
+"""Of the search: pieces of the law, those of each segment in addition, and how near to the optimum it is to come."""
+
+GAUSS_POINTS = 5
+"""On each piece, to integrate the time that it takes."""
+
+ENFORCED = frozenset(QUANTITIES)
 
 
-def time_run(path: JointPath, run: Run, n=(30, 60, 100), info=None) -> TimedPieces:
-    law = _fastest(path, run, n, info)
-    pieces = follow_curve(run, law)
+def time_run(path: JointPath, run: Run) -> TimedPieces:
+    """The fastest law s(t) along the run's curve that keeps every limit, jerk included; C2, from rest to rest.
+
+    The search begins with one quintic over the whole run. Each round splits its longest pieces and retimes it: where it
+    may be faster, and by how much, is a smooth function of time even at the ends, where speed over place has a
+    singularity. What is left between the places that the search looks at, one exact factor on all times sets right.
+
+    Raises:
+        InvalidProblem: A duration is asked of a segment that is not alone in its run.
+        InfeasibleDuration: The asked duration is too short.
+        LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+    """
+    asked = _asked(path, run)
+    pieces = follow_curve(run, _fastest(path, run))
     needed = demands(path, pieces, ENFORCED)
-    factor = max(demand.factor for demand in needed.values())
-    if info is not None:
-        info["factor"] = factor
-        info["demand"] = max(needed.values())
-        info["pieces"] = len(law.law.lengths)
+    demand = max(needed.values())
+    factor, own = demand.factor, float(pieces.lengths.sum())
+    if not np.isnan(asked):
+        if asked < factor * own * (1.0 - DURATION_TOLERANCE):
+            raise infeasible_duration(asked, {run.first: factor * own}, demand.cause, demand.joint)
+        factor = asked / own
+    elif factor <= 0.0:
+        raise nothing_limits(run.first)
     return stretched(pieces, factor)
 
 
-def _fastest(path: JointPath, run: Run, rounds, info) -> CurveLaw:
-    length = run.curve.breakpoints[-1]
-    one = PiecewisePolynomial(np.ones(1), np.array([[[0, 0, 0, 10.0, -15, 6]]]) * length)
+def _asked(path: JointPath, run: Run) -> float:
+    """The duration asked of the run, s, NaN if none."""
+    asked = path.durations[run.segments]
+    if len(asked) > 1 and not np.isnan(asked).all():
+        message = (
+            "the fastest jerk-limited law gives no duration to a segment that is passed without stopping; leave it out"
+        )
+        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
+    return float(asked[0])
+
+
+def _fastest(path: JointPath, run: Run) -> CurveLaw:
+    law, limits = _quintic(run), _LimitsOnCurve(path, run)
+    for count, each, gap in ROUNDS:
+        law = _split(law, count + each * len(run.segments))
+        bounds = limits.along(law)
+        if not np.isfinite(bounds.scale(np.tile([[1.0], [0.0], [0.0]], bounds.constant.shape[1]))):
+            break  # nothing limits: any law will do
+        law = _retimed(law, fastest_retiming(law.lengths, bounds, gap))
+    return CurveLaw(law, run.owners[limits.pieces(law)])
+
+
+def _quintic(run: Run) -> PiecewisePolynomial:
+    """From rest to rest in 1 s, with a breakpoint where the curve has one."""
     places = run.curve.breakpoints
-    law = broken_at(one, places[1:-1], run.owners).law
-    for n in rounds:
-        law = _split(law, n)
-        limits, owners = _limits(path, run, law)
-        sp.TRACE=[]
-        x = fastest_retiming(law.lengths, limits)
-        steps=len(sp.TRACE)
-        if info is not None: info.setdefault("trace",[]).append(sp.TRACE)
-        law = _retimed(law, x)
-        if info is not None:
-            info.setdefault("steps", []).append((len(owners), steps, round(float(law.lengths.sum()), 5)))
-    return CurveLaw(law, owners)
+    whole = PiecewisePolynomial(np.ones(1), places[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
+    law = broken_at(whole, places[1:-1], run.owners).law
+    law.coefficients[:, 0, 0] = places[:-1]
+    return law
 
 
-def _split(law, n):
-    """Long pieces in equal parts."""
-    most = law.lengths.sum() / n
-    parts = np.maximum(np.ceil(law.lengths / most - 1e-6), 1).astype(int)
+def _split(law: PiecewisePolynomial, count: int) -> PiecewisePolynomial:
+    """The same law with its pieces in equal parts, none longer than the duration by `count`."""
+    parts = np.ceil(law.lengths / law.lengths.sum() * count).astype(int)
     lengths = np.repeat(law.lengths / parts, parts)
-    c = []
-    for own, p, h in zip(law.coefficients, parts, law.lengths / parts):
-        c += [shifted(own, k * h) for k in range(p)]
-    return PiecewisePolynomial(lengths, np.array(c))
+    number = np.arange(len(lengths)) - np.repeat(np.cumsum(parts) - parts, parts)
+    whole = np.repeat(law.coefficients[:, 0], parts, axis=0)
+    terms = [horner(differentiate(whole, k), number * lengths) / factorial(k) for k in range(whole.shape[1])]
+    return PiecewisePolynomial(lengths, np.stack(terms, axis=1)[:, None])
 
 
-def _retimed(law, x):
-    u, w = np.polynomial.legendre.leggauss(5)
-    u, w = (u + 1) / 2, w / 2
-    st = QuadraticSpline(law.lengths).states(x).reshape(3, 3, -1)
-    b0, bm, b1 = st[0, 0], x[1:-1], st[0, 2]
-    b = b0[:, None] * (1 - u) ** 2 + 2 * u * (1 - u) * bm[:, None] + u * u * b1[:, None]
-    h = (w / np.sqrt(b)).sum(1) * law.lengths
-    def state(at, t):
-        s, v, a = (horner(differentiate(law.coefficients, k)[:, 0], t) for k in range(3))
-        b, al = st[0, at], st[1, at]
-        return s[:, None], (v * np.sqrt(b))[:, None], (a * b + v * al)[:, None]
-    start, end = state(0, np.zeros_like(h)), state(-1, law.lengths)
-    end[1][-1] = end[2][-1] = 0.0
-    # C2: the same values on both sides
-    for e, s in zip(end, start):
-        s[1:] = e[:-1]
-    return PiecewisePolynomial(h, quintic_hermite(h, start, end))
+def _retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
+    """The law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
+    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(PLACES), -1)
+    u, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    u, weights = (u[:, None] + 1.0) / 2.0, weights / 2.0
+    inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
+    lengths = weights @ (1.0 / np.sqrt(inside)) * law.lengths
+    s, speed, gain = law.coefficients[:, 0, :3].T * [[1.0], [1.0], [2.0]]
+    end = horner(law.coefficients[-1, 0], law.lengths[-1])
+    speed, gain = speed * np.sqrt(b[0]), gain * b[0] + speed * a[0]
+    nodes = [np.append(s, end)[:, None], np.append(speed, 0.0)[:, None], np.append(gain, 0.0)[:, None]]
+    starts, ends = tuple(x[:-1] for x in nodes), tuple(x[1:] for x in nodes)
+    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
 
 
-def _limits(path: JointPath, run: Run, law) -> tuple[LinearLimits, np.ndarray]:
-    curve, lim = run.curve, path.limits
-    s, s1, s2, s3 = (horner(differentiate(law.coefficients, k), PLACES * law.lengths[:, None])[..., None] for k in range(4))
-    piece = np.clip(np.searchsorted(curve.breakpoints, s[:, 1, 0]) - 1, 0, len(curve.lengths) - 1)
-    owner = run.owners[piece]
-    at = np.clip(s - curve.breakpoints[piece][:, None, None], 0, curve.lengths[piece][:, None, None])
-    c1, c2, c3 = (horner(curve.derivative_coefficients(k)[piece][:, None], at) for k in (1, 2, 3))
-    q1, q2, q3 = c1 * s1, c2 * s1**2 + c1 * s2, c3 * s1**3 + 3 * c2 * s1 * s2 + c1 * s3
-    A, J, V = lim.acceleration[owner][:, None], lim.jerk[owner][:, None], lim.velocity[owner][:, None]
-    ts = ToolSpeeds(path, run)
-    use = np.max(np.abs(q1) / V, axis=-1)
-    use = np.maximum(use, ts.excess(s.ravel()).reshape(use.shape) * s1[..., 0])
-    nj = q1.shape[-1]
-    f = lambda x: x.transpose(2, 1, 0).reshape(nj, -1)
-    use = use.T.reshape(1, -1)
-    u0 = np.zeros_like(use)
-    z = np.zeros((nj, use.size))
-    by_b = np.concatenate([use**2, f(q2 / A), f(q3 / J)])
-    by_a = np.concatenate([u0, f(q1 / A), f(3 * q2 / J)])
-    by_c = np.concatenate([u0, z, f(q1 / J)])
-    constant = np.concatenate([u0 + 1, z + 1, z])
-    inverse = np.concatenate([u0, z, z + 1])
-    return LinearLimits(by_b, by_a, by_c, np.zeros_like(by_b), constant, inverse), owner
+class _LimitsOnCurve:
+    """What the limits say about retiming a law along the run's curve."""
+
+    def __init__(self, path: JointPath, run: Run) -> None:
+        self.path, self.run, self.speeds = path, run, ToolSpeeds(path, run)
+        self.robot = path.robot
+        torque = path.limits.torque[run.segments]
+        self.has_torque = self.robot.has_dynamics and bool(np.isfinite(torque).any())
+
+    def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
+        """(pieces of the law,): the piece of the curve that each is on."""
+        middles = horner(law.coefficients[:, 0], law.lengths / 2.0)
+        return self.run.curve.locate(middles)[0]
+
+    def along(self, law: PiecewisePolynomial) -> LinearLimits:
+        """All of them, at the places of the law's pieces."""
+        curve, on = self.run.curve, self.pieces(law)
+        t = PLACES[:, None] * law.lengths
+        s, *rates = (horner(differentiate(law.coefficients[:, 0], k), t) for k in range(4))
+        ds, dds, ddds = (rate[..., None] for rate in rates)
+        x = np.clip(s - curve.breakpoints[on], 0.0, curve.lengths[on])[..., None]
+        q, dq, ddq, dddq = (horner(curve.derivative_coefficients(k)[on], x) for k in range(4))
+        first, second = dq * ds, ddq * ds**2 + dq * dds
+        third = dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
+        owners = self.run.owners[on]
+        limits = self.path.limits
+        velocity, acceleration, jerk = limits.velocity[owners], limits.acceleration[owners], limits.jerk[owners]
+        speed = np.maximum((np.abs(first) / velocity).max(axis=2), self.speeds.excess(s.ravel()).reshape(s.shape) * rates[0])
+        none = np.zeros_like(first)
+        one, no = np.ones_like(first), none
+        groups = [
+            (speed[..., None] ** 2, none[..., :1], none[..., :1], none[..., :1], one[..., :1], none[..., :1]),
+            (second / acceleration, first / acceleration, none, none, one, none),
+            (third / jerk, 3.0 * second / jerk, first / jerk, none, none, one),
+        ]
+        if self.has_torque:
+            groups.append(self._torques(owners, q, first, second))
+        rows = [np.concatenate([group[k] for group in groups], axis=2).reshape(s.size, -1).T for k in range(6)]
+        return LinearLimits(*rows)
+
+    def _torques(
+        self, owners: np.ndarray, q: FloatArray, first: FloatArray, second: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Relative to the limits. At a node the end of one piece is the start of the next."""
+
+        def once(x: FloatArray) -> FloatArray:
+            return np.concatenate([x[:2].reshape(-1, x.shape[2]), x[2, -1:]])
+
+        def everywhere(x: FloatArray) -> FloatArray:
+            start, middle = x[:-1].reshape(2, len(owners), -1)
+            return np.stack([start, middle, np.concatenate([start[1:], x[-1:]])]) / self.path.limits.torque[owners]
+
+        positions, still = once(q), np.zeros_like(once(q))
+        sampled = SampledLimits(self.robot, self.path.limits)
+        for segment in self.run.segments.tolist():
+            own = np.flatnonzero(owners == segment)
+            at = q[:, own].reshape(-1, q.shape[2])
+            sampled.stretch(segment, segment, at, np.zeros_like(at), np.zeros_like(at))  # refuses too much gravity
+        gravity = inverse_dynamics(self.robot, positions, still, still)
+        by_b = inverse_dynamics(self.robot, positions, once(first), once(second)) - gravity
+        by_a = inverse_dynamics(self.robot, positions, still, once(first)) - gravity
+        none = np.zeros_like(q)
+        return everywhere(by_b), everywhere(by_a), none, everywhere(gravity), none + 1.0, none

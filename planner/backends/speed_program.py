@@ -34,11 +34,11 @@ PLACES = np.array([0.0, 0.5, 1.0])
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 """Simpson's, for the same places."""
 
-FIRST_SHARE = 0.5
+FIRST_SHARE = 0.8
 """Of what the limits allow: b at the start."""
 
-MOST_STEPS, CENTRING, GAP = 80, 0.15, 2e-4
-"""Newton steps; decrease of the barrier in each; gap between duration and its lower bound, relative, that is left."""
+MOST_STEPS, LEAST_CENTRING, FIRST_CENTRING = 80, 0.15, 0.2
+"""Newton steps; and what is left of the barrier in one that could be made in full, and in the first."""
 
 TO_THE_WALL, MOST_SHRINK = 0.98, 0.9
 """Of the way to the nearest limit, what a step goes; of an unknown, what a step may take away."""
@@ -75,10 +75,10 @@ class LinearLimits:
     def scale(self, states: FloatArray) -> float:
         """The largest factor on b with which the limits are kept."""
         values = np.abs(self.values(states))
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             plain = ((self.constant - np.abs(self.offset)) / values)[self.inverse == 0.0]
             jerk = (self.inverse / np.sqrt(states[0]) / values)[self.inverse > 0.0]
-        return float(min(plain.min(initial=np.inf), jerk.min(initial=np.inf) ** (2.0 / 3.0)))
+        return float(min(np.nanmin(plain, initial=np.inf), np.nanmin(jerk, initial=np.inf) ** (2.0 / 3.0)))
 
 
 class QuadraticSpline:
@@ -133,7 +133,7 @@ class QuadraticSpline:
         return bands
 
 
-def fastest_retiming(widths: FloatArray, limits: LinearLimits) -> FloatArray:
+def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
     """The unknowns (intervals + 2,) of the fastest law within the limits; its points are ordered by place, then interval.
 
     A primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19) without slacks.
@@ -141,6 +141,7 @@ def fastest_retiming(widths: FloatArray, limits: LinearLimits) -> FloatArray:
     Args:
         widths: (intervals,), of the old law's time.
         limits: At the points. They allow rest.
+        tolerance: Gap between the duration and its lower bound, relative, that may be left.
     """
     spline = QuadraticSpline(widths)
     weights = (WEIGHTS[:, None] * widths).ravel()
@@ -148,13 +149,13 @@ def fastest_retiming(widths: FloatArray, limits: LinearLimits) -> FloatArray:
     x *= FIRST_SHARE * limits.scale(spline.states(x))
     slacks, inverse_root = _slacks(limits, spline.states(x))
     duration = float(weights @ inverse_root)
-    count = slacks.size
+    count, centring = slacks.size, FIRST_CENTRING
     duals = duration / count / slacks
     for step in range(MOST_STEPS):
         gap = float(np.vdot(duals, slacks))
-        if gap < GAP * duration:
+        if gap < tolerance * duration:
             break
-        barrier = CENTRING * gap / count
+        barrier = centring * gap / count
         cube = inverse_root**3
         bend = 0.5 * limits.inverse * cube
         stiffness, push = duals / slacks, barrier / slacks
@@ -168,6 +169,7 @@ def fastest_retiming(widths: FloatArray, limits: LinearLimits) -> FloatArray:
         length = min(length, MOST_SHRINK / max(float((-change / x).max()), 1e-9))
         dual_length = min(1.0, TO_THE_WALL / max(float((-dual_change / duals).max()), 1e-9))
         if TRACE is not None: TRACE.append((gap/duration, length, dual_length, duration))
+        centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
         x = x + length * change
         duals = duals + dual_length * dual_change
         slacks, inverse_root = _slacks(limits, spline.states(x))
