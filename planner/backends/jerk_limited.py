@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 ROUNDS = ((20, 10, 1e-2), (40, 25, 2e-4))
 """Of the search: pieces of the law, those of each segment in addition, and how near to the optimum it is to come."""
 
+ENOUGH, REFINE, MOST_REFINEMENTS = 0.003, 0.001, 3
+
+TORQUE_SAMPLES = 17
+
 GAUSS_POINTS = 5
 """On each piece, to integrate the time that it takes."""
 
@@ -76,12 +80,18 @@ def _asked(path: JointPath, run: Run) -> float:
 
 def _fastest(path: JointPath, run: Run) -> CurveLaw:
     law, limits = _quintic(run), _LimitsOnCurve(path, run)
+    if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
+        return CurveLaw(law, run.owners)  # nothing limits: any law will do
     for count, each, gap in ROUNDS:
-        law = _split(law, count + each * len(run.segments))
-        bounds = limits.along(law)
-        if not np.isfinite(bounds.scale(np.tile([[1.0], [0.0], [0.0]], bounds.constant.shape[1]))):
-            break  # nothing limits: any law will do
-        law = _retimed(law, fastest_retiming(law.lengths, bounds, gap))
+        shares = law.lengths / law.lengths.sum()
+        law = _parted(law, np.ceil(shares * (count + each * len(run.segments))).astype(int))
+        law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
+    for _ in range(MOST_REFINEMENTS):
+        excess = limits.excess(law)
+        if excess.max() < ENOUGH:
+            break
+        law = _parted(law, np.where(excess > REFINE, 2 + (excess > 10 * REFINE), 1))
+        law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), ROUNDS[-1][2]))
     return CurveLaw(law, run.owners[limits.pieces(law)])
 
 
@@ -94,9 +104,8 @@ def _quintic(run: Run) -> PiecewisePolynomial:
     return law
 
 
-def _split(law: PiecewisePolynomial, count: int) -> PiecewisePolynomial:
-    """The same law with its pieces in equal parts, none longer than the duration by `count`."""
-    parts = np.ceil(law.lengths / law.lengths.sum() * count).astype(int)
+def _parted(law: PiecewisePolynomial, parts: np.ndarray) -> PiecewisePolynomial:
+    """The same law with each piece in so many equal parts."""
     lengths = np.repeat(law.lengths / parts, parts)
     number = np.arange(len(lengths)) - np.repeat(np.cumsum(parts) - parts, parts)
     whole = np.repeat(law.coefficients[:, 0], parts, axis=0)
@@ -123,62 +132,66 @@ class _LimitsOnCurve:
     """What the limits say about retiming a law along the run's curve."""
 
     def __init__(self, path: JointPath, run: Run) -> None:
-        self.path, self.run, self.speeds = path, run, ToolSpeeds(path, run)
-        self.robot = path.robot
-        torque = path.limits.torque[run.segments]
-        self.has_torque = self.robot.has_dynamics and bool(np.isfinite(torque).any())
+        self.curve, self.owners, self.limits = run.curve, run.owners, path.limits
+        self.speeds = ToolSpeeds(path, run)
+        has_torque = path.robot.has_dynamics and bool(np.isfinite(path.limits.torque[run.segments]).any())
+        self.torques = _Torques(path, run) if has_torque else None
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
         """(pieces of the law,): the piece of the curve that each is on."""
-        middles = horner(law.coefficients[:, 0], law.lengths / 2.0)
-        return self.run.curve.locate(middles)[0]
+        return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
+
+    def excess(self, law: PiecewisePolynomial) -> FloatArray:
+        """(pieces,): by how much, relatively, the law breaks a limit at its nodes and midway."""
+        halves = self.along(_parted(law, np.full(len(law.lengths), 2)))
+        ratios = np.abs(halves.by_b + halves.offset) / (halves.constant + halves.inverse)
+        excess: FloatArray = ratios.max(axis=0).reshape(len(PLACES), -1, 2).max(axis=(0, 2)) - 1.0
+        return excess
 
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
         """All of them, at the places of the law's pieces."""
-        curve, on = self.run.curve, self.pieces(law)
-        t = PLACES[:, None] * law.lengths
-        s, *rates = (horner(differentiate(law.coefficients[:, 0], k), t) for k in range(4))
-        ds, dds, ddds = (rate[..., None] for rate in rates)
-        x = np.clip(s - curve.breakpoints[on], 0.0, curve.lengths[on])[..., None]
-        q, dq, ddq, dddq = (horner(curve.derivative_coefficients(k)[on], x) for k in range(4))
+        on = self.pieces(law)
+        s, ds, dds, ddds = (
+            horner(differentiate(law.coefficients[:, 0], k), PLACES[:, None] * law.lengths) for k in range(4)
+        )
+        x = np.clip(s - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])[..., None]
+        dq, ddq, dddq = (horner(self.curve.derivative_coefficients(k)[on], x) for k in (1, 2, 3))
+        speeds = self.speeds.excess(s.ravel()).reshape(s.shape) * ds
+        ds, dds, ddds = ds[..., None], dds[..., None], ddds[..., None]
         first, second = dq * ds, ddq * ds**2 + dq * dds
         third = dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
-        owners = self.run.owners[on]
-        limits = self.path.limits
-        velocity, acceleration, jerk = limits.velocity[owners], limits.acceleration[owners], limits.jerk[owners]
-        speed = np.maximum((np.abs(first) / velocity).max(axis=2), self.speeds.excess(s.ravel()).reshape(s.shape) * rates[0])
-        none = np.zeros_like(first)
-        one, no = np.ones_like(first), none
+        own = self.limits.of(self.owners[on])
+        speeds = np.maximum((np.abs(first) / own.velocity).max(axis=2), speeds)[..., None]
+        no, yes = np.zeros_like(first), np.ones_like(first)
         groups = [
-            (speed[..., None] ** 2, none[..., :1], none[..., :1], none[..., :1], one[..., :1], none[..., :1]),
-            (second / acceleration, first / acceleration, none, none, one, none),
-            (third / jerk, 3.0 * second / jerk, first / jerk, none, none, one),
+            (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
+            (second / own.acceleration, first / own.acceleration, no, no, yes, no),
+            (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
         ]
-        if self.has_torque:
-            groups.append(self._torques(owners, q, first, second))
-        rows = [np.concatenate([group[k] for group in groups], axis=2).reshape(s.size, -1).T for k in range(6)]
-        return LinearLimits(*rows)
+        if self.torques is not None:
+            groups.append((*(x / own.torque for x in self.torques.at(s, ds, dds)), yes, no))
+        return LinearLimits(*(np.concatenate([x[k].reshape(s.size, -1).T for x in groups]) for k in range(6)))
 
-    def _torques(
-        self, owners: np.ndarray, q: FloatArray, first: FloatArray, second: FloatArray
-    ) -> tuple[FloatArray, ...]:
-        """Relative to the limits. At a node the end of one piece is the start of the next."""
 
-        def once(x: FloatArray) -> FloatArray:
-            return np.concatenate([x[:2].reshape(-1, x.shape[2]), x[2, -1:]])
+class _Torques:
+    """Along a curve the torques are m(s) s'' + h(s) s'^2 + gravity(s): these three, interpolated between samples."""
 
-        def everywhere(x: FloatArray) -> FloatArray:
-            start, middle = x[:-1].reshape(2, len(owners), -1)
-            return np.stack([start, middle, np.concatenate([start[1:], x[-1:]])]) / self.path.limits.torque[owners]
+    def __init__(self, path: JointPath, run: Run) -> None:
+        curve, robot = run.curve, path.robot
+        unit = np.linspace(0.0, 1.0, TORQUE_SAMPLES, endpoint=False)
+        self.places = np.append(curve.breakpoints[:-1, None] + unit * curve.lengths[:, None], curve.breakpoints[-1])
+        q, dq, ddq = curve.evaluate(self.places)
+        still = np.zeros_like(q)
+        gravity = inverse_dynamics(robot, q, still, still)
+        segments = run.owners[curve.locate(self.places)[0]]
+        for segment in run.segments.tolist():  # refuses where gravity alone is too much
+            own = segments == segment
+            SampledLimits(robot, path.limits).stretch(segment, segment, q[own], still[own], still[own])
+        by_gain, by_speed = inverse_dynamics(robot, q, still, dq) - gravity, inverse_dynamics(robot, q, dq, ddq) - gravity
+        self.samples = np.concatenate([by_gain, by_speed, gravity], axis=1).T
 
-        positions, still = once(q), np.zeros_like(once(q))
-        sampled = SampledLimits(self.robot, self.path.limits)
-        for segment in self.run.segments.tolist():
-            own = np.flatnonzero(owners == segment)
-            at = q[:, own].reshape(-1, q.shape[2])
-            sampled.stretch(segment, segment, at, np.zeros_like(at), np.zeros_like(at))  # refuses too much gravity
-        gravity = inverse_dynamics(self.robot, positions, still, still)
-        by_b = inverse_dynamics(self.robot, positions, once(first), once(second)) - gravity
-        by_a = inverse_dynamics(self.robot, positions, still, once(first)) - gravity
-        none = np.zeros_like(q)
-        return everywhere(by_b), everywhere(by_a), none, everywhere(gravity), none + 1.0, none
+    def at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
+        """By b, by a, by c and without them, (..., joints) each, for a law with these derivatives (..., 1) at s (...)."""
+        values = np.stack([np.interp(s, self.places, own) for own in self.samples], axis=-1)
+        by_gain, by_speed, gravity = np.split(values, 3, axis=-1)
+        return by_speed * ds**2 + by_gain * dds, by_gain * ds, np.zeros_like(gravity), gravity

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
 
 PLACES = np.array([0.0, 0.5, 1.0])
-"""Of each interval, where its limits are looked at."""
+"""Of each interval, where its limits are looked at. Next to a place of rest the middle tells what the ends cannot."""
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 """Simpson's, for the same places."""
@@ -69,8 +69,19 @@ class LinearLimits:
 
     def values(self, states: FloatArray) -> FloatArray:
         """(limits, points): by_b b + by_a a + by_c c, for states (3, points)."""
-        values: FloatArray = self.by_b * states[0] + self.by_a * states[1] + self.by_c * states[2]
+        b, a, c = states
+        values = self.by_b * b
+        values += self.by_a * a
+        values += self.by_c * c
         return values
+
+    def slacks(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(limits, points), twice: what is left below the upper and above the lower bounds."""
+        values = self.values(states)
+        values += self.offset
+        bound = self.inverse * states[0] ** -0.5
+        bound += self.constant
+        return bound - values, bound + values
 
     def scale(self, states: FloatArray) -> float:
         """The largest factor on b with which the limits are kept."""
@@ -134,82 +145,90 @@ class QuadraticSpline:
 
 
 def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
-    """The unknowns (intervals + 2,) of the fastest law within the limits; its points are ordered by place, then interval.
+    """The unknowns (intervals + 2,) of the fastest law within limits.
 
     A primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19) without slacks.
 
     Args:
         widths: (intervals,), of the old law's time.
-        limits: At the points. They allow rest.
+        limits: At the first places of all intervals, then at the second ones, and so on. They allow rest.
         tolerance: Gap between the duration and its lower bound, relative, that may be left.
     """
-    spline = QuadraticSpline(widths)
-    weights = (WEIGHTS[:, None] * widths).ravel()
+    spline, weights = QuadraticSpline(widths), (WEIGHTS[:, None] * widths).ravel()
     x = np.ones(len(widths) + 2)
     x *= FIRST_SHARE * limits.scale(spline.states(x))
-    slacks, inverse_root = _slacks(limits, spline.states(x))
-    duration = float(weights @ inverse_root)
-    count, centring = slacks.size, FIRST_CENTRING
-    duals = duration / count / slacks
+    states = spline.states(x)
+    over, under = limits.slacks(states)
+    duration = float(weights @ (1.0 / np.sqrt(states[0])))
+    count, centring = 2 * over.size, FIRST_CENTRING
+    dual_over, dual_under = MU0 * duration / count / over, MU0 * duration / count / under
     for step in range(MOST_STEPS):
-        gap = float(np.vdot(duals, slacks))
+        gap = float(np.vdot(dual_over, over) + np.vdot(dual_under, under))
+        if TRACE is not None: TRACE.append((gap/duration, duration))
         if gap < tolerance * duration:
             break
         barrier = centring * gap / count
-        cube = inverse_root**3
-        bend = 0.5 * limits.inverse * cube
-        stiffness, push = duals / slacks, barrier / slacks
-        system = spline.bands(_stiffness(limits, stiffness, bend, weights, duals, cube, inverse_root))
-        change = _solve(system, spline.force(_force(limits, push, bend, weights, cube)))
+        push_over, push_under = barrier / over, barrier / under
+        stiff_over, stiff_under = dual_over / over, dual_under / under
+        bend = 0.5 * limits.inverse * states[0] ** -1.5
+        system = spline.bands(_stiffness(limits, states[0], weights, bend, (stiff_over, stiff_under), dual_over + dual_under))
+        change = _solve(system, spline.force(_force(limits, states[0], weights, bend, (push_over, push_under))))
         moved = spline.states(change)
-        along_rows, along_b = limits.values(moved), bend * moved[0]
-        slack_change = np.stack([-along_b - along_rows, along_rows - along_b])
-        dual_change = push - duals - stiffness * slack_change
-        length = min(1.0, TO_THE_WALL / max(float((-slack_change / slacks).max()), 1e-9))
-        length = min(length, MOST_SHRINK / max(float((-change / x).max()), 1e-9))
-        dual_length = min(1.0, TO_THE_WALL / max(float((-dual_change / duals).max()), 1e-9))
-        if TRACE is not None: TRACE.append((gap/duration, length, dual_length, duration))
+        rows, bend = limits.values(moved), bend * moved[0]
+        slack_over, slack_under = -bend - rows, rows - bend
+        push_over -= dual_over + stiff_over * slack_over
+        push_under -= dual_under + stiff_under * slack_under
+        length = min(_longest((over, slack_over), (under, slack_under)), _longest((x, change)))
+        dual_length = _longest((dual_over, push_over), (dual_under, push_under))
         centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
         x = x + length * change
-        duals = duals + dual_length * dual_change
-        slacks, inverse_root = _slacks(limits, spline.states(x))
-        duration = float(weights @ inverse_root)
+        dual_over += dual_length * push_over
+        dual_under += dual_length * push_under
+        states = spline.states(x)
+        over, under = limits.slacks(states)
+        duration = float(weights @ (1.0 / np.sqrt(states[0])))
     return x
 TRACE=None
+MU0=1.0
 
 
-def _slacks(limits: LinearLimits, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What is left of the upper and of the lower limits (2, limits, points), and 1 / sqrt(b) (points,)."""
-    inverse_root = 1.0 / np.sqrt(states[0])
-    values, bound = limits.values(states) + limits.offset, limits.constant + limits.inverse * inverse_root
-    return np.stack([bound - values, bound + values]), inverse_root
+def _longest(*pairs: tuple[FloatArray, FloatArray]) -> float:
+    """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
+    fastest = max(-float((change / value).min()) for value, change in pairs)
+    return 1.0 if fastest <= TO_THE_WALL else TO_THE_WALL / fastest
 
 
-def _stiffness(limits, stiffness, bend, weights, duals, cube, inverse_root) -> FloatArray:
+def _stiffness(limits, b, weights, bend, stiff, duals) -> FloatArray:
     """(3, 3, points): the Hessian of the barrier problem in (b, a, c)."""
-    both, difference = stiffness[0] + stiffness[1], stiffness[0] - stiffness[1]
+    both, difference = stiff[0] + stiff[1], stiff[0] - stiff[1]
     rows = (limits.by_b, limits.by_a, limits.by_c)
-    result = np.empty((3, 3, len(weights)))
+    result = np.zeros((3, 3, len(b)))
     for i in range(3):
         weighted = both * rows[i]
         for k in range(i, 3):
-            result[i, k] = result[k, i] = np.einsum("lp,lp->p", weighted, rows[k])
-    pull = difference * bend
+            result[i, k] = np.einsum("lp,lp->p", weighted, rows[k])
+            result[k, i] = result[i, k]
+    difference *= bend
     for k in range(3):
-        extra = np.einsum("lp,lp->p", pull, rows[k])
+        extra = np.einsum("lp,lp->p", difference, rows[k])
         result[0, k] += extra
         result[k, 0] += extra
-    convex = weights - np.einsum("slp,lp->p", duals, limits.inverse)
-    own = 0.75 * cube * inverse_root**2 * np.maximum(convex, LEAST_CURVATURE * weights)
-    result[0, 0] += np.einsum("lp,lp->p", both * bend, bend) + own
+    both *= bend
+    convex = weights.copy()
+    convex -= np.einsum("lp,lp->p", duals, limits.inverse)
+    result[0, 0] += 0.75 * b**-2.5 * np.maximum(convex, LEAST_CURVATURE * weights)
+    result[0, 0] += np.einsum("lp,lp->p", both, bend)
     return result
 
 
-def _force(limits, push, bend, weights, cube) -> FloatArray:
+def _force(limits, b, weights, bend, push) -> FloatArray:
     """(3, points): the descent of the barrier problem in (b, a, c)."""
-    both, difference = push[0] + push[1], push[1] - push[0]
-    force = np.stack([np.einsum("lp,lp->p", difference, row) for row in (limits.by_b, limits.by_a, limits.by_c)])
-    force[0] += 0.5 * weights * cube - np.einsum("lp,lp->p", both, bend)
+    difference = push[1] - push[0]
+    force = np.zeros((3, len(b)))
+    for k, row in enumerate((limits.by_b, limits.by_a, limits.by_c)):
+        force[k] = np.einsum("lp,lp->p", difference, row)
+    force[0] += 0.5 * weights * b**-1.5
+    force[0] -= np.einsum("lp,lp->p", push[0] + push[1], bend)
     return force
 
 
