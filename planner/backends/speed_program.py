@@ -163,7 +163,7 @@ def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float)
     count, centring = 2 * over.size, FIRST_CENTRING
     dual_over, dual_under = MU0 * duration / count / over, MU0 * duration / count / under
     for step in range(MOST_STEPS):
-        gap = float(np.vdot(dual_over, over) + np.vdot(dual_under, under))
+        gap = float(np.einsum("lp,lp->", dual_over, over) + np.einsum("lp,lp->", dual_under, under))
         if TRACE is not None: TRACE.append((gap/duration, duration))
         if gap < tolerance * duration:
             break
