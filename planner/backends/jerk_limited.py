@@ -18,7 +18,7 @@ from planner.backends.along_curve import (
 )
 from planner.backends.base import QUANTITIES
 from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
-from planner.backends.speed_program import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
+from planner.backends.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
 from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite
@@ -28,15 +28,18 @@ if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
 
-ROUNDS = ((20, 10, 1e-2), (40, 25, 2e-4))
-"""Of the search: pieces of the law, those of each segment in addition, and how near to the optimum it is to come."""
+ROUNDS = ((20, 10, 3e-2), (50, 25, 3e-4))
+"""Of the search: pieces of the law, those of each segment in addition, and the gap to the optimum that may be left."""
 
-ENOUGH, REFINE, MOST_REFINEMENTS = 0.003, 0.001, 3
-
-TORQUE_SAMPLES = 17
+REFINED, ENOUGH, MOST_REFINEMENTS = 1e-3, 3e-3, 3
+"""Excess over a limit between the places looked at, relative, above which a piece is split, if any has the second; and
+how often."""
 
 GAUSS_POINTS = 5
-"""On each piece, to integrate the time that it takes."""
+"""On each piece of a law, to integrate the time that it takes after retiming."""
+
+TORQUE_SAMPLES = 17
+"""On each piece of a curve, of what moving along it asks of the motors."""
 
 ENFORCED = frozenset(QUANTITIES)
 
@@ -90,8 +93,8 @@ def _fastest(path: JointPath, run: Run) -> CurveLaw:
         excess = limits.excess(law)
         if excess.max() < ENOUGH:
             break
-        law = _parted(law, np.where(excess > REFINE, 2 + (excess > 10 * REFINE), 1))
-        law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), ROUNDS[-1][2]))
+        law = _parted(law, np.where(excess > REFINED, np.where(excess > 10.0 * REFINED, 3, 2), 1))
+        law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
     return CurveLaw(law, run.owners[limits.pieces(law)])
 
 
@@ -187,7 +190,10 @@ class _Torques:
         for segment in run.segments.tolist():  # refuses where gravity alone is too much
             own = segments == segment
             SampledLimits(robot, path.limits).stretch(segment, segment, q[own], still[own], still[own])
-        by_gain, by_speed = inverse_dynamics(robot, q, still, dq) - gravity, inverse_dynamics(robot, q, dq, ddq) - gravity
+        by_gain, by_speed = (
+            inverse_dynamics(robot, q, still, dq) - gravity,
+            inverse_dynamics(robot, q, dq, ddq) - gravity,
+        )
         self.samples = np.concatenate([by_gain, by_speed, gravity], axis=1).T
 
     def at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:

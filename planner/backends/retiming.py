@@ -34,14 +34,14 @@ PLACES = np.array([0.0, 0.5, 1.0])
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 """Simpson's, for the same places."""
 
-FIRST_SHARE = 0.8
+FIRST_SHARE = 0.9
 """Of what the limits allow: b at the start."""
 
-MOST_STEPS, LEAST_CENTRING, FIRST_CENTRING = 80, 0.15, 0.2
-"""Newton steps; and what is left of the barrier in one that could be made in full, and in the first."""
+MOST_STEPS, FIRST_CENTRING, LEAST_CENTRING = 80, 0.2, 0.15
+"""Newton steps; what is left of the barrier in the first, and in one that could be made in full."""
 
-TO_THE_WALL, MOST_SHRINK = 0.98, 0.9
-"""Of the way to the nearest limit, what a step goes; of an unknown, what a step may take away."""
+TO_THE_WALL = 0.98
+"""Of the way to where a limit is reached (or an unknown vanishes), what a step goes."""
 
 LEAST_CURVATURE = 0.05
 """Of the duration's own curvature, what is kept where the jerk limits make the problem concave."""
@@ -74,14 +74,6 @@ class LinearLimits:
         values += self.by_a * a
         values += self.by_c * c
         return values
-
-    def slacks(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(limits, points), twice: what is left below the upper and above the lower bounds."""
-        values = self.values(states)
-        values += self.offset
-        bound = self.inverse * states[0] ** -0.5
-        bound += self.constant
-        return bound - values, bound + values
 
     def scale(self, states: FloatArray) -> float:
         """The largest factor on b with which the limits are kept."""
@@ -157,39 +149,29 @@ def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float)
     spline, weights = QuadraticSpline(widths), (WEIGHTS[:, None] * widths).ravel()
     x = np.ones(len(widths) + 2)
     x *= FIRST_SHARE * limits.scale(spline.states(x))
-    states = spline.states(x)
-    over, under = limits.slacks(states)
-    duration = float(weights @ (1.0 / np.sqrt(states[0])))
-    count, centring = 2 * over.size, FIRST_CENTRING
-    dual_over, dual_under = MU0 * duration / count / over, MU0 * duration / count / under
-    for step in range(MOST_STEPS):
-        gap = float(np.einsum("lp,lp->", dual_over, over) + np.einsum("lp,lp->", dual_under, under))
-        if TRACE is not None: TRACE.append((gap/duration, duration))
-        if gap < tolerance * duration:
+    point, centring = _Point(limits, weights, spline.states(x)), FIRST_CENTRING
+    count = 2 * point.over.size
+    dual_over, dual_under = point.duration / count / point.over, point.duration / count / point.under
+    for _ in range(MOST_STEPS):
+        gap = float(np.einsum("lp,lp->", dual_over, point.over) + np.einsum("lp,lp->", dual_under, point.under))
+        if gap < tolerance * point.duration:
             break
         barrier = centring * gap / count
-        push_over, push_under = barrier / over, barrier / under
-        stiff_over, stiff_under = dual_over / over, dual_under / under
-        bend = 0.5 * limits.inverse * states[0] ** -1.5
-        system = spline.bands(_stiffness(limits, states[0], weights, bend, (stiff_over, stiff_under), dual_over + dual_under))
-        change = _solve(system, spline.force(_force(limits, states[0], weights, bend, (push_over, push_under))))
-        moved = spline.states(change)
-        rows, bend = limits.values(moved), bend * moved[0]
-        slack_over, slack_under = -bend - rows, rows - bend
-        push_over -= dual_over + stiff_over * slack_over
-        push_under -= dual_under + stiff_under * slack_under
-        length = min(_longest((over, slack_over), (under, slack_under)), _longest((x, change)))
-        dual_length = _longest((dual_over, push_over), (dual_under, push_under))
+        push_over, push_under = barrier / point.over, barrier / point.under
+        stiff_over, stiff_under = dual_over / point.over, dual_under / point.under
+        system = spline.bands(point.stiffness(stiff_over, stiff_under, dual_over + dual_under))
+        step = _solve(system, spline.force(point.force(push_over, push_under)))
+        slack_over, slack_under = point.slack_changes(spline.states(step))
+        step_over = push_over - dual_over - stiff_over * slack_over
+        step_under = push_under - dual_under - stiff_under * slack_under
+        length = _longest((x, step), (point.over, slack_over), (point.under, slack_under))
+        dual_length = _longest((dual_over, step_over), (dual_under, step_under))
         centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
-        x = x + length * change
-        dual_over += dual_length * push_over
-        dual_under += dual_length * push_under
-        states = spline.states(x)
-        over, under = limits.slacks(states)
-        duration = float(weights @ (1.0 / np.sqrt(states[0])))
+        x = x + length * step
+        dual_over += dual_length * step_over
+        dual_under += dual_length * step_under
+        point = _Point(limits, weights, spline.states(x))
     return x
-TRACE=None
-MU0=1.0
 
 
 def _longest(*pairs: tuple[FloatArray, FloatArray]) -> float:
@@ -198,62 +180,75 @@ def _longest(*pairs: tuple[FloatArray, FloatArray]) -> float:
     return 1.0 if fastest <= TO_THE_WALL else TO_THE_WALL / fastest
 
 
-def _stiffness(limits, b, weights, bend, stiff, duals) -> FloatArray:
-    """(3, 3, points): the Hessian of the barrier problem in (b, a, c)."""
-    both, difference = stiff[0] + stiff[1], stiff[0] - stiff[1]
-    rows = (limits.by_b, limits.by_a, limits.by_c)
-    result = np.zeros((3, 3, len(b)))
-    for i in range(3):
-        weighted = both * rows[i]
-        for k in range(i, 3):
-            result[i, k] = np.einsum("lp,lp->p", weighted, rows[k])
-            result[k, i] = result[i, k]
-    difference *= bend
-    for k in range(3):
-        extra = np.einsum("lp,lp->p", difference, rows[k])
-        result[0, k] += extra
-        result[k, 0] += extra
-    both *= bend
-    convex = weights.copy()
-    convex -= np.einsum("lp,lp->p", duals, limits.inverse)
-    result[0, 0] += 0.75 * b**-2.5 * np.maximum(convex, LEAST_CURVATURE * weights)
-    result[0, 0] += np.einsum("lp,lp->p", both, bend)
+class _Point:
+    """The barrier problem at some b: what is left of the limits, and its derivatives by (b, a, c) at each point.
+
+    Attributes:
+        over: (limits, points), what is left below the upper bounds.
+        under: (limits, points), what is left above the lower ones.
+        duration: Of the new law.
+    """
+
+    def __init__(self, limits: LinearLimits, weights: FloatArray, states: FloatArray) -> None:
+        self.limits, self.weights, self.b = limits, weights, states[0]
+        self.rows = (limits.by_b, limits.by_a, limits.by_c)
+        values = limits.values(states) + limits.offset
+        bound = limits.constant + limits.inverse * self.b**-0.5
+        self.over, self.under = bound - values, bound + values
+        self.narrowing = 0.5 * limits.inverse * self.b**-1.5  # of the bounds, by b
+        self.duration = float((weights * self.b**-0.5).sum())
+
+    def slack_changes(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of `over` and `under`, to first order, when b, a and c change (3, points)."""
+        values, narrowing = self.limits.values(change), self.narrowing * change[0]
+        return -narrowing - values, values - narrowing
+
+    def force(self, push_over: FloatArray, push_under: FloatArray) -> FloatArray:
+        """(3, points): the descent of duration and barrier; `push` is the barrier by the slack, (limits, points)."""
+        difference = push_under - push_over
+        force = np.stack([_over_limits(difference, row) for row in self.rows])
+        force[0] += 0.5 * self.weights * self.b**-1.5 - _over_limits(push_over + push_under, self.narrowing)
+        return force
+
+    def stiffness(self, over: FloatArray, under: FloatArray, duals: FloatArray) -> FloatArray:
+        """(3, 3, points): the Hessian; `over` and `under` are the duals by the slack, (limits, points)."""
+        both, pull = over + under, (over - under) * self.narrowing
+        result = np.empty((3, 3, len(self.b)))
+        for i, row in enumerate(self.rows):
+            weighted = both * row
+            for k in range(i, 3):
+                result[i, k] = result[k, i] = _over_limits(weighted, self.rows[k])
+        for k, row in enumerate(self.rows):
+            mixed = _over_limits(pull, row)
+            result[0, k] += mixed
+            result[k, 0] += mixed
+        # The duration is convex in b, what jerk limits allow is, too: which pulls the other way.
+        convex = self.weights - _over_limits(duals, self.limits.inverse)
+        result[0, 0] += 0.75 * self.b**-2.5 * np.maximum(convex, LEAST_CURVATURE * self.weights)
+        result[0, 0] += _over_limits(both * self.narrowing, self.narrowing)
+        return result
+
+
+def _over_limits(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(points,): the sums of products over the limits."""
+    result: FloatArray = np.einsum("lp,lp->p", first, second)
     return result
-
-
-def _force(limits, b, weights, bend, push) -> FloatArray:
-    """(3, points): the descent of the barrier problem in (b, a, c)."""
-    difference = push[1] - push[0]
-    force = np.zeros((3, len(b)))
-    for k, row in enumerate((limits.by_b, limits.by_a, limits.by_c)):
-        force[k] = np.einsum("lp,lp->p", difference, row)
-    force[0] += 0.5 * weights * b**-1.5
-    force[0] -= np.einsum("lp,lp->p", push[0] + push[1], bend)
-    return force
 
 
 def _solve(bands: FloatArray, right: FloatArray) -> FloatArray:
     """Solution of a positive definite system with two diagonals on either side: L D L^T, number by number."""
-    main, first, second = bands.tolist()
-    z = right.tolist()
-    count = len(z)
-    l1, l2 = [0.0] * count, [0.0] * count
+    main, first, second = (row.tolist() for row in np.pad(bands, ((0, 0), (0, 2))))
+    z = [*right.tolist(), 0.0, 0.0]
+    count = len(right)
+    near, far = [0.0] * count, [0.0] * count
     for i in range(count):
-        pivot = main[i]
-        if i + 1 < count:
-            m1 = first[i] / pivot
-            l1[i] = m1
-            main[i + 1] -= m1 * first[i]
-            z[i + 1] -= m1 * z[i]
-            if i + 2 < count:
-                m2 = second[i] / pivot
-                l2[i] = m2
-                first[i + 1] -= m1 * second[i]
-                main[i + 2] -= m2 * second[i]
-                z[i + 2] -= m2 * z[i]
-    x1 = x2 = 0.0
+        near[i], far[i] = m, n = first[i] / main[i], second[i] / main[i]
+        main[i + 1] -= m * first[i]
+        first[i + 1] -= m * second[i]
+        main[i + 2] -= n * second[i]
+        z[i + 1] -= m * z[i]
+        z[i + 2] -= n * z[i]
+    z[count:] = 0.0, 0.0
     for i in range(count - 1, -1, -1):
-        value = z[i] / main[i] - l1[i] * x1 - l2[i] * x2
-        z[i] = value
-        x1, x2 = value, x1
-    return np.array(z)
+        z[i] = z[i] / main[i] - near[i] * z[i + 1] - far[i] * z[i + 2]
+    return np.array(z[:count])
