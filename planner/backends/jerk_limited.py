@@ -28,12 +28,16 @@ if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
 
-ROUNDS = ((20, 10, 3e-2), (50, 25, 3e-4))
+ROUNDS = ((20, 10, 3e-2), (35, 20, 1e-3))
 """Of the search: pieces of the law, those of each segment in addition, and the gap to the optimum that may be left."""
 
-REFINED, ENOUGH, MOST_REFINEMENTS = 1e-3, 3e-3, 3
-"""Excess over a limit between the places looked at, relative, above which a piece is split, if any has the second; and
-how often."""
+MOST_REFINEMENTS, ENOUGH, REFINED = 3, 1.003, 1.001
+"""Rounds that follow while a limit is exceeded by the first factor between the places looked at; and the excess from
+which a piece is split."""
+
+IDLE, MOST_IDLE, FINEST = 0.9, 0.03, 400
+"""Where no limit is used by this much, the law waits for a finer grid: such a piece is split, too, unless the duration
+has more than the last number of its like. For their sake alone one round is made, if they fill this share of it."""
 
 GAUSS_POINTS = 5
 """On each piece of a law, to integrate the time that it takes after retiming."""
@@ -59,7 +63,7 @@ def time_run(path: JointPath, run: Run) -> TimedPieces:
     asked = _asked(path, run)
     pieces = follow_curve(run, _fastest(path, run))
     needed = demands(path, pieces, ENFORCED)
-    demand = max(needed.values())
+    demand = max(needed.values(), key=lambda one: one.factor)
     factor, own = demand.factor, float(pieces.lengths.sum())
     if not np.isnan(asked):
         if asked < factor * own * (1.0 - DURATION_TOLERANCE):
@@ -89,11 +93,12 @@ def _fastest(path: JointPath, run: Run) -> CurveLaw:
         shares = law.lengths / law.lengths.sum()
         law = _parted(law, np.ceil(shares * (count + each * len(run.segments))).astype(int))
         law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
-    for _ in range(MOST_REFINEMENTS):
-        excess = limits.excess(law)
-        if excess.max() < ENOUGH:
+    for refinement in range(MOST_REFINEMENTS):
+        most, least = limits.used(law)
+        idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
+        if most.max() < ENOUGH and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
             break
-        law = _parted(law, np.where(excess > REFINED, np.where(excess > 10.0 * REFINED, 3, 2), 1))
+        law = _parted(law, np.where((most > REFINED) | idle, 2, 1))
         law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
     return CurveLaw(law, run.owners[limits.pieces(law)])
 
@@ -144,15 +149,15 @@ class _LimitsOnCurve:
         """(pieces of the law,): the piece of the curve that each is on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
-    def excess(self, law: PiecewisePolynomial) -> FloatArray:
-        """(pieces,): by how much, relatively, the law breaks a limit at its nodes and midway."""
+    def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
+        """(pieces,), twice: the most and the least that the law uses of its limits on each, nodes and middle."""
         halves = self.along(_parted(law, np.full(len(law.lengths), 2)))
         ratios = np.abs(halves.by_b + halves.offset) / (halves.constant + halves.inverse)
-        excess: FloatArray = ratios.max(axis=0).reshape(len(PLACES), -1, 2).max(axis=(0, 2)) - 1.0
-        return excess
+        used = ratios.max(axis=0).reshape(len(PLACES), -1, 2)
+        return used.max(axis=(0, 2)), used.min(axis=(0, 2))
 
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
-        """All of them, at the places of the law's pieces."""
+        """All of them, as shares of the limits, at the places of the law's pieces."""
         on = self.pieces(law)
         s, ds, dds, ddds = (
             horner(differentiate(law.coefficients[:, 0], k), PLACES[:, None] * law.lengths) for k in range(4)
@@ -166,7 +171,7 @@ class _LimitsOnCurve:
         own = self.limits.of(self.owners[on])
         speeds = np.maximum((np.abs(first) / own.velocity).max(axis=2), speeds)[..., None]
         no, yes = np.zeros_like(first), np.ones_like(first)
-        groups = [
+        groups: list[tuple[FloatArray, ...]] = [
             (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
             (second / own.acceleration, first / own.acceleration, no, no, yes, no),
             (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
@@ -197,7 +202,7 @@ class _Torques:
         self.samples = np.concatenate([by_gain, by_speed, gravity], axis=1).T
 
     def at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
-        """By b, by a, by c and without them, (..., joints) each, for a law with these derivatives (..., 1) at s (...)."""
+        """By b, by a, by c and without them (..., joints), for a law at s (...) with these derivatives (..., 1)."""
         values = np.stack([np.interp(s, self.places, own) for own in self.samples], axis=-1)
         by_gain, by_speed, gravity = np.split(values, 3, axis=-1)
         return by_speed * ds**2 + by_gain * dds, by_gain * ds, np.zeros_like(gravity), gravity

@@ -70,7 +70,7 @@ class LinearLimits:
     def values(self, states: FloatArray) -> FloatArray:
         """(limits, points): by_b b + by_a a + by_c c, for states (3, points)."""
         b, a, c = states
-        values = self.by_b * b
+        values: FloatArray = self.by_b * b
         values += self.by_a * a
         values += self.by_c * c
         return values
