@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.backends.along_curve import (
     DURATION_TOLERANCE,
+    NO_LENGTH,
     CurveLaw,
     ToolSpeeds,
     broken_at,
@@ -88,7 +89,7 @@ def _asked(path: JointPath, run: Run) -> float:
 def _fastest(path: JointPath, run: Run) -> CurveLaw:
     law, limits = _quintic(run), _LimitsOnCurve(path, run)
     if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
-        return CurveLaw(law, run.owners)  # nothing limits: any law will do
+        return CurveLaw(law, run.owners[limits.pieces(law)])  # nothing limits: any law will do
     for count, each, gap in ROUNDS:
         shares = law.lengths / law.lengths.sum()
         law = _parted(law, np.ceil(shares * (count + each * len(run.segments))).astype(int))
@@ -106,9 +107,12 @@ def _fastest(path: JointPath, run: Run) -> CurveLaw:
 def _quintic(run: Run) -> PiecewisePolynomial:
     """From rest to rest in 1 s, with a breakpoint where the curve has one."""
     places = run.curve.breakpoints
+    # A blend may leave next to nothing of what it cuts: where the curve has such a piece, the law has none.
+    inner = places[1:-1][np.diff(places[:-1]) > NO_LENGTH * places[-1]]
+    inner = inner[inner < places[-1] * (1.0 - NO_LENGTH)]
     whole = PiecewisePolynomial(np.ones(1), places[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
-    law = broken_at(whole, places[1:-1], run.owners).law
-    law.coefficients[:, 0, 0] = places[:-1]
+    law = broken_at(whole, inner, np.zeros(len(inner) + 1, dtype=int)).law
+    law.coefficients[1:, 0, 0] = inner
     return law
 
 
