@@ -32,9 +32,12 @@ if TYPE_CHECKING:
 ROUNDS = ((20, 10, 3e-2), (35, 20, 1e-3))
 """Of the search: pieces of the law, those of each segment in addition, and the gap to the optimum that may be left."""
 
-MOST_REFINEMENTS, ENOUGH, REFINED = 3, 1.003, 1.001
-"""Rounds that follow while a limit is exceeded by the first factor between the places looked at; and the excess from
-which a piece is split."""
+MOST_REFINEMENTS = 10
+"""Rounds after these, while a limit is exceeded by more than it may be."""
+
+ENOUGH, REFINED, COARSE = 1.003, 1.001, 1.05
+"""How much of a limit the law may use (also between the places that a round looks at); from where on a piece is cut in
+two, and from where on in four: the jerk may end long before a piece does."""
 
 IDLE, MOST_IDLE, FINEST = 0.9, 0.03, 400
 """Where no limit is used by this much, the law waits for a finer grid: such a piece is split, too, unless the duration
@@ -99,7 +102,7 @@ def _fastest(path: JointPath, run: Run) -> CurveLaw:
         idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
         if most.max() < ENOUGH and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
             break
-        law = _parted(law, np.where((most > REFINED) | idle, 2, 1))
+        law = _parted(law, np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
         law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
     return CurveLaw(law, run.owners[limits.pieces(law)])
 
