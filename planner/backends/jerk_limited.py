@@ -11,7 +11,6 @@ from planner.backends.along_curve import (
     DURATION_TOLERANCE,
     NO_LENGTH,
     CurveLaw,
-    ToolSpeeds,
     broken_at,
     demands,
     follow_curve,
@@ -22,11 +21,13 @@ from planner.backends.demands import SampledLimits, infeasible_duration, nothing
 from planner.backends.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
 from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem
+from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite
 
 if TYPE_CHECKING:
     from planner.backends.assembly import TimedPieces
     from planner.kinematics.poses import FloatArray
+    from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
 
 ROUNDS = ((20, 10, 3e-2), (35, 20, 1e-3))
@@ -46,8 +47,8 @@ has more than the last number of its like. For their sake alone one round is mad
 GAUSS_POINTS = 5
 """On each piece of a law, to integrate the time that it takes after retiming."""
 
-TORQUE_SAMPLES = 17
-"""On each piece of a curve, of what moving along it asks of the motors."""
+SAMPLES_PER_PIECE, SAMPLES_PER_RADIAN = 5, 25
+"""Of torque and tool speed along a curve, by the longest travel of a joint on its piece (rad, or m)."""
 
 ENFORCED = frozenset(QUANTITIES)
 
@@ -90,6 +91,7 @@ def _asked(path: JointPath, run: Run) -> float:
 
 
 def _fastest(path: JointPath, run: Run) -> CurveLaw:
+    """The law, but for what is left between the places that the search looks at."""
     law, limits = _quintic(run), _LimitsOnCurve(path, run)
     if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
         return CurveLaw(law, run.owners[limits.pieces(law)])  # nothing limits: any law will do
@@ -148,9 +150,7 @@ class _LimitsOnCurve:
 
     def __init__(self, path: JointPath, run: Run) -> None:
         self.curve, self.owners, self.limits = run.curve, run.owners, path.limits
-        self.speeds = ToolSpeeds(path, run)
-        has_torque = path.robot.has_dynamics and bool(np.isfinite(path.limits.torque[run.segments]).any())
-        self.torques = _Torques(path, run) if has_torque else None
+        self.sampled = _Sampled(path, run)
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
         """(pieces of the law,): the piece of the curve that each is on."""
@@ -171,45 +171,69 @@ class _LimitsOnCurve:
         )
         x = np.clip(s - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])[..., None]
         dq, ddq, dddq = (horner(self.curve.derivative_coefficients(k)[on], x) for k in (1, 2, 3))
-        speeds = self.speeds.excess(s.ravel()).reshape(s.shape) * ds
         ds, dds, ddds = ds[..., None], dds[..., None], ddds[..., None]
         first, second = dq * ds, ddq * ds**2 + dq * dds
         third = dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
         own = self.limits.of(self.owners[on])
-        speeds = np.maximum((np.abs(first) / own.velocity).max(axis=2), speeds)[..., None]
+        speeds = (np.abs(first) / own.velocity).max(axis=2)[..., None]
+        if self.sampled.has_tool:
+            speeds = np.maximum(speeds, self.sampled.tool_use(s, own)[..., None] * ds)
         no, yes = np.zeros_like(first), np.ones_like(first)
         groups: list[tuple[FloatArray, ...]] = [
             (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
             (second / own.acceleration, first / own.acceleration, no, no, yes, no),
             (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
         ]
-        if self.torques is not None:
-            groups.append((*(x / own.torque for x in self.torques.at(s, ds, dds)), yes, no))
+        if self.sampled.has_torque:
+            groups.append((*(x / own.torque for x in self.sampled.torques_at(s, ds, dds)), yes, no))
         return LinearLimits(*(np.concatenate([x[k].reshape(s.size, -1).T for x in groups]) for k in range(6)))
 
 
-class _Torques:
-    """Along a curve the torques are m(s) s'' + h(s) s'^2 + gravity(s): these three, interpolated between samples."""
+class _Sampled:
+    """What no polynomial has, by the place on a curve: torques and the tool's speeds, interpolated between samples.
+
+    Along the curve the torques are m(s) s'' + h(s) s'^2 + gravity(s), and the tool's speeds are in proportion to s'.
+
+    Attributes:
+        has_torque: Whether any torque is limited.
+        has_tool: Whether any speed of the tool is.
+    """
 
     def __init__(self, path: JointPath, run: Run) -> None:
-        curve, robot = run.curve, path.robot
-        unit = np.linspace(0.0, 1.0, TORQUE_SAMPLES, endpoint=False)
-        self.places = np.append(curve.breakpoints[:-1, None] + unit * curve.lengths[:, None], curve.breakpoints[-1])
-        q, dq, ddq = curve.evaluate(self.places)
-        still = np.zeros_like(q)
-        gravity = inverse_dynamics(robot, q, still, still)
-        segments = run.owners[curve.locate(self.places)[0]]
-        for segment in run.segments.tolist():  # refuses where gravity alone is too much
-            own = segments == segment
-            SampledLimits(robot, path.limits).stretch(segment, segment, q[own], still[own], still[own])
-        by_gain, by_speed = (
-            inverse_dynamics(robot, q, still, dq) - gravity,
-            inverse_dynamics(robot, q, dq, ddq) - gravity,
+        curve, robot, limits = run.curve, path.robot, path.limits.of(run.segments)
+        self.has_torque = robot.has_dynamics and bool(np.isfinite(limits.torque).any())
+        self.has_tool = bool(np.isfinite([limits.tcp_linear_velocity, limits.tcp_angular_velocity]).any())
+        if not (self.has_torque or self.has_tool):
+            return
+        travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
+        counts = SAMPLES_PER_PIECE + (SAMPLES_PER_RADIAN * travels).astype(int)
+        ends = zip(curve.breakpoints[:-1], curve.breakpoints[1:], counts, strict=True)
+        self.places = np.append(
+            np.concatenate([np.linspace(start, end, n, endpoint=False) for start, end, n in ends]),
+            curve.breakpoints[-1],
         )
-        self.samples = np.concatenate([by_gain, by_speed, gravity], axis=1).T
+        q, dq, ddq = curve.evaluate(self.places)
+        if self.has_tool:
+            self.speeds = tool_speeds(robot, q, dq)
+        if self.has_torque:
+            still = np.zeros_like(q)
+            segments = run.owners[curve.locate(self.places)[0]]
+            for segment in run.segments.tolist():  # refuses where gravity alone is too much
+                own = segments == segment
+                SampledLimits(robot, path.limits).stretch(segment, segment, q[own], still[own], still[own])
+            gravity = inverse_dynamics(robot, q, still, still)
+            by_gain = inverse_dynamics(robot, q, still, dq) - gravity
+            by_speed = inverse_dynamics(robot, q, dq, ddq) - gravity
+            self.torques = np.concatenate([by_gain, by_speed, gravity], axis=1).T
 
-    def at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
+    def tool_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
+        """(places, pieces), 1/s: the ratio of the tool's speed to its limit where s' is 1."""
+        linear, angular = (np.interp(s, self.places, speed) for speed in self.speeds)
+        use: FloatArray = np.maximum(linear / limits.tcp_linear_velocity, angular / limits.tcp_angular_velocity)
+        return use
+
+    def torques_at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
         """By b, by a, by c and without them (..., joints), for a law at s (...) with these derivatives (..., 1)."""
-        values = np.stack([np.interp(s, self.places, own) for own in self.samples], axis=-1)
+        values = np.stack([np.interp(s, self.places, own) for own in self.torques], axis=-1)
         by_gain, by_speed, gravity = np.split(values, 3, axis=-1)
         return by_speed * ds**2 + by_gain * dds, by_gain * ds, np.zeros_like(gravity), gravity
