@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends.assembly import TimedPieces
-from planner.backends.jerk_limited import time_run
+from planner.backends.jerk_limited import ENFORCED, time_run
+from planner.backends.run_laws import time_run as quintic_along
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
 from planner.kinematics.forward import tool_pose, tool_speeds
@@ -119,7 +120,7 @@ def assert_rest_to_rest(path: JointPath, run: Run, pieces: TimedPieces) -> None:
 
 @pytest.mark.parametrize("robot_id", ROBOTS)
 @pytest.mark.parametrize("kind", ["straight", "linear", "circular", "blend", "through"])
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(seed=st.integers(0, 2**32))
 def test_limits_of_all_orders_are_kept_and_one_is_used_in_full(robot_id: str, kind: str, seed: int) -> None:
     path, run = random_run(robot_id, kind, seed)
@@ -127,6 +128,13 @@ def test_limits_of_all_orders_are_kept_and_one_is_used_in_full(robot_id: str, ki
     assert_rest_to_rest(path, run, pieces)
     assert worst_ratio(path, pieces) >= 0.999 or path.robot.has_dynamics
     assert np.array_equal(time_run(path, run).coefficients, pieces.coefficients)
+
+    # No law is faster than the velocity limits everywhere; a quintic along the same curve is slower.
+    slopes = horner(differentiate(run.curve.coefficients), DENSE[:, None, None] * run.curve.lengths[:, None])
+    shares = (np.abs(slopes) / path.limits.velocity[run.owners]).max(axis=2)
+    assert pieces.lengths.sum() >= float(shares.min(axis=0) @ run.curve.lengths)
+    if not run.is_spline and run.curve.lengths.min() > 1e-6:  # the quintic needs intervals that have a length
+        assert pieces.lengths.sum() <= quintic_along(path, run, 5, ENFORCED).lengths.sum()
 
 
 @pytest.mark.parametrize("robot_id", ROBOTS)
@@ -188,14 +196,14 @@ def fine_optimum(path: JointPath, run: Run, count: int) -> float:
 
 
 @pytest.mark.parametrize(
-    ("robot_id", "kind", "seed"),
-    [("three_dof_arm", "linear", 1), ("date_sorting_arm", "blend", 2), ("three_dof_arm", "through", 3)],
+    ("robot_id", "kind", "seed", "count"),
+    [("three_dof_arm", "linear", 1, 400), ("date_sorting_arm", "blend", 2, 200), ("three_dof_arm", "through", 3, 200)],
 )
-def test_a_curve_is_as_fast_as_an_independent_optimum(robot_id: str, kind: str, seed: int) -> None:
+def test_a_curve_is_as_fast_as_an_independent_optimum(robot_id: str, kind: str, seed: int, count: int) -> None:
     path, run = random_run(robot_id, kind, seed)
-    optimum = fine_optimum(path, run, 200)
+    optimum = fine_optimum(path, run, count)
     duration = time_run(path, run).lengths.sum()
-    assert 0.99 * optimum <= duration <= 1.02 * optimum
+    assert 0.99 * optimum <= duration <= 1.01 * optimum
 
 
 @pytest.mark.parametrize("kind", ["linear", "blend", "through"])
@@ -285,3 +293,10 @@ def test_limits_of_each_segment_count_there_and_nowhere_else() -> None:
     slow, fast = pieces.lengths[pieces.segments == 0].sum(), pieces.lengths[pieces.segments > 0].sum()
     assert slow > 2.0 * free.lengths[free.segments == 0].sum()
     assert fast < 1.5 * free.lengths[free.segments > 0].sum()
+
+
+def test_a_blend_that_leaves_nothing_of_a_segment() -> None:
+    # Two blends met in the middle of a motion: a piece of the curve had no length, and its parts were counted as none.
+    path, run = random_run("date_sorting_arm", "blend", 0)
+    assert run.curve.lengths.min() < 1e-12
+    assert_rest_to_rest(path, run, time_run(path, run))
