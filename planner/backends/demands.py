@@ -64,19 +64,35 @@ class SampledLimits:
         robot, limit = self.robot, self.torque[row]
         still = np.zeros_like(positions)
         gravity = inverse_dynamics(robot, positions, still, still)
-        worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
-        if abs(gravity[worst]) >= limit[worst[1]]:
-            raise LimitsUnsatisfiable(
-                f"gravity alone asks {abs(gravity[worst]):.6g} of {robot.joint_names[worst[1]]} on segment {segment}, "
-                f"its torque limit is {limit[worst[1]]:.6g}",
-                segment=segment,
-                joint=robot.joint_names[worst[1]],
-                value=float(abs(gravity[worst])),
-                limit=float(limit[worst[1]]),
-            )
+        refuse_what_gravity_exceeds(robot, np.full(len(gravity), segment), gravity, np.broadcast_to(limit, gravity.shape))
         inertial = inverse_dynamics(robot, positions, velocities, accelerations) - gravity
         headroom = limit - np.sign(inertial) * gravity
         return float(np.sqrt((np.abs(inertial) / headroom).max()))
+
+
+def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:
+    """No duration helps where standing still takes too much torque.
+
+    Args:
+        robot: With its payload.
+        segments: (...,), index of each row.
+        gravity: (..., joints), torques without motion.
+        limit: (..., joints).
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone reaches a torque limit.
+    """
+    worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
+    if abs(gravity[worst]) >= limit[worst]:
+        segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
+        raise LimitsUnsatisfiable(
+            f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {segment}, "
+            f"its torque limit is {limit[worst]:.6g}",
+            segment=segment,
+            joint=joint,
+            value=float(abs(gravity[worst])),
+            limit=float(limit[worst]),
+        )
 
 
 def infeasible_duration(

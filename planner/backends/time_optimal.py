@@ -1,0 +1,149 @@
+"""Time-optimal on the exact path, by reachability analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from planner.backends.along_curve import DURATION_TOLERANCE, demands
+from planner.backends.assembly import TimedPieces, assemble
+from planner.backends.base import ALL_HARD, Guarantee, enforced
+from planner.backends.demands import infeasible_duration, nothing_limits
+from planner.backends.intervals import Intervals, cut, law_limits
+from planner.backends.reachability import fastest_law
+from planner.backends.smooth_curve import smooth_curve
+from planner.errors import InvalidProblem
+from planner.polynomials import quintic_hermite
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.backends.along_curve import Demand
+    from planner.kinematics.poses import FloatArray
+    from planner.paths import JointPath, Run
+    from planner.trajectory import Trajectory
+
+MOST_REFINEMENTS, LOOSE = 3, 0.04
+"""Times that intervals are cut, and of the mean time of an interval what may be lost on one by limits unused."""
+
+MOST_PARTS = 4
+"""That an interval is cut into at once."""
+
+MOST_REPAIRS, REPAIR = 3, 1.003
+"""Times that limits are tightened on segments that break them by a factor on time; less is left to all segments."""
+
+
+@dataclass(frozen=True)
+class TimeOptimal:
+    """As fast as the path allows: at every instant some joint is at a limit."""
+
+    kind: ClassVar[str] = "toppra"
+    summary: ClassVar[str] = (
+        "Time-optimal on the exact path within velocity, acceleration, torque and tool speed limits, C1."
+    )
+    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The fastest motion along the path; where a duration is asked, the same stretched evenly."""
+        return assemble(path, [_time(path, path.every_run, enforced(self))])
+
+
+def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPieces:
+    """All runs at once, each at its asked duration or the shortest.
+
+    An even stretch of a motion keeps all limits that the motion keeps; torques with their gravity, too: at each place
+    they come to lie between those of the motion and those of standing still.
+    """
+    asked = np.array([_asked(path, run) for run in runs])
+    owner = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
+    segments = np.concatenate([run.segments for run in runs])
+    intervals = _fastest_intervals(path, runs)
+    pieces, needed = _within_limits(path, intervals, kept)
+    rows = np.searchsorted(segments, pieces.segments)
+    own = owner[rows]
+    factors = np.zeros(len(runs))
+    for segment, demand in needed.items():
+        run = owner[np.searchsorted(segments, segment)]
+        factors[run] = max(factors[run], demand.factor)
+    times = np.bincount(own, pieces.lengths)
+    shortest = factors * times
+    free = np.isnan(asked)
+    for k in np.flatnonzero(free & (factors <= 0.0)).tolist():
+        raise nothing_limits(runs[k].first)
+    short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE)).tolist()
+    if short:
+        demand = max(needed[segment] for segment in runs[short[0]].segments.tolist())
+        too_short = {runs[k].first: float(shortest[k]) for k in short}
+        raise infeasible_duration(float(asked[short[0]]), too_short, demand.cause, demand.joint)
+    return _stretched(pieces, np.where(free, factors, asked / times)[own])
+
+
+def _asked(path: JointPath, run: Run) -> float:
+    """The duration asked of the run, s; NaN: none.
+
+    Raises:
+        InvalidProblem: A duration is asked of a segment that is not alone in its run.
+    """
+    asked = path.durations[run.segments]
+    if len(asked) > 1 and not np.isnan(asked).all():
+        message = "the toppra back end gives no duration to a segment that is passed without stopping; leave it out"
+        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
+    return float(asked[0])
+
+
+def _stretched(pieces: TimedPieces, factors: FloatArray) -> TimedPieces:
+    """Each piece in its factor times the time."""
+    powers = factors[:, None, None] ** np.arange(pieces.coefficients.shape[2])
+    return TimedPieces(pieces.lengths * factors, pieces.coefficients / powers, pieces.segments)
+
+
+def _within_limits(
+    path: JointPath, intervals: Intervals, kept: frozenset[str]
+) -> tuple[TimedPieces, dict[int, Demand]]:
+    """The fastest motion, and what its segments still demand: hardly anything.
+
+    Limits that are computed at samples may be broken between them. Where one is broken by more than a little, it is
+    tightened on that segment only.
+    """
+    factors = np.ones(len(path.durations))
+    for _ in range(MOST_REPAIRS):
+        intervals, pieces = _fastest(path, intervals, factors)
+        needed = demands(path, pieces, kept)
+        if max(demand.factor for demand in needed.values()) <= REPAIR:
+            break
+        for segment, demand in needed.items():
+            factors[segment] *= max(demand.factor, 1.0)
+    return pieces, needed
+
+
+def _fastest(path: JointPath, intervals: Intervals, factors: FloatArray) -> tuple[Intervals, TimedPieces]:
+    """The fastest motion with constant s'' on each interval, where they are cut until little is lost by that."""
+    for refinement in range(MOST_REFINEMENTS + 1):
+        limits = law_limits(path.robot, path.limits, intervals, factors)
+        x, u = fastest_law(intervals.lengths, limits.rows, limits.most, intervals.rests)
+        speeds = np.sqrt(x)
+        times = 2.0 * intervals.lengths / (speeds[:-1] + speeds[1:])
+        mean = np.bincount(intervals.runs, times) / np.bincount(intervals.runs)
+        lost = times * limits.looseness(x, u) / mean[intervals.runs]
+        parts = np.clip(np.ceil(np.sqrt(lost / LOOSE)), 1, MOST_PARTS).astype(int)
+        if refinement == MOST_REFINEMENTS or (parts == 1).all():
+            break
+        intervals = intervals.split(parts)
+    return intervals, _pieces(intervals, speeds, u, times)
+
+
+def _pieces(intervals: Intervals, speeds: FloatArray, u: FloatArray, times: FloatArray) -> TimedPieces:
+    """Quintics in time that meet the curves, their velocity and acceleration at both ends of each interval."""
+    q, first, second = intervals.at(np.array([0.0, 1.0]))
+    v = np.array([speeds[:-1], speeds[1:]])[..., None]
+    states = q, first * v, second * v**2 + first * u[:, None]
+    starts, ends = (tuple(rows[end] for rows in states) for end in (0, 1))
+    return TimedPieces(times, quintic_hermite(times, starts, ends), intervals.segments)
+
+
+def _fastest_intervals(path: JointPath, runs: Sequence[Run]) -> Intervals:
+    """The intervals of all runs; through waypoints, of the curve that seems faster."""
+    curves = [smooth_curve(path, run) if run.is_spline else run.curve for run in runs]
+    return cut(runs, curves, path.limits.velocity)
