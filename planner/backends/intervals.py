@@ -107,7 +107,7 @@ def cut(runs: Sequence[Run], curves: Sequence[PiecewisePolynomial], velocity: Fl
 
 
 class Rows(NamedTuple):
-    """Limits on a law, a u + b x <= c, with x at the start of each interval.
+    """Limits on a law, |a u + b x + c| <= 1, with x at the start of each interval.
 
     Attributes:
         a: (intervals, places, limits).
@@ -145,8 +145,8 @@ class LawLimits:
         used = [np.array([speed[:-1], (speed[:-1] + speed[1:]) / 2.0, speed[1:]])]
         for a, b, c in self.blocks:
             ends_and_middle = [0, a.shape[1] // 2, -1]
-            left = c - a * u[:, None, None] - b * x[:-1, None, None]
-            used.append(1.0 - left[:, ends_and_middle].min(axis=2, initial=1.0).T)
+            values = np.abs(a * u[:, None, None] + b * x[:-1, None, None] + c)
+            used.append(values[:, ends_and_middle].max(axis=2).T)
         loose: FloatArray = np.maximum(1.0 - np.max(used, axis=0), 0.0).mean(axis=0)
         return loose
 
@@ -181,7 +181,7 @@ def _acceleration_rows(limits: SegmentLimits, intervals: Intervals) -> Rows:
         b[..., :-1] = second
     powers = intervals.lengths[:, None, None] ** np.arange(first.shape[2])
     a, b = (part * powers @ _bernstein_matrix(first.shape[2]) / limit[..., None] for part in (a, b))
-    return _both_signs(a, b, np.zeros_like(a))
+    return Rows(*(part.transpose(0, 2, 1) for part in (a, b, np.zeros_like(a))))
 
 
 def _torque_rows(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> Rows:
@@ -192,15 +192,7 @@ def _torque_rows(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> R
     refuse_what_gravity_exceeds(robot, segment_rows, gravity, np.broadcast_to(limit, gravity.shape))
     per_u += 2.0 * (TORQUE_PROBES[:, None] * intervals.lengths)[..., None] * per_x
     a, b, c = (np.moveaxis(part / limit, 0, 2) @ QUADRATIC_TO_BERNSTEIN for part in (per_u, per_x, gravity))
-    return _both_signs(a, b, np.clip(c, -MOST_GRAVITY, MOST_GRAVITY))
-
-
-def _both_signs(a: FloatArray, b: FloatArray, c: FloatArray) -> Rows:
-    """|a u + b x + c| <= 1, from arrays (intervals, joints, places)."""
-    a, b, c = (part.transpose(0, 2, 1) for part in (a, b, c))
-    return Rows(
-        np.concatenate([a, -a], axis=2), np.concatenate([b, -b], axis=2), np.concatenate([1.0 - c, 1.0 + c], axis=2)
-    )
+    return Rows(*(part.transpose(0, 2, 1) for part in (a, b, np.clip(c, -MOST_GRAVITY, MOST_GRAVITY))))
 
 
 def _torques_along(robot: Robot, intervals: Intervals) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -15,31 +15,29 @@ from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from planner.kinematics.poses import FloatArray
 
 PARALLEL = 1e-10
 """A limit whose coefficient of u is smaller, in units in which u is about 1, does not limit u."""
 
-UNLIMITED = 1e8
-"""Bound on u and x, in units in which they are about 1."""
+MOST_SQUARE = 1e6
+"""Bound on x, in units in which it is about 1."""
 
 
 def fastest_law(
     lengths: FloatArray, limits: tuple[FloatArray, FloatArray, FloatArray], most: FloatArray, rests: np.ndarray
 ) -> tuple[FloatArray, FloatArray]:
-    """The squares of the speed x = s'^2 at the breakpoints, and the constant u = s'' between them.
+    """The largest squares of the speed, x = s'^2, at the breakpoints, and the constant u = s'' between them.
 
     Args:
         lengths: (intervals,).
-        limits: a, b and c, each (intervals, limits): a u + b x <= c, with x at the start of the interval; c > 0.
+        limits: a, b and c, each (intervals, limits): |a u + b x + c| <= 1, with x at the start of the interval; |c| < 1.
         most: (intervals + 1,), of x.
         rests: (intervals + 1,): where x is 0; both ends at least.
 
@@ -47,71 +45,83 @@ def fastest_law(
         x (intervals + 1,) and u (intervals,).
     """
     a, b, c = limits
-    unit_x, unit_s = _units(lengths, a, b, c, most)
-    # The first row is x + 2 d u <= (x at the next breakpoint), the second the same with -x - 2 d u <= 0.
-    d = lengths[:, None] / unit_s
-    one = np.ones_like(d)
-    a = np.ascontiguousarray(np.hstack([2.0 * d, -2.0 * d, a * (unit_x / unit_s)]))
-    b = np.ascontiguousarray(np.hstack([one, -one, b * unit_x]))
-    c = np.ascontiguousarray(np.hstack([one, 0.0 * one, c]))
-    most = np.where(rests, 0.0, np.minimum(most / unit_x, UNLIMITED))
-    best = _backward(a, b, c, most)
-    x, u = _forward(a, b, c, best)
+    # The solver's tolerances are absolute: units in which s, x and u are about 1.
+    unit_s = float(lengths.sum())
+    steepest = float(np.median(np.abs(a).max(axis=1, initial=0.0)))
+    unit_x = min(float(np.median(most[:-1])), unit_s / steepest if steepest > 0.0 else np.inf)
+    lengths, a, b = lengths / unit_s, a * (unit_x / unit_s), b * unit_x
+    most = np.where(rests, 0.0, np.minimum(most / unit_x, MOST_SQUARE))
+    best = _backward(lengths, _Limits(a, b, c, most))
+    x, u = _forward(lengths, a, b, c, best)
     return x * unit_x, u * (unit_x / unit_s)
 
 
-def _units(lengths: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, most: FloatArray) -> tuple[float, float]:
-    """Units of x and s in which both, and u, are about 1: the solver's tolerances are absolute."""
-    steepest = float(np.median((np.abs(a) / c).max(axis=1, initial=0.0)))
-    x = float(np.median(np.minimum(most[:-1], 1.0 / np.maximum((b / c).max(axis=1, initial=0.0), 1e-300))))
-    s = float(lengths.sum())
-    return (min(x, s / steepest) if steepest > 0.0 else x), s
+class _Limits:
+    """What toppra asks of a path and its constraints."""
+
+    identical = True
+
+    def __init__(self, a: FloatArray, b: FloatArray, c: FloatArray, most: FloatArray) -> None:
+        self.a, self.b, self.c, self.most = a, b, c, most
+
+    def get_constraint_type(self) -> Any:
+        """Linear in u and x."""
+        return _solver().ConstraintType.CanonicalLinear
+
+    def get_duration(self) -> float:
+        """Length of the path."""
+        return 1.0
+
+    def compute_constraint_params(self, *_: Any) -> tuple[Any, ...]:
+        """a, b, c, F, g, bounds on u and bounds on x with F (a u + b x + c) <= g, at every breakpoint."""
+        a, b, c = (np.vstack([rows, rows[-1:]]) for rows in (self.a, self.b, self.c))
+        signs = np.vstack([np.eye(a.shape[1]), -np.eye(a.shape[1])])
+        return a, b, c, signs, np.ones(2 * a.shape[1]), None, np.column_stack([np.zeros_like(self.most), self.most])
 
 
-def _backward(a: FloatArray, b: FloatArray, c: FloatArray, most: FloatArray) -> FloatArray:
+def _backward(lengths: FloatArray, limits: _Limits) -> FloatArray:
     """The largest x at each breakpoint that can be braked in time."""
-    solve = _linear_program()
-    best = np.zeros(len(most))
-    upwards, active = np.array([0.0, 1.0, 0.0]), np.array([-1, -1])
-    low, high = np.array([-UNLIMITED, 0.0]), np.array([UNLIMITED, 0.0])
-    minus_c = -c
-    for i in range(len(a) - 1, 0, -1):
-        if most[i] == 0.0:
-            continue
-        minus_c[i, 0] = -best[i + 1]
-        high[1] = most[i]
-        feasible, _, optimum, tight = solve(upwards, a[i], b[i], minus_c[i], low, high, active)
-        if feasible:
-            best[i] = max(optimum[1], 0.0)
-            active[0], active[1] = tight
-    return best
+    solver = _solver().seidelWrapper([limits], limits, np.concatenate([[0.0], np.cumsum(lengths)]))
+    solve, upwards, unbounded = solver.solve_stagewise_optim, np.array([0.0, -1.0]), float("nan")
+    best = [0.0] * len(limits.most)
+    moving = limits.most > 0.0
+    for i in range(len(lengths) - 1, 0, -1):
+        if moving[i]:
+            x = solve(i, None, upwards, unbounded, unbounded, 0.0, best[i + 1])[1]
+            best[i] = x if x > 0.0 else 0.0  # not a number: nothing but rest, to rounding
+    return np.array(best)
 
 
-def _forward(a: FloatArray, b: FloatArray, c: FloatArray, best: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _forward(
+    lengths: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray, best: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """As fast as can be from breakpoint to breakpoint."""
-    x, u = np.zeros(len(best)), np.zeros(len(a))
-    c[:, 0] = best[1:]
-    a = np.where(a > PARALLEL, a, np.nan)  # no upper bound on u: left out of the smallest ratio
-    with np.errstate(invalid="ignore"):
-        for i in range(len(a)):
-            u[i] = np.fmin.reduce((c[i] - b[i] * x[i]) / a[i])
-            x[i + 1] = min(max(x[i] + a[i, 0] * u[i], 0.0), best[i + 1])
-    return x, u
+    slopes = np.hstack([a, -a])
+    limits_u = slopes > PARALLEL
+    divisors = np.where(limits_u, slopes, 1.0)
+    # u <= start - per_x * x
+    start = np.where(limits_u, np.hstack([1.0 - c, 1.0 + c]) / divisors, np.inf)
+    per_x = np.where(limits_u, np.hstack([b, -b]) / divisors, 0.0)
+    x, u, smallest = [0.0], [], np.minimum.reduce
+    for length, row, row_per_x, most in zip(2.0 * lengths, start, per_x, best[1:].tolist(), strict=True):
+        now = x[-1]
+        highest = float(smallest(row - row_per_x * now)) if len(row) else np.inf
+        x.append(min(max(now + length * highest, 0.0), most))
+        u.append((x[-1] - now) / length)
+    return np.array(x), np.array(u)
 
 
 @cache
-def _linear_program() -> Callable[..., Any]:
-    """`solve_lp2d` of toppra: Seidel's algorithm for two variables.
+def _solver() -> Any:
+    """The module of toppra with Seidel's algorithm for linear programs of two variables.
 
     The package imports scipy and matplotlib, 84 MB and 1.5 s, for parts that are not used here; its compiled solver
-    needs neither, 0.4 MB and 2 ms. So the solver is loaded by itself, and what it imports from its package and never
-    uses for a single program, an enumeration of constraints, is left empty.
+    needs neither, 0.4 MB and 2 ms. So it is loaded by itself, with a stand-in for the one name that it imports from its
+    package, an enumeration of the kinds of constraints.
     """
     name = "toppra.solverwrapper.cy_seidel_solverwrapper"
-    if "toppra" in sys.modules:
-        from toppra.solverwrapper import cy_seidel_solverwrapper
-
-        return cy_seidel_solverwrapper.solve_lp2d
+    if name in sys.modules:
+        return sys.modules[name]
     package = find_spec("toppra")
     if package is None or package.origin is None:
         raise ImportError("toppra is not installed")
@@ -123,7 +133,7 @@ def _linear_program() -> Callable[..., Any]:
     stand_ins = {part: ModuleType(part) for part in ("toppra", "toppra.solverwrapper", "toppra.constraint")}
     for stand_in in stand_ins.values():
         stand_in.__path__ = []
-    stand_ins["toppra.constraint"].ConstraintType = None
+    stand_ins["toppra.constraint"].ConstraintType = SimpleNamespace(CanonicalLinear="linear")
     sys.modules.update(stand_ins)
     try:
         module = module_from_spec(spec)
@@ -131,4 +141,4 @@ def _linear_program() -> Callable[..., Any]:
     finally:
         for part in stand_ins:
             del sys.modules[part]
-    return module.solve_lp2d
+    return module
