@@ -78,17 +78,24 @@ class _Limits:
         signs = np.vstack([np.eye(a.shape[1]), -np.eye(a.shape[1])])
         return a, b, c, signs, np.ones(2 * a.shape[1]), None, np.column_stack([np.zeros_like(self.most), self.most])
 
+    def coasting(self) -> FloatArray:
+        """(intervals,): the largest x that the limits allow without u."""
+        with np.errstate(divide="ignore"):
+            allowed = ((1.0 - np.sign(self.b) * self.c) / np.abs(self.b)).min(axis=1, initial=np.inf)
+        return np.minimum(allowed, self.most[:-1])
+
 
 def _backward(lengths: FloatArray, limits: _Limits) -> FloatArray:
     """The largest x at each breakpoint that can be braked in time."""
     solver = _solver().seidelWrapper([limits], limits, np.concatenate([[0.0], np.cumsum(lengths)]))
     solve, upwards, unbounded = solver.solve_stagewise_optim, np.array([0.0, -1.0]), float("nan")
     best = [0.0] * len(limits.most)
-    moving = limits.most > 0.0
+    moving, coasting = limits.most > 0.0, limits.coasting().tolist()
     for i in range(len(lengths) - 1, 0, -1):
         if moving[i]:
             x = solve(i, None, upwards, unbounded, unbounded, 0.0, best[i + 1])[1]
-            best[i] = x if x > 0.0 else 0.0  # not a number: nothing but rest, to rounding
+            # Where hardly any limit depends on u the solver may give up; without acceleration it goes on in any case.
+            best[i] = x if x > 0.0 else min(best[i + 1], coasting[i])
     return np.array(best)
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from planner.backends.along_curve import DURATION_TOLERANCE, demands
 from planner.backends.assembly import TimedPieces, assemble
 from planner.backends.base import ALL_HARD, Guarantee, enforced
-from planner.backends.demands import infeasible_duration, nothing_limits
+from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
 from planner.backends.intervals import Intervals, cut, law_limits
 from planner.backends.reachability import fastest_law
 from planner.backends.smooth_curve import smooth_curve
+from planner.backends.trapezoidal import fastest_trapezoids
 from planner.errors import InvalidProblem
 from planner.polynomials import quintic_hermite
 
@@ -25,11 +26,11 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, Run
     from planner.trajectory import Trajectory
 
-MOST_REFINEMENTS, LOOSE = 3, 0.04
-"""Times that intervals are cut, and of the mean time of an interval what may be lost on one by limits unused."""
+LOOSE = 0.025
+"""Share of the limits that may be unused on average; intervals are cut until then. About a third of it is lost in time."""
 
-MOST_PARTS = 4
-"""That an interval is cut into at once."""
+MOST_REFINEMENTS, MOST_PARTS = 3, 4
+"""Times that intervals are cut, and parts that one is cut into at once."""
 
 MOST_REPAIRS, REPAIR = 3, 1.003
 """Times that limits are tightened on segments that break them by a factor on time; less is left to all segments."""
@@ -37,7 +38,11 @@ MOST_REPAIRS, REPAIR = 3, 1.003
 
 @dataclass(frozen=True)
 class TimeOptimal:
-    """As fast as the path allows: at every instant some joint is at a limit."""
+    """As fast as the path allows: at every instant some joint is at a limit.
+
+    A straight joint motion that only velocity and acceleration limit is a trapezoid, in closed form. Everything else
+    is found by reachability analysis; and through waypoints, where what lies between is free, on a smoother curve.
+    """
 
     kind: ClassVar[str] = "toppra"
     summary: ClassVar[str] = (
@@ -47,7 +52,14 @@ class TimeOptimal:
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """The fastest motion along the path; where a duration is asked, the same stretched evenly."""
-        return assemble(path, [_time(path, path.every_run, enforced(self))])
+        straight = path.straight
+        easy = ~SampledLimits(path.robot, straight.limits).limited
+        parts = [fastest_trapezoids(straight.of(easy))] if easy.any() else []
+        done = set(straight.segments[easy].tolist())
+        runs = [run for run in path.every_run if run.first not in done]
+        if runs:
+            parts.append(_time(path, runs, enforced(self)))
+        return assemble(path, parts)
 
 
 def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPieces:
@@ -125,12 +137,13 @@ def _fastest(path: JointPath, intervals: Intervals, factors: FloatArray) -> tupl
         x, u = fastest_law(intervals.lengths, limits.rows, limits.most, intervals.rests)
         speeds = np.sqrt(x)
         times = 2.0 * intervals.lengths / (speeds[:-1] + speeds[1:])
-        mean = np.bincount(intervals.runs, times) / np.bincount(intervals.runs)
-        lost = times * limits.looseness(x, u) / mean[intervals.runs]
-        parts = np.clip(np.ceil(np.sqrt(lost / LOOSE)), 1, MOST_PARTS).astype(int)
-        if refinement == MOST_REFINEMENTS or (parts == 1).all():
+        lost = times * limits.looseness(x, u)
+        loose = np.bincount(intervals.runs, lost) / np.bincount(intervals.runs, times) > LOOSE
+        if refinement == MOST_REFINEMENTS or not loose.any():
             break
-        intervals = intervals.split(parts)
+        mean = np.bincount(intervals.runs, times) / np.bincount(intervals.runs)
+        worth = np.where(loose, 1.0 / (LOOSE * mean), 0.0)[intervals.runs]
+        intervals = intervals.split(np.clip(np.ceil(np.sqrt(lost * worth)), 1, MOST_PARTS).astype(int))
     return intervals, _pieces(intervals, speeds, u, times)
 
 
