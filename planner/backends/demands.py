@@ -64,7 +64,9 @@ class SampledLimits:
         robot, limit = self.robot, self.torque[row]
         still = np.zeros_like(positions)
         gravity = inverse_dynamics(robot, positions, still, still)
-        refuse_what_gravity_exceeds(robot, np.full(len(gravity), segment), gravity, np.broadcast_to(limit, gravity.shape))
+        refuse_what_gravity_exceeds(
+            robot, np.full(len(gravity), segment), gravity, np.broadcast_to(limit, gravity.shape)
+        )
         inertial = inverse_dynamics(robot, positions, velocities, accelerations) - gravity
         headroom = limit - np.sign(inertial) * gravity
         return float(np.sqrt((np.abs(inertial) / headroom).max()))

@@ -80,13 +80,16 @@ class Intervals:
         return [horner(differentiate(self.coefficients, k), s) for k in range(3)]
 
 
-def cut(runs: Sequence[Run], curves: Sequence[PiecewisePolynomial], velocity: FloatArray) -> Intervals:
+def cut(
+    runs: Sequence[Run], curves: Sequence[PiecewisePolynomial], velocity: FloatArray, fewest: int = FEWEST
+) -> Intervals:
     """Cut curves of runs into intervals, more where they turn.
 
     Args:
         runs: One a curve.
         curves: Each with the pieces of its run's curve.
         velocity: (segments, joints), limits.
+        fewest: Intervals between two waypoints.
     """
     order = max(curve.coefficients.shape[2] for curve in curves)
     padded = [np.pad(c.coefficients, ((0, 0), (0, 0), (0, order - c.coefficients.shape[2]))) for c in curves]
@@ -102,7 +105,7 @@ def cut(runs: Sequence[Run], curves: Sequence[PiecewisePolynomial], velocity: Fl
         rates = np.linalg.norm(second, axis=2) / np.linalg.norm(first, axis=2)
     turns = np.nan_to_num(rates, posinf=np.inf).mean(axis=0) * whole.lengths
     spans = np.bincount(whole.segments, whole.lengths)[whole.segments]
-    parts = np.ceil(np.maximum(turns / TURN, FEWEST * whole.lengths / spans))
+    parts = np.ceil(fewest * np.maximum(turns / (TURN * FEWEST), whole.lengths / spans))
     return whole.split(np.minimum(parts, MOST).astype(int))
 
 
@@ -172,7 +175,7 @@ def law_limits(robot: Robot, limits: SegmentLimits, intervals: Intervals, factor
 
 
 def _acceleration_rows(limits: SegmentLimits, intervals: Intervals) -> Rows:
-    """q' u + q'' (x + 2 u s) is a polynomial in s, and its Bernstein coefficients bound it everywhere."""
+    """Bound q' u + q'' (x + 2 u s), a polynomial in s, everywhere by its Bernstein coefficients."""
     limit = limits.acceleration[intervals.segments]
     first, second = (differentiate(intervals.coefficients, k) for k in (1, 2))
     a, b = first.copy(), np.zeros_like(first)
@@ -225,17 +228,15 @@ def _most(robot: Robot, limits: SegmentLimits, intervals: Intervals, squares: Fl
     segments = intervals.segments
     with np.errstate(divide="ignore"):
         bound = 1.0 / (np.abs(first) / limits.velocity[segments]).max(axis=2) ** 2 / squares
-        if np.isfinite(limits.tcp_linear_velocity[segments]).any() or np.isfinite(limits.tcp_angular_velocity[segments]).any():
+        of_tool = limits.tcp_linear_velocity[segments], limits.tcp_angular_velocity[segments]
+        if np.isfinite(of_tool).any():
             joints = q.shape[2]
-            linear, angular = tool_speeds(robot, q.reshape(-1, joints), first.reshape(-1, joints))
-            used = np.maximum(
-                linear.reshape(bound.shape) / limits.tcp_linear_velocity[segments],
-                angular.reshape(bound.shape) / limits.tcp_angular_velocity[segments],
-            )
+            speeds = tool_speeds(robot, q.reshape(-1, joints), first.reshape(-1, joints))
+            used = np.max([s.reshape(bound.shape) / limit for s, limit in zip(speeds, of_tool, strict=True)], axis=0)
             bound = np.minimum(bound, 1.0 / used**2 / squares)
     bound = np.minimum(bound, MOST_SQUARE)
     bound = np.minimum(bound, STEEP * bound.min(axis=0))
-    most = np.minimum(np.append(bound[0], np.inf), np.insert(bound[-1], 0, np.inf))
+    most: FloatArray = np.minimum(np.append(bound[0], np.inf), np.insert(bound[-1], 0, np.inf))
     line = most[:-1] + PROBES[:, None] * np.diff(most)
     share = np.minimum((bound / line).min(axis=0), 1.0)
     most[:-1] *= share

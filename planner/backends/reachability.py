@@ -37,7 +37,7 @@ def fastest_law(
 
     Args:
         lengths: (intervals,).
-        limits: a, b and c, each (intervals, limits): |a u + b x + c| <= 1, with x at the start of the interval; |c| < 1.
+        limits: a, b and c, each (intervals, limits): |a u + b x + c| <= 1 with x at an interval's start; |c| < 1.
         most: (intervals + 1,), of x.
         rests: (intervals + 1,): where x is 0; both ends at least.
 
@@ -82,7 +82,8 @@ class _Limits:
         """(intervals,): the largest x that the limits allow without u."""
         with np.errstate(divide="ignore"):
             allowed = ((1.0 - np.sign(self.b) * self.c) / np.abs(self.b)).min(axis=1, initial=np.inf)
-        return np.minimum(allowed, self.most[:-1])
+        coasting: FloatArray = np.minimum(allowed, self.most[:-1])
+        return coasting
 
 
 def _backward(lengths: FloatArray, limits: _Limits) -> FloatArray:
@@ -106,7 +107,7 @@ def _forward(
     slopes = np.hstack([a, -a])
     limits_u = slopes > PARALLEL
     divisors = np.where(limits_u, slopes, 1.0)
-    # u <= start - per_x * x
+    # Each limit bounds u from above by `start` less `per_x` times x.
     start = np.where(limits_u, np.hstack([1.0 - c, 1.0 + c]) / divisors, np.inf)
     per_x = np.where(limits_u, np.hstack([b, -b]) / divisors, 0.0)
     x, u, smallest = [0.0], [], np.minimum.reduce
@@ -137,7 +138,9 @@ def _solver() -> Any:
     spec = spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
         raise ImportError(f"{file} cannot be loaded")
-    stand_ins = {part: ModuleType(part) for part in ("toppra", "toppra.solverwrapper", "toppra.constraint")}
+    stand_ins: dict[str, Any] = {
+        part: ModuleType(part) for part in ("toppra", "toppra.solverwrapper", "toppra.constraint")
+    }
     for stand_in in stand_ins.values():
         stand_in.__path__ = []
     stand_ins["toppra.constraint"].ConstraintType = SimpleNamespace(CanonicalLinear="linear")
