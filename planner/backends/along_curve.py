@@ -197,9 +197,9 @@ def _samples(pieces: TimedPieces, own: np.ndarray, fewest: int) -> tuple[FloatAr
     return q, dq, ddq
 
 
-def stretched(pieces: TimedPieces, factor: float) -> TimedPieces:
-    """The same motion in `factor` times the time."""
-    powers = factor ** np.arange(pieces.coefficients.shape[2])
+def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
+    """The same motion in `factor` times the time; for all pieces, or (pieces,)."""
+    powers = np.reshape(factor, (-1, 1, 1)) ** np.arange(pieces.coefficients.shape[2])
     return TimedPieces(pieces.lengths * factor, pieces.coefficients / powers, pieces.segments)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.along_curve import DURATION_TOLERANCE, demands
+from planner.backends.along_curve import DURATION_TOLERANCE, MOST_HALVINGS, demands, stretched
 from planner.backends.assembly import TimedPieces, assemble
 from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
@@ -16,7 +16,7 @@ from planner.backends.reachability import fastest_law
 from planner.backends.smooth_curve import smooth_curve
 from planner.backends.trapezoidal import fastest_trapezoids
 from planner.errors import InvalidProblem
-from planner.polynomials import PiecewisePolynomial, quintic_hermite
+from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -80,7 +80,7 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPi
     owner = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
     segments = np.concatenate([run.segments for run in runs])
     intervals = cut(runs, _faster_curves(path, runs), path.limits.velocity)
-    pieces, needed = _within_limits(path, intervals, kept)
+    pieces, needed = _within_limits(path, intervals, np.array([run.tolerance for run in runs]), kept)
     rows = np.searchsorted(segments, pieces.segments)
     own = owner[rows]
     factors = np.zeros(len(runs))
@@ -97,7 +97,7 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPi
         demand = max(needed[segment] for segment in runs[short[0]].segments.tolist())
         too_short = {runs[k].first: float(shortest[k]) for k in short}
         raise infeasible_duration(float(asked[short[0]]), too_short, demand.cause, demand.joint)
-    return _stretched(pieces, np.where(free, factors, asked / times)[own])
+    return stretched(pieces, np.where(free, factors, asked / times)[own])
 
 
 def _asked(path: JointPath, run: Run) -> float:
@@ -113,14 +113,8 @@ def _asked(path: JointPath, run: Run) -> float:
     return float(asked[0])
 
 
-def _stretched(pieces: TimedPieces, factors: FloatArray) -> TimedPieces:
-    """Each piece in its factor times the time."""
-    powers = factors[:, None, None] ** np.arange(pieces.coefficients.shape[2])
-    return TimedPieces(pieces.lengths * factors, pieces.coefficients / powers, pieces.segments)
-
-
 def _within_limits(
-    path: JointPath, intervals: Intervals, kept: frozenset[str]
+    path: JointPath, intervals: Intervals, tolerances: FloatArray, kept: frozenset[str]
 ) -> tuple[TimedPieces, dict[int, Demand]]:
     """The fastest motion, and what its segments still demand: hardly anything.
 
@@ -129,7 +123,8 @@ def _within_limits(
     """
     factors = np.ones(len(path.durations))
     for _ in range(MOST_REPAIRS):
-        intervals, pieces = _fastest(path, intervals, factors)
+        intervals, x, u = fastest_on(path, intervals, factors)
+        pieces = _pieces(intervals, x, u, tolerances)
         needed = demands(path, pieces, kept, SAMPLES)
         if max(demand.factor for demand in needed.values()) <= REPAIR:
             break
@@ -138,15 +133,18 @@ def _within_limits(
     return pieces, needed
 
 
-def _fastest(
+def fastest_on(
     path: JointPath, intervals: Intervals, factors: FloatArray, refinements: int = MOST_REFINEMENTS
-) -> tuple[Intervals, TimedPieces]:
-    """The fastest motion with constant s'' on each interval, where they are cut until little is lost by that."""
+) -> tuple[Intervals, FloatArray, FloatArray]:
+    """The fastest law with constant s'' on each interval, where they are cut until little is lost by that.
+
+    Returns:
+        The intervals, s'^2 at their breakpoints, s'' on each.
+    """
     for refinement in range(refinements + 1):
         limits = law_limits(path.robot, path.limits, intervals, factors)
         x, u = fastest_law(intervals.lengths, limits.rows, limits.most, intervals.rests)
-        speeds = np.sqrt(x)
-        times = 2.0 * intervals.lengths / (speeds[:-1] + speeds[1:])
+        times = _times(intervals, x)
         lost = times * limits.looseness(x, u)
         loose = np.bincount(intervals.runs, lost) / np.bincount(intervals.runs, times) > LOOSE
         if refinement == refinements or not loose.any():
@@ -157,16 +155,32 @@ def _fastest(
         if (parts == 1).all():
             break
         intervals = intervals.split(parts)
-    return intervals, _pieces(intervals, speeds, u, times)
+    return intervals, x, u
 
 
-def _pieces(intervals: Intervals, speeds: FloatArray, u: FloatArray, times: FloatArray) -> TimedPieces:
-    """Quintics in time that meet the curves, their velocity and acceleration at both ends of each interval."""
-    q, first, second = intervals.at(np.array([0.0, 1.0]))
-    v = np.array([speeds[:-1], speeds[1:]])[..., None]
-    states = q, first * v, second * v**2 + first * u[:, None]
-    starts, ends = (tuple(rows[end] for rows in states) for end in (0, 1))
-    return TimedPieces(times, quintic_hermite(times, starts, ends), intervals.segments)
+def _pieces(intervals: Intervals, x: FloatArray, u: FloatArray, tolerances: FloatArray) -> TimedPieces:
+    """Quintics in time that meet the curves, their velocity and acceleration at both ends of each interval.
+
+    Intervals are halved until the quintics keep to the curves within their tolerances (runs,).
+    """
+    for _ in range(MOST_HALVINGS):
+        speeds, d, times = np.sqrt(x), intervals.lengths, _times(intervals, x)
+        q, first, second = intervals.at(np.array([0.0, 1.0]))
+        v = np.array([speeds[:-1], speeds[1:]])[..., None]
+        states = q, first * v, second * v**2 + first * u[:, None]
+        coefficients = quintic_hermite(times, *(tuple(rows[end] for rows in states) for end in (0, 1)))
+        middle = (speeds[:-1] + u * times / 4.0) * times / 2.0 / d
+        due = horner(intervals.coefficients, (middle * d)[:, None])
+        missed = np.abs(horner(coefficients, times[:, None] / 2.0) - due).max(axis=1)
+        rough = missed > tolerances[intervals.runs]
+        if not rough.any():
+            break
+        places = np.concatenate([[0.0], np.cumsum(d)])
+        intervals = intervals.split(1 + rough)
+        # Within an interval x is linear in s.
+        x = np.interp(np.concatenate([[0.0], np.cumsum(intervals.lengths)]), places, x)
+        u = np.repeat(u, 1 + rough)
+    return TimedPieces(times, coefficients, intervals.segments)
 
 
 def _faster_curves(path: JointPath, runs: Sequence[Run]) -> list[PiecewisePolynomial]:
@@ -191,6 +205,13 @@ def _faster_curves(path: JointPath, runs: Sequence[Run]) -> list[PiecewisePolyno
 
 def _durations(path: JointPath, intervals: Intervals, refinements: int) -> FloatArray:
     """The shortest of each run, about."""
-    intervals, pieces = _fastest(path, intervals, np.ones(len(path.durations)), refinements)
-    durations: FloatArray = np.bincount(intervals.runs, pieces.lengths).astype(np.float64)
+    intervals, x, _ = fastest_on(path, intervals, np.ones(len(path.durations)), refinements)
+    durations: FloatArray = np.bincount(intervals.runs, _times(intervals, x)).astype(np.float64)
     return durations
+
+
+def _times(intervals: Intervals, x: FloatArray) -> FloatArray:
+    """(intervals,), s, at constant s''."""
+    speeds = np.sqrt(x)
+    times: FloatArray = 2.0 * intervals.lengths / (speeds[:-1] + speeds[1:])
+    return times
