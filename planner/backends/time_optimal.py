@@ -175,11 +175,9 @@ def _pieces(intervals: Intervals, x: FloatArray, u: FloatArray, tolerances: Floa
         rough = missed > tolerances[intervals.runs]
         if not rough.any():
             break
-        places = np.concatenate([[0.0], np.cumsum(d)])
-        intervals = intervals.split(1 + rough)
+        intervals, u = intervals.split(1 + rough), np.repeat(u, 1 + rough)
         # Within an interval x is linear in s.
-        x = np.interp(np.concatenate([[0.0], np.cumsum(intervals.lengths)]), places, x)
-        u = np.repeat(u, 1 + rough)
+        x = np.insert(x, np.flatnonzero(rough) + 1, (x[:-1] + x[1:])[rough] / 2.0)
     return TimedPieces(times, coefficients, intervals.segments)
 
 

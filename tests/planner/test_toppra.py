@@ -233,6 +233,20 @@ def test_no_limit_is_broken(robot_id: str, seed: int, count: int, exponent: floa
     assert worst_ratio(plan(problem)) <= 1.0 + 1e-6
 
 
+@pytest.mark.parametrize(
+    ("robot_id", "seed", "count", "scale"),
+    [
+        ("ngv_refuelling_arm", 3804007123, 3, 0.5603149591511387),
+        (KUKA, 1446723851, 10, 0.4620499460707077),
+    ],
+)
+def test_rest_stays_rest_where_intervals_are_halved_to_keep_to_the_curve(
+    robot_id: str, seed: int, count: int, scale: float
+) -> None:
+    """The last speed came out as 2e-7 instead of 0, and the plan was refused."""
+    assert plan(through(robot_id, seed, count, scale)).certificate.continuity == "C1"
+
+
 def test_fifty_waypoints_in_one_run() -> None:
     result = plan(through("ngv_refuelling_arm", 8, 50, 0.4))
     assert worst_ratio(result) <= 1.0 + 1e-6
