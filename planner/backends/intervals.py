@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
 
-TURN, FEWEST, MOST = 0.15, 24, 40
+TURN, FEWEST, MOST = 0.12, 32, 40
 """A piece of a curve is cut wherever its direction turns by this (rad, joints measured by their velocity limits); the
 fewest intervals between two waypoints, and the most on one piece."""
 

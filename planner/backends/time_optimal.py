@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, Run
     from planner.trajectory import Trajectory
 
-LOOSE, WASTE = 0.012, 0.06
+LOOSE, WASTE = 0.025, 0.03
 """Share of the limits that may be unused on average; until then intervals are cut where this share of the mean time of
 an interval is wasted. A third to a half of it is lost in time."""
 
