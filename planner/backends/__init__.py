@@ -3,6 +3,7 @@
 from planner.backends.base import QUANTITIES, BackEnd, Guarantee
 from planner.backends.cubic import Cubic
 from planner.backends.quintic import Quintic
+from planner.backends.time_optimal import TimeOptimal
 from planner.backends.trapezoidal import Trapezoidal
 
 BACKENDS: dict[str, type[BackEnd]] = {
@@ -11,8 +12,9 @@ BACKENDS: dict[str, type[BackEnd]] = {
         Cubic,
         Quintic,
         Trapezoidal,
+        TimeOptimal,
     )
 }
 """Every back end by its kind."""
 
-__all__ = ["BACKENDS", "QUANTITIES", "BackEnd", "Cubic", "Guarantee", "Quintic", "Trapezoidal"]
+__all__ = ["BACKENDS", "QUANTITIES", "BackEnd", "Cubic", "Guarantee", "Quintic", "TimeOptimal", "Trapezoidal"]

@@ -153,7 +153,9 @@ def by_factor(demand: Demand) -> float:
     return demand.factor
 
 
-def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, Demand]:
+def demands(
+    path: JointPath, pieces: TimedPieces, guarantees: frozenset[str], fewest: int = FEWEST_SAMPLES
+) -> dict[int, Demand]:
     """What the limits demand of each segment of some pieces.
 
     Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
@@ -162,6 +164,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
         path: With the limits.
         pieces: Of whole segments.
         guarantees: The quantities that have to be kept.
+        fewest: Samples of torque and tool speed on each piece.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
@@ -182,26 +185,26 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
                 name = path.robot.joint_names[joint]
                 worst = Demand(factor, f"the {quantity} limit of {name} asks", name)
         if sampled.limited[segment]:
-            factor = sampled.stretch(segment, segment, *_samples(pieces, own))
+            factor = sampled.stretch(segment, segment, *_samples(pieces, own, fewest))
             if factor > worst.factor:
                 worst = Demand(factor, "the torque or tool speed limits ask", None)
         result[segment] = worst
     return result
 
 
-def _samples(pieces: TimedPieces, own: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _samples(pieces: TimedPieces, own: np.ndarray, fewest: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     coefficients = pieces.coefficients[own][:, None]
     travel = np.abs(horner(coefficients[:, 0], pieces.lengths[own, None]) - coefficients[:, 0, :, 0]).max()
-    count = int(np.clip(SAMPLES_PER_RADIAN * travel, FEWEST_SAMPLES, MOST_SAMPLES))
+    count = int(np.clip(SAMPLES_PER_RADIAN * travel, fewest, MOST_SAMPLES))
     tau = np.linspace(0.0, 1.0, count) * pieces.lengths[own, None]
     joints = coefficients.shape[2]
     q, dq, ddq = (horner(differentiate(coefficients, k), tau[..., None]).reshape(-1, joints) for k in range(3))
     return q, dq, ddq
 
 
-def stretched(pieces: TimedPieces, factor: float) -> TimedPieces:
-    """The same motion in `factor` times the time."""
-    powers = factor ** np.arange(pieces.coefficients.shape[2])
+def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
+    """The same motion in `factor` times the time; for all pieces, or (pieces,)."""
+    powers = np.reshape(factor, (-1, 1, 1)) ** np.arange(pieces.coefficients.shape[2])
     return TimedPieces(pieces.lengths * factor, pieces.coefficients / powers, pieces.segments)
 
 

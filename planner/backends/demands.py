@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
-from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, Remedy
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
 from planner.kinematics.forward import tool_speeds
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
+    from planner.paths import JointPath, Run
     from planner.robots import Robot
 
 SAMPLED_MARGIN = 1.002
@@ -64,19 +65,37 @@ class SampledLimits:
         robot, limit = self.robot, self.torque[row]
         still = np.zeros_like(positions)
         gravity = inverse_dynamics(robot, positions, still, still)
-        worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
-        if abs(gravity[worst]) >= limit[worst[1]]:
-            raise LimitsUnsatisfiable(
-                f"gravity alone asks {abs(gravity[worst]):.6g} of {robot.joint_names[worst[1]]} on segment {segment}, "
-                f"its torque limit is {limit[worst[1]]:.6g}",
-                segment=segment,
-                joint=robot.joint_names[worst[1]],
-                value=float(abs(gravity[worst])),
-                limit=float(limit[worst[1]]),
-            )
+        refuse_what_gravity_exceeds(
+            robot, np.full(len(gravity), segment), gravity, np.broadcast_to(limit, gravity.shape)
+        )
         inertial = inverse_dynamics(robot, positions, velocities, accelerations) - gravity
         headroom = limit - np.sign(inertial) * gravity
         return float(np.sqrt((np.abs(inertial) / headroom).max()))
+
+
+def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:
+    """No duration helps where standing still takes too much torque.
+
+    Args:
+        robot: With its payload.
+        segments: (...,), index of each row.
+        gravity: (..., joints), torques without motion.
+        limit: (..., joints).
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone reaches a torque limit.
+    """
+    worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
+    if abs(gravity[worst]) >= limit[worst]:
+        segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
+        raise LimitsUnsatisfiable(
+            f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {segment}, "
+            f"its torque limit is {limit[worst]:.6g}",
+            segment=segment,
+            joint=joint,
+            value=float(abs(gravity[worst])),
+            limit=float(limit[worst]),
+        )
 
 
 def infeasible_duration(
@@ -114,3 +133,16 @@ def nothing_limits(segment: int) -> LimitsUnsatisfiable:
         segment=segment,
         remedies=[Remedy(f"/waypoints/{segment + 1}/duration", 1.0, "any duration will do")],
     )
+
+
+def duration_of_run(path: JointPath, run: Run) -> float:
+    """The duration asked of a run as a whole, s; NaN: none.
+
+    Raises:
+        InvalidProblem: It is asked of one of several segments: this back end cannot say when it passes a waypoint.
+    """
+    asked = path.durations[run.segments]
+    if len(asked) > 1 and not np.isnan(asked).all():
+        message = "this back end cannot give a duration to a segment that is passed without stopping; leave it out"
+        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
+    return float(asked[0])

@@ -12,15 +12,15 @@ from planner.backends.along_curve import (
     NO_LENGTH,
     CurveLaw,
     broken_at,
+    by_factor,
     demands,
     follow_curve,
     stretched,
 )
 from planner.backends.base import QUANTITIES
-from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
+from planner.backends.demands import SampledLimits, duration_of_run, infeasible_duration, nothing_limits
 from planner.backends.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
 from planner.dynamics import inverse_dynamics
-from planner.errors import InvalidProblem
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite
 
@@ -65,10 +65,10 @@ def time_run(path: JointPath, run: Run) -> TimedPieces:
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
-    asked = _asked(path, run)
+    asked = duration_of_run(path, run)
     pieces = follow_curve(run, _fastest(path, run))
     needed = demands(path, pieces, ENFORCED)
-    demand = max(needed.values(), key=lambda one: one.factor)
+    demand = max(needed.values(), key=by_factor)
     factor, own = demand.factor, float(pieces.lengths.sum())
     if not np.isnan(asked):
         if asked < factor * own * (1.0 - DURATION_TOLERANCE):
@@ -77,17 +77,6 @@ def time_run(path: JointPath, run: Run) -> TimedPieces:
     elif factor <= 0.0:
         raise nothing_limits(run.first)
     return stretched(pieces, factor)
-
-
-def _asked(path: JointPath, run: Run) -> float:
-    """The duration asked of the run, s, NaN if none."""
-    asked = path.durations[run.segments]
-    if len(asked) > 1 and not np.isnan(asked).all():
-        message = (
-            "the fastest jerk-limited law gives no duration to a segment that is passed without stopping; leave it out"
-        )
-        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
-    return float(asked[0])
 
 
 def _fastest(path: JointPath, run: Run) -> CurveLaw:

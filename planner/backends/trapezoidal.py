@@ -58,7 +58,7 @@ class Trapezoidal:
         kept = enforced(self)
         if times is None:
             runs = [time_run(path, run, kept) for run in path.runs]
-            return assemble(path, [_as_fast_as_the_limits(path.straight), *runs])
+            return assemble(path, [fastest_trapezoids(path.straight), *runs])
         t1, t3 = times
         runs = [time_run_with_ramps(path, run, lambda T: _law(t1, t3, T), t1 + t3, kept) for run in path.runs]
         return assemble(path, [_with_times(path.straight, t1, t3), *runs])
@@ -70,7 +70,7 @@ class Trapezoidal:
         return t1, t1 if t3 is None else t3
 
 
-def _as_fast_as_the_limits(motions: StraightMotions) -> TimedPieces:
+def fastest_trapezoids(motions: StraightMotions) -> TimedPieces:
     """The path parameter may run at V and accelerate at A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
 
     Each joint binds V by its velocity and A by its acceleration; the slowest of each counts.

@@ -17,8 +17,8 @@ from planner.backends.along_curve import (
     follow_curve,
     stretched,
 )
-from planner.backends.demands import infeasible_duration, nothing_limits
-from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.backends.demands import duration_of_run, infeasible_duration, nothing_limits
+from planner.errors import LimitsUnsatisfiable
 from planner.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> TimedPieces
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
-    asked = _asked(path, run)
+    asked = duration_of_run(path, run)
     pieces = follow_curve(run, _fastest(path, run))
     needed = demands(path, pieces, enforced)
     factor = max(demand.factor for demand in needed.values())
@@ -85,7 +85,7 @@ def time_run_with_ramps(
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Gravity exceeds a torque limit, or the limits cannot be kept with these ramps.
     """
-    asked = _asked(path, run)
+    asked = duration_of_run(path, run)
     places = run.curve.breakpoints[run.stations[1:-1]]
 
     def at(duration: float) -> tuple[TimedPieces, Demand]:
@@ -108,17 +108,6 @@ def time_run_with_ramps(
     if asked < duration * (1.0 - DURATION_TOLERANCE):
         raise infeasible_duration(asked, {run.first: duration}, demand.cause, demand.joint)
     return pieces
-
-
-def _asked(path: JointPath, run: Run) -> float:
-    """The duration asked of the run, s, NaN if none."""
-    asked = path.durations[run.segments]
-    if len(asked) > 1 and not np.isnan(asked).all():
-        message = (
-            "the trapezoidal back end gives no duration to a segment that is passed without stopping; leave it out"
-        )
-        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
-    return float(asked[0])
 
 
 def _fastest(path: JointPath, run: Run) -> CurveLaw:

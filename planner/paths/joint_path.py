@@ -46,6 +46,11 @@ class StraightMotions:
     durations: FloatArray
     limits: SegmentLimits
 
+    def of(self, rows: np.ndarray) -> StraightMotions:
+        """Some of them, by index or mask."""
+        arrays = (self.segments[rows], self.starts[rows], self.travels[rows], self.durations[rows])
+        return StraightMotions(self.robot, *arrays, self.limits.of(rows))
+
 
 @dataclass(frozen=True, eq=False)
 class JointPath:
