@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from planner.dynamics.symbolic import symbolic_motion
+from planner.backends.last_used import LastUsed
+from planner.dynamics.symbolic import dynamics_content, symbolic_motion
 
 if TYPE_CHECKING:
     import casadi as ca
 
     from planner.backends.effort_cost import Objective
     from planner.robots import Robot
+
+CACHED_STAGES = 4
+"""Kept in a worker: most of the time that a program takes to build goes into its stage."""
 
 SMOOTHING = 1e-3
 """Of a joint's largest power: how far the magnitude of its power is rounded where it changes its sign."""
@@ -32,6 +36,15 @@ class Stage(NamedTuple):
     value: ca.Function
     slopes: ca.Function
     curvature: ca.Function
+
+
+_stages: LastUsed[Stage] = LastUsed(CACHED_STAGES)
+
+
+def stage_of(robot: Robot, objective: Objective, watches_tool: bool) -> Stage:
+    """The functions of a robot with its payload, built when first asked for."""
+    key = (dynamics_content(robot), objective, watches_tool)
+    return _stages.get(key, lambda: build_stage(robot, objective, watches_tool))
 
 
 def build_stage(robot: Robot, objective: Objective, watches_tool: bool) -> Stage:

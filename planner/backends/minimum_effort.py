@@ -12,10 +12,11 @@ from planner.backends.along_curve import DURATION_TOLERANCE, stretched
 from planner.backends.assembly import TimedPieces, assemble
 from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.effort_cost import Cost, Objective, use_of_rates, use_of_samples
-from planner.backends.effort_program import Layout, Numbers, program_of
+from planner.backends.effort_program import Numbers, program_of
+from planner.backends.effort_terms import Layout
 from planner.backends.run_laws import time_run
 from planner.backends.splines import interpolating_spline
-from planner.errors import InfeasibleDuration, InvalidProblem, MissingDynamics
+from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimit, MissingDynamics
 from planner.polynomials import PiecewisePolynomial
 from planner.trajectory import Remark
 
@@ -34,9 +35,6 @@ SAMPLED_MARGIN = 1.002
 
 FIRST_MARGIN, MOST_REPAIRS = 1.003, 3
 """The same for the solver, which sees only the breakpoints; where it does not do, the excess is added to it."""
-
-NO_GAIN = 1e-9
-"""Relative difference of two costs that is rounding."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +147,7 @@ class _Optimum:
 
     def __init__(self, options: MinimumEffort, path: JointPath, run: Run, stop_at: float | None) -> None:
         self.options, self.path, self.stop_at = options, path, stop_at
-        self.run = replace(run, is_spline=True)  # a straight motion, too, is only one choice
+        self.run = run
         self.enforced = enforced(options)
         self.positions = path.positions[run.first : run.first + len(run.segments) + 1]
         self.limits = path.limits.of(run.segments)
@@ -165,32 +163,42 @@ class _Optimum:
         """
         refusal = None
         try:
-            first = time_run(self.path, self.run, 5, self.enforced)
-            if self.free.all():
-                first = stretched(first, self.options.slowdown)
+            first = self._quintic(self.path)
         except InfeasibleDuration as error:
             refusal, first = error, self._too_fast()
         found = self._solve(first)
         candidates = [] if refusal else [first]
         if found is not None:
-            candidates.append(found)
-            factor = found.lengths.sum() / first.lengths.sum()
-            if not refusal and self.free.all() and factor > 1.0:
+            candidates.insert(0, found)
+            factor = float(found.lengths.sum() / first.lengths.sum())
+            if factor > 1.0 and candidates and self.free.all():
                 candidates.append(stretched(first, factor))
-        if not candidates:
+        if refusal and not candidates:
             raise refusal
-        return min(candidates, key=lambda pieces: self._price(pieces) * (1.0 + NO_GAIN * (pieces is found)))
+        return min(candidates, key=self._price)
 
-    def _price(self, pieces: TimedPieces) -> float:
-        return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
+    def _quintic(self, path: JointPath) -> TimedPieces:
+        """What is never to be worse: the quintics through the waypoints, or along the run's curve if they overshoot."""
+        try:
+            pieces = time_run(path, replace(self.run, is_spline=True), 5, self.enforced)
+        except JointPositionLimit:
+            pieces = time_run(path, replace(self.run, is_spline=False), 5, self.enforced)
+        return stretched(pieces, self.options.slowdown) if self.free.all() else pieces
 
     def _too_fast(self) -> TimedPieces:
         """The quintic at the asked durations, which breaks limits: a beginning all the same."""
         asked = self.path.durations.copy()
         asked[self.run.segments] = np.nan
-        at_leisure = time_run(replace(self.path, durations=asked), self.run, 5, self.enforced)
-        durations = np.where(self.free, at_leisure.lengths, self.path.durations[self.run.segments])
+        at_leisure = self._quintic(replace(self.path, durations=asked))
+        durations = np.where(self.free, self._durations(at_leisure), self.path.durations[self.run.segments])
         return TimedPieces(durations, interpolating_spline(self.positions, durations, 5), self.run.segments)
+
+    def _durations(self, pieces: TimedPieces) -> FloatArray:
+        """(segments,), s."""
+        return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.run.segments])
+
+    def _price(self, pieces: TimedPieces) -> float:
+        return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
 
     def _solve(self, first: TimedPieces) -> TimedPieces | None:
         """The optimum from a first motion; None: none was found that keeps the limits."""
@@ -200,6 +208,7 @@ class _Optimum:
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
+        durations = self._durations(first)
         numbers = Numbers(
             positions=self.positions,
             lower=limits.lower,
@@ -207,9 +216,9 @@ class _Optimum:
             rates=np.array([limits.velocity, limits.acceleration, limits.jerk]),
             watched=limits.torque if self.path.robot.has_dynamics else np.full_like(limits.torque, np.inf),
             units=self.cost.units,
-            durations=first.lengths,
+            durations=durations,
             free=free,
-            total=float(first.lengths[free].sum()) if weight is None else None,
+            total=float(durations[free].sum()) if weight is None else None,
             time_weight=weight or 0.0,
             cost=self._price(first),
             resting=self.cost.at_rest(self.positions[[0, -1]]),
@@ -229,5 +238,5 @@ class _Optimum:
             excess = use_of_samples(self.path.robot, pieces, own) * SAMPLED_MARGIN
             if excess <= 1.0:
                 return pieces
-            margin *= excess
+            margin *= 1.0 + 2.0 * (excess - 1.0)
         return None
