@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -28,7 +28,7 @@ from api.schemas.robots import RobotDefinition
 from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
 from planner.dynamics import inverse_dynamics
-from planner.errors import InvalidProblem
+from planner.errors import InvalidProblem, MissingDynamics
 from planner.export import FORMATS, ExportOptions
 from planner.kinematics import (
     all_solutions,
@@ -289,7 +289,10 @@ RUN: dict[str, Callable[[Task, Caps], Reply]] = {
 
 
 def warm_up(caps: Caps) -> None:
-    """Plan once with every back end, so that no request pays for first-time work."""
+    """Plan once with every back end, so that no request pays for first-time work.
+
+    Not with one that needs inertias: its library and programs are loaded in the workers that are asked for it.
+    """
     robot = load_robot(WARM_UP_ROBOT)
     positions = (robot.middle.tolist(), (robot.middle + 0.01).tolist())
     for kind in BACKENDS:
@@ -300,7 +303,8 @@ def warm_up(caps: Caps) -> None:
                 "backend": {"kind": kind},
             }
         )
-        plan_trajectory(Task("plan_trajectory", "", 0.0, math.inf, body, {"format": "json"}), caps)
+        with suppress(MissingDynamics):
+            plan_trajectory(Task("plan_trajectory", "", 0.0, math.inf, body, {"format": "json"}), caps)
 
 
 WARM_UP_ROBOT = "ngv_refuelling_arm"

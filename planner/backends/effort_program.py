@@ -140,13 +140,24 @@ class Program:
         )
         converged = bool(self.solver.stats()["success"])
         x = np.array(result["x"]).ravel() if converged or self.watch.best is None else self.watch.best
-        return Motion(*self._pieces(self._onto_waypoints(x, p), p, m.positions[0]), converged)
+        x = self._onto_waypoints(x, p)
+        found = np.where(m.free, x[-self.layout.segments :] * unit_time, m.durations)
+        return Motion(self._lengths(found), self._powers(x, p, m.positions[0]), converged)
+
+    def _lengths(self, durations: FloatArray) -> FloatArray:
+        """(pieces,), s, that sum to the durations (segments,) exactly: breakpoints on the durations' grid of numbers."""
+        column = durations[:, None]
+        even = np.arange(self.layout.intervals + 1) / self.layout.intervals
+        return np.diff((even * column + column) - column, axis=1).ravel()
 
     def _numbers(self, m: Numbers, length: float, unit_time: float) -> FloatArray:
         """In the order in which the program has them."""
         owners = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
         velocity, acceleration, jerk = 1.0 / m.rates[:, owners]
         watched = 1.0 / m.watched[owners]
+        instants = np.maximum(watched[:-1], watched[1:])
+        if self.layout.watches_tool:
+            instants = np.vstack([instants, watched])
         points = (m.positions - m.positions[0]) / length
         parts = [
             points[-1],
@@ -155,7 +166,7 @@ class Program:
             np.max([velocity[:-2], velocity[1:-1], velocity[2:]], axis=0).T,
             np.maximum(acceleration[:-1], acceleration[1:]).T,
             jerk.T,
-            np.maximum(watched[:-1], watched[1:]).T,
+            instants.T,
             m.units[:2],
             m.units[2],
             m.free.astype(float),
@@ -190,11 +201,11 @@ class Program:
         change = np.linalg.lstsq(np.array(slopes)[:, :inner], np.array(error).ravel())[0]
         return np.concatenate([x[:inner] - change, x[inner:]])
 
-    def _pieces(self, x: FloatArray, p: FloatArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Lengths (pieces,), and coefficients (pieces, joints, 4) in powers of local time."""
-        q, v, a, j, h = (np.array(value) for value in self.motion(x, p))
+    def _powers(self, x: FloatArray, p: FloatArray, origin: FloatArray) -> FloatArray:
+        """(pieces, joints, 4): coefficients of the powers of local time."""
+        q, v, a, j, _ = (np.array(value) for value in self.motion(x, p))
         powers = [q[:, :-1] + origin[:, None], v[:, :-1], a[:, :-1] / 2.0, j / 6.0]
-        return h.ravel(), np.stack(powers, axis=-1).transpose(1, 0, 2)
+        return np.stack(powers, axis=-1).transpose(1, 0, 2)
 
 
 def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: int) -> Any:

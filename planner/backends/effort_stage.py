@@ -59,7 +59,7 @@ def build_stage(robot: Robot, objective: Objective, watches_tool: bool) -> Stage
     z, units, factor = ca.SX.sym("z", 3 * n + 1), ca.SX.sym("units", 2, n), ca.SX.sym("factor")
     q, v, a, weight = ca.vertsplit(z, [0, n, 2 * n, 3 * n, 3 * n + 1])
     motion = symbolic_motion(robot, q, v, a) if robot.has_dynamics else None
-    watched = ca.SX(n, 1) if motion is None else motion.torques
+    watched = ca.densify(ca.SX(n, 1) if motion is None else motion.torques)
     torques = ca.SX.sym("torques", n)
     scaled = {
         "effort": lambda: ca.sumsqr(torques / units[0, :].T),

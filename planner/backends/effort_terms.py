@@ -3,12 +3,12 @@
 Each joint is a cubic B-spline over the segments of a run, every segment in equal intervals: C2, with piecewise linear
 acceleration and piecewise constant jerk. The coefficients of a B-spline and of its derivatives bound it (de Boor, A
 Practical Guide to Splines, 2001, ch. IX and XI), so position, velocity, acceleration and jerk keep their limits
-everywhere if the coefficients do. Torques and tool speeds are held at the breakpoints, where also the cost is summed
-by the trapezoidal rule. The first and the last three coefficients are the ends: rest, without acceleration.
+everywhere if the coefficients do. Torques are held, and the cost is summed, at the breakpoints; where the tool's speed
+is limited, halfway between them, too. The first and the last three coefficients are the ends: rest, without acceleration.
 
 Unknown are the other coefficients and the durations of the segments. Lengths are measured by the run's largest travel,
 times by its mean segment, so that motions of any size look alike to the solver. CasADi differentiates; the second
-derivatives of the torques are put together by the chain rule from one function mapped over the breakpoints, which
+derivatives of the torques are put together by the chain rule from one function mapped over the instants, which
 saves colouring the whole program for them.
 """
 
@@ -41,6 +41,15 @@ class Layout(NamedTuple):
     objective: Objective
     watches_tool: bool
 
+    @property
+    def instants(self) -> int:
+        """At which torques, tool speeds and costs are looked at: the inner breakpoints; with the tool also halfway.
+
+        A tool held at the breakpoints alone would hurry between them.
+        """
+        pieces = self.segments * self.intervals
+        return 2 * pieces - 1 if self.watches_tool else pieces - 1
+
 
 class Parameters:
     """Symbols of all numbers, in the order of `Program.solve`."""
@@ -52,11 +61,11 @@ class Parameters:
         self.end = ca.MX.sym("end", joints)
         self.units_of_length_and_time = ca.MX.sym("scale", 2)
         self.via = ca.MX.sym("via", joints, layout.segments - 1)
-        # Reciprocals of limits, 0: none; of the coefficients of velocity, acceleration and jerk, and at breakpoints.
+        # Reciprocals of limits, 0: none; of the coefficients of velocity, acceleration and jerk, and at the instants.
         self.velocity = ca.MX.sym("velocity", joints, pieces - 2)
         self.acceleration = ca.MX.sym("acceleration", joints, pieces - 1)
         self.jerk = ca.MX.sym("jerk", joints, pieces)
-        self.watched = ca.MX.sym("watched", watched, pieces - 1)
+        self.watched = ca.MX.sym("watched", watched, layout.instants)
         self.units = ca.MX.sym("units", 2, joints)
         self.unit_of_jerk = ca.MX.sym("unit_of_jerk", joints)
         self.is_free = ca.MX.sym("is_free", layout.segments)
@@ -79,7 +88,7 @@ class Terms(NamedTuple):
 
     Attributes:
         x: Coefficients, then durations.
-        states: (3 joints + 1, breakpoints), what the stage is a function of.
+        states: (3 joints + 1, instants), what the stage is a function of.
         smooth: The part of the cost that has nothing to do with torques.
         rest: Constraints that have nothing to do with torques: rates, waypoints, total duration.
         at_via: Those of the waypoints.
@@ -101,8 +110,8 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     pieces = layout.segments * layout.intervals
     x = ca.MX.sym("x", n * (pieces + 3 - 2 * RESTING) + layout.segments)
     durations = x[-layout.segments :]
-    inner = ca.reshape(x[: -layout.segments], n, -1)
-    coefficients = ca.horzcat(ca.MX(n, RESTING), inner, ca.repmat(p.end, 1, RESTING))
+    unknown = ca.reshape(x[: -layout.segments], n, -1)
+    coefficients = ca.horzcat(ca.MX(n, RESTING), unknown, ca.repmat(p.end, 1, RESTING))
     length, unit_time = ca.vertsplit(p.units_of_length_and_time)
     h = ca.repmat(ca.kron(durations.T / layout.intervals, ca.DM.ones(1, layout.intervals)), n, 1)
     shape, *rates, bounds = _spline(coefficients, h)
@@ -110,9 +119,19 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     bounds = bounds * length / unit_time
     q, h = shape * length, h[0, :] * unit_time
 
-    stands_for = (h[:-1] + h[1:]) / 2.0
-    states = ca.vertcat(q[:, 1:-1] + ca.repmat(p.origin, 1, pieces - 1), v[:, 1:-1], a[:, 1:-1], stands_for)
-    ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0
+    share = 3.0 if layout.watches_tool else 1.0  # Simpson's rule, where there are instants between the breakpoints
+    inner, stands_for = (q[:, 1:-1], v[:, 1:-1], a[:, 1:-1]), (h[:-1] + h[1:]) / 2.0 / share
+    if layout.watches_tool:
+        half = ca.repmat(h / 2.0, n, 1)
+        middle = (
+            q[:, :-1] + half * (v[:, :-1] + half * (a[:, :-1] / 2.0 + half * j / 6.0)),
+            v[:, :-1] + half * (a[:, :-1] + half * j / 2.0),
+            a[:, :-1] + half * j,
+        )
+        inner = tuple(ca.horzcat(*pair) for pair in zip(inner, middle, strict=True))
+        stands_for = ca.horzcat(stands_for, h * 2.0 / 3.0)
+    states = ca.vertcat(inner[0] + ca.repmat(p.origin, 1, layout.instants), *inner[1:], stands_for)
+    ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0 / share
     smooth = p.time_weight * ca.sum1(durations) * unit_time + ends
     if layout.objective == "jerk":
         smooth = smooth + ca.sum2(ca.sum1((j / ca.repmat(p.unit_of_jerk, 1, pieces)) ** 2) * h)
@@ -124,33 +143,33 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
 def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage) -> dict[str, ca.Function]:
     """The program and the derivatives that the solver asks for, by the solver's names for them.
 
-    With D the derivative of the states by x, blocks of the stage's derivatives at each breakpoint are chained by D; the
+    With D the derivative of the states by x, blocks of the stage's derivatives at each instant are chained by D; the
     states' own second derivative is weighted by the stage's first.
     """
     import casadi as ca
 
     x, p = terms.x, parameters.all
-    states, knots = terms.states.shape
+    states, instants = terms.states.shape
     watched = parameters.watched.shape[0]
-    at = (terms.states, ca.repmat(parameters.units, 1, knots))
+    at = (terms.states, ca.repmat(parameters.units, 1, instants))
 
     def blocks(values: ca.MX, rows: int) -> ca.MX:
-        return ca.sparsity_cast(ca.vec(values), ca.diagcat(*[ca.Sparsity.dense(rows, states)] * knots))
+        return ca.sparsity_cast(ca.vec(values), ca.diagcat(*[ca.Sparsity.dense(rows, states)] * instants))
 
-    cost, used = stage.value.map(knots)(*at)
+    cost, used = stage.value.map(instants)(*at)
     f = (ca.sum2(cost) + terms.smooth) * parameters.per_cost
     g = ca.vertcat(ca.vec(used * parameters.watched), terms.rest)
     chain = ca.jacobian(ca.vec(terms.states), x)
-    by_cost, by_watched = stage.slopes.map(knots)(*at)
+    by_cost, by_watched = stage.slopes.map(instants)(*at)
     gradient = (ca.vec(by_cost).T @ chain + ca.jacobian(terms.smooth, x)) * parameters.per_cost
     of_watched = ca.diag(ca.vec(parameters.watched)) @ (blocks(by_watched, watched) @ chain)
     jacobian = ca.vertcat(of_watched, ca.jacobian(terms.rest, x))
 
     factor, multipliers = ca.MX.sym("factor"), ca.MX.sym("multipliers", g.numel())
-    of_stage, of_rest = ca.vertsplit(multipliers, [0, watched * knots, g.numel()])
-    weights = ca.reshape(of_stage, watched, knots) * parameters.watched
-    second, first = stage.curvature.map(knots)(*at, ca.repmat(factor * parameters.per_cost, 1, knots), weights)
-    held = ca.MX.sym("held", states * knots)
+    of_stage, of_rest = ca.vertsplit(multipliers, [0, watched * instants, g.numel()])
+    weights = ca.reshape(of_stage, watched, instants) * parameters.watched
+    second, first = stage.curvature.map(instants)(*at, ca.repmat(factor * parameters.per_cost, 1, instants), weights)
+    held = ca.MX.sym("held", states * instants)
     other = (
         factor * parameters.per_cost * terms.smooth + ca.dot(of_rest, terms.rest) + ca.dot(held, ca.vec(terms.states))
     )

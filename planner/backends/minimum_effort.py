@@ -33,8 +33,11 @@ FEWEST_INTERVALS = 8
 SAMPLED_MARGIN = 1.002
 """Torques and tool speeds between samples of the answer may be higher by this."""
 
-FIRST_MARGIN, MOST_REPAIRS = 1.003, 3
+FIRST_MARGIN, MOST_REPAIRS = 1.003, 5
 """The same for the solver, which sees only the breakpoints; where it does not do, the excess is added to it."""
+
+COARSE = 1.05
+"""An excess between the breakpoints above this asks for twice as many."""
 
 
 @dataclass(frozen=True)
@@ -131,13 +134,9 @@ class MinimumEffort:
 
 
 def _refuse_given_curves(path: JointPath) -> None:
-    faults = []
-    for run in path.runs:
-        blended = np.isin(run.stations, run.corners).any() or len(run.corners) > 0
-        if not run.is_spline:
-            what = "transition" if blended else "motion"
-            message = "min_effort chooses the way between waypoints itself: only joint motions, passed exactly"
-            faults += [(f"/waypoints/{segment + 1}/{what}", message) for segment in run.segments.tolist()]
+    message = "min_effort chooses the way between the waypoints itself: it has no motions of the tool and no blends"
+    faults = [(f"/waypoints/{segment + 1}/motion", message) for run in path.runs for segment in run.tool_motions]
+    faults += [(f"/waypoints/{k}/transition", message) for run in path.runs for k in run.blended]
     if faults:
         raise InvalidProblem(faults)
 
@@ -153,7 +152,7 @@ class _Optimum:
         self.limits = path.limits.of(run.segments)
         self.cost = Cost(path.robot, options.objective)
         self.free = np.isnan(path.durations[run.segments])
-        self.converged = True
+        self.converged = False
 
     def find(self) -> TimedPieces:
         """The best motion within the limits.
@@ -206,7 +205,6 @@ class _Optimum:
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool = bool(np.isfinite(tool).any())
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
-        program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self._durations(first)
         numbers = Numbers(
@@ -223,20 +221,23 @@ class _Optimum:
             cost=self._price(first),
             resting=self.cost.at_rest(self.positions[[0, -1]]),
         )
-        begin, owners = PiecewisePolynomial(first.lengths, first.coefficients), np.repeat(self.run.segments, intervals)
-        margin = FIRST_MARGIN
+        begin, margin = PiecewisePolynomial(first.lengths, first.coefficients), FIRST_MARGIN
         for _ in range(MOST_REPAIRS):
             watched = numbers.watched / margin
             if watches_tool:
                 watched = np.hstack([watched, (tool / margin) ** 2])
+            program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
             motion = program.solve(numbers._replace(watched=watched), begin, self.stop_at)
-            self.converged = motion.converged
-            pieces = TimedPieces(motion.lengths, motion.coefficients, owners)
-            own = self.path.limits.of(owners)
+            owners = np.repeat(self.run.segments, intervals)
+            pieces, own = TimedPieces(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
             if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
                 return None
             excess = use_of_samples(self.path.robot, pieces, own) * SAMPLED_MARGIN
             if excess <= 1.0:
+                self.converged = motion.converged
                 return pieces
-            margin *= 1.0 + 2.0 * (excess - 1.0)
+            if excess > COARSE:
+                intervals *= 2
+            else:
+                margin *= 1.0 + 2.0 * (excess - 1.0)
         return None
