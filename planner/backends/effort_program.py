@@ -145,7 +145,7 @@ class Program:
         return Motion(self._lengths(found), self._powers(x, p, m.positions[0]), converged)
 
     def _lengths(self, durations: FloatArray) -> FloatArray:
-        """(pieces,), s, that sum to the durations (segments,) exactly: breakpoints on the durations' grid of numbers."""
+        """(pieces,), s, that sum to the durations (segments,) exactly: breakpoints on the grid of their numbers."""
         column = durations[:, None]
         even = np.arange(self.layout.intervals + 1) / self.layout.intervals
         return np.diff((even * column + column) - column, axis=1).ravel()

@@ -3,8 +3,9 @@
 Each joint is a cubic B-spline over the segments of a run, every segment in equal intervals: C2, with piecewise linear
 acceleration and piecewise constant jerk. The coefficients of a B-spline and of its derivatives bound it (de Boor, A
 Practical Guide to Splines, 2001, ch. IX and XI), so position, velocity, acceleration and jerk keep their limits
-everywhere if the coefficients do. Torques are held, and the cost is summed, at the breakpoints; where the tool's speed
-is limited, halfway between them, too. The first and the last three coefficients are the ends: rest, without acceleration.
+everywhere if the coefficients do. Torques are held, and the cost is summed, at the breakpoints; where the tool's
+speed is limited, halfway between them, too. The first and the last three coefficients are the ends: rest, without
+acceleration.
 
 Unknown are the other coefficients and the durations of the segments. Lengths are measured by the run's largest travel,
 times by its mean segment, so that motions of any size look alike to the solver. CasADi differentiates; the second
@@ -120,7 +121,7 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     q, h = shape * length, h[0, :] * unit_time
 
     share = 3.0 if layout.watches_tool else 1.0  # Simpson's rule, where there are instants between the breakpoints
-    inner, stands_for = (q[:, 1:-1], v[:, 1:-1], a[:, 1:-1]), (h[:-1] + h[1:]) / 2.0 / share
+    inner, stands_for = [q[:, 1:-1], v[:, 1:-1], a[:, 1:-1]], (h[:-1] + h[1:]) / 2.0 / share
     if layout.watches_tool:
         half = ca.repmat(h / 2.0, n, 1)
         middle = (
@@ -128,7 +129,7 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
             v[:, :-1] + half * (a[:, :-1] + half * j / 2.0),
             a[:, :-1] + half * j,
         )
-        inner = tuple(ca.horzcat(*pair) for pair in zip(inner, middle, strict=True))
+        inner = [ca.horzcat(*pair) for pair in zip(inner, middle, strict=True)]
         stands_for = ca.horzcat(stands_for, h * 2.0 / 3.0)
     states = ca.vertcat(inner[0] + ca.repmat(p.origin, 1, layout.instants), *inner[1:], stands_for)
     ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0 / share

@@ -20,7 +20,7 @@ PAYLOAD = Payload(4.0, (0.05, -0.02, 0.12), (0.02, 0.03, 0.04))
 def sliding_arm() -> Robot:
     """Turns for ever, slides, turns: every kind of joint, on a base that lies on its side."""
 
-    def link(kind: str, a: float, alpha: float, **limits: float) -> DHJoint:
+    def link(kind: str, a: float, alpha: float, lower: float | None = None, upper: float | None = None) -> DHJoint:
         return DHJoint(
             kind=kind,  # type: ignore[arg-type]
             theta=0.3,
@@ -30,10 +30,15 @@ def sliding_arm() -> Robot:
             mass=2.5,
             center_of_mass=(-0.1, 0.04, 0.02),
             inertia=(0.03, 0.002, -0.001, 0.05, 0.004, 0.04),
-            **limits,
+            lower=lower,
+            upper=upper,
         )
 
-    joints = (link("revolute", 0.3, 1.1), link("prismatic", 0.1, -0.7, lower=0.0, upper=0.5), link("revolute", 0.2, 0.4))
+    joints = (
+        link("revolute", 0.3, 1.1),
+        link("prismatic", 0.1, -0.7, lower=0.0, upper=0.5),
+        link("revolute", 0.2, 0.4),
+    )
     robot, _ = read_dh(
         DHModel(convention="modified", joints=joints, base=Pose(np.zeros(3), rotation_x(np.pi / 2.0))),
         id="sliding_arm",
@@ -42,7 +47,7 @@ def sliding_arm() -> Robot:
     return robot
 
 
-ROBOTS = [sliding_arm(), *(robot for id in catalogue_ids() if (robot := load_robot(id)).has_dynamics)]
+ROBOTS = [sliding_arm(), *(robot for name in catalogue_ids() if (robot := load_robot(name)).has_dynamics)]
 
 
 @pytest.mark.parametrize("payload", [None, PAYLOAD], ids=["empty", "loaded"])
