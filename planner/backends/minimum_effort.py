@@ -170,7 +170,7 @@ class _Optimum:
         if found is not None:
             candidates.insert(0, found)
             factor = float(found.lengths.sum() / first.lengths.sum())
-            if factor > 1.0 and candidates and self.free.all():
+            if factor > 1.0 and self.free.all():
                 candidates.append(stretched(first, factor))
         if refusal and not candidates:
             raise refusal
