@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     from planner.plan import Plan
     from planner.robots import Robot
 
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(7)
-"""On each piece, for integrals; exact up to degree 13."""
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
+"""On each part of a piece, for integrals."""
+
+PARTS = 400
+"""Of a trajectory: pieces are cut for integrals, since absolute values have kinks."""
 
 PATH_SAMPLES = 120
 """Of a segment, where the tool's way is compared."""
@@ -51,17 +54,19 @@ class Figures:
 def figures(plan: Plan) -> Figures:
     """The figures of a plan."""
     trajectory, robot = plan.trajectory, plan.path.robot
-    tau = 0.5 * (POINTS + 1.0) * trajectory.lengths[:, None]
-    weights = (0.5 * WEIGHTS * trajectory.lengths[:, None]).ravel()
-    q, dq, ddq, jerk = (
-        horner(differentiate(trajectory.coefficients, k)[:, None], tau[..., None]).reshape(-1, robot.dof)
-        for k in range(4)
-    )
+    parts = np.ceil(PARTS * trajectory.lengths / trajectory.duration).astype(int)
+    pieces = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(pieces)) - np.repeat(np.cumsum(parts) - parts, parts)
+    lengths = (trajectory.lengths / parts)[pieces]
+    tau = ((part[:, None] + 0.5 * (POINTS + 1.0)) * lengths[:, None])[..., None]
+    weights = (0.5 * WEIGHTS * lengths[:, None]).ravel()
+    coefficients = trajectory.coefficients[pieces][:, None]
+    q, dq, ddq, jerk = (horner(differentiate(coefficients, k), tau).reshape(-1, robot.dof) for k in range(4))
     effort = energy = None
     if robot.has_dynamics:
         torque = inverse_dynamics(robot, q, dq, ddq)
         energy = float(weights @ np.abs(torque * dq).sum(axis=1))
-        limit = plan.path.limits.torque[np.repeat(trajectory.segments, len(POINTS))]
+        limit = plan.path.limits.torque[np.repeat(trajectory.segments[pieces], len(POINTS))]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
     by_check = {check.quantity: check for check in plan.certificate.checks}

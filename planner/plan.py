@@ -61,7 +61,8 @@ def plan(problem: PlanningProblem) -> Plan:
         certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
     )
     refuse_unless_satisfied(certificate)
-    return Plan(problem, path, trajectory, certificate, tuple(_warnings(problem)))
+    remarks = (PlanWarning(remark.code, remark.message) for remark in trajectory.remarks)
+    return Plan(problem, path, trajectory, certificate, (*_warnings(problem), *remarks))
 
 
 def check_problem(problem: PlanningProblem) -> None:

@@ -13,6 +13,14 @@ if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
 
 
+@dataclass(frozen=True)
+class Remark:
+    """Something that a back end has to say about its trajectory, which is good all the same."""
+
+    code: str
+    message: str
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory(PiecewisePolynomial):
     """Joint positions as piecewise polynomials of time; a path with time on it. Lengths are in s.
@@ -22,11 +30,13 @@ class Trajectory(PiecewisePolynomial):
             waypoint belongs to the segment that ends there (at the first waypoint: to segment 0).
         arrivals: (waypoints,), s, when each waypoint is reached; one that is blended: the middle of its blend.
         departures: (waypoints,), s, when it is left again, after its dwell.
+        remarks: Of the back end.
     """
 
     segments: np.ndarray
     arrivals: FloatArray
     departures: FloatArray
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def duration(self) -> float:

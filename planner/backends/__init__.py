@@ -2,6 +2,7 @@
 
 from planner.backends.base import QUANTITIES, BackEnd, Guarantee
 from planner.backends.cubic import Cubic
+from planner.backends.minimum_effort import MinimumEffort
 from planner.backends.quintic import Quintic
 from planner.backends.time_optimal import TimeOptimal
 from planner.backends.trapezoidal import Trapezoidal
@@ -13,8 +14,19 @@ BACKENDS: dict[str, type[BackEnd]] = {
         Quintic,
         Trapezoidal,
         TimeOptimal,
+        MinimumEffort,
     )
 }
 """Every back end by its kind."""
 
-__all__ = ["BACKENDS", "QUANTITIES", "BackEnd", "Cubic", "Guarantee", "Quintic", "TimeOptimal", "Trapezoidal"]
+__all__ = [
+    "BACKENDS",
+    "QUANTITIES",
+    "BackEnd",
+    "Cubic",
+    "Guarantee",
+    "MinimumEffort",
+    "Quintic",
+    "TimeOptimal",
+    "Trapezoidal",
+]

@@ -53,6 +53,8 @@ class Run:
         corners: Indices of the breakpoints where blends begin and end, ascending.
         is_spline: Only joint motions, and waypoints that are passed exactly: what lies between them is free.
         tolerance: rad or m, how far time may take a joint from the curve.
+        tool_motions: Indices of the segments that are motions of the tool.
+        blended: Indices of the waypoints that are blended.
     """
 
     first: int
@@ -62,6 +64,8 @@ class Run:
     corners: np.ndarray
     is_spline: bool
     tolerance: float
+    tool_motions: tuple[int, ...] = ()
+    blended: tuple[int, ...] = ()
 
     @property
     def segments(self) -> np.ndarray:
@@ -112,7 +116,8 @@ def build_run(
         JointPositionLimit: The curve that passes a waypoint smoothly leaves the position limits.
     """
     positions = np.array([waypoint.position for waypoint in solved])
-    curves = _Builder(waypoints, positions, limits, motions, first, last).curves()
+    builder = _Builder(waypoints, positions, limits, motions, first, last)
+    curves = builder.curves()
     blends = {}
     for k in range(first + 1, last):
         if isinstance(transition := waypoints[k].transition, BlendTransition):
@@ -151,6 +156,8 @@ def build_run(
         is_spline=all(isinstance(waypoint.motion, JointMotion) for waypoint in (*inner, waypoints[last]))
         and all(isinstance(waypoint.transition, ThroughTransition) for waypoint in inner),
         tolerance=_joint_tolerance(waypoints[first + 1 : last + 1]),
+        tool_motions=tuple(builder.tool),
+        blended=tuple(blends),
     )
 
 

@@ -1,0 +1,115 @@
+"""What a motion costs, and how much of its limits it uses: by samples of the motion itself, without the solver."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from planner.dynamics import inverse_dynamics
+from planner.kinematics.forward import tool_speeds
+from planner.polynomials import differentiate, horner
+
+if TYPE_CHECKING:
+    from planner.backends.assembly import TimedPieces
+    from planner.kinematics.poses import FloatArray
+    from planner.limits import SegmentLimits
+    from planner.robots import Robot
+
+Objective = Literal["effort", "mechanical_work", "jerk"]
+
+SAMPLES, FEWEST_ON_A_PIECE = 400, 9
+"""On a motion, and on each of its pieces; odd, for Simpson's rule."""
+
+
+class Cost:
+    """The cost of motions of a robot.
+
+    Attributes:
+        units: (3, joints): what torque, power and jerk of each joint are measured by.
+    """
+
+    def __init__(self, robot: Robot, objective: Objective) -> None:
+        self.robot, self.objective = robot, objective
+        torque, jerk = (_finite(robot.limit(quantity)) for quantity in ("torque", "jerk"))
+        power = np.full_like(torque, (torque * _finite(robot.limit("velocity"))).max())
+        self.units = np.array([torque, power, jerk])
+
+    def of(self, pieces: TimedPieces) -> float:
+        """The integral over the motion, s; by Simpson's rule on each piece."""
+        count = max(FEWEST_ON_A_PIECE, SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
+        q, v, a, j = sampled(pieces, count)
+        rates = self._rate(q, v, a, j).reshape(-1, count)
+        simpson = np.full(count, 2.0)
+        simpson[1::2] = 4.0
+        simpson[[0, -1]] = 1.0
+        return float((rates @ simpson * pieces.lengths).sum() / (3.0 * (count - 1)))
+
+    def at_rest(self, positions: FloatArray) -> FloatArray:
+        """(N,), the cost of each second at positions (N, joints)."""
+        still = np.zeros_like(positions)
+        return self._rate(positions, still, still, still)
+
+    def _rate(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
+        """(N,), the cost of a second in states (N, joints)."""
+        if self.objective == "jerk":
+            jerk: FloatArray = ((j / self.units[2]) ** 2).sum(axis=1)
+            return jerk
+        torques = inverse_dynamics(self.robot, q, v, a)
+        if self.objective == "effort":
+            effort: FloatArray = ((torques / self.units[0]) ** 2).sum(axis=1)
+            return effort
+        work: FloatArray = np.abs(torques * v / self.units[1]).sum(axis=1)
+        return work
+
+
+def _finite(limits: FloatArray) -> FloatArray:
+    """A joint without a limit counts like the strongest, and 1 if there is none."""
+    known = limits[np.isfinite(limits)]
+    return np.where(np.isfinite(limits), limits, known.max(initial=0.0) or 1.0)
+
+
+def sampled(pieces: TimedPieces, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Position, velocity, acceleration and jerk (pieces * count, joints) at even times on each piece, ends included."""
+    tau = np.linspace(0.0, 1.0, count) * pieces.lengths[:, None]
+    joints = pieces.coefficients.shape[1]
+    q, v, a, j = (
+        horner(differentiate(pieces.coefficients, k)[:, None], tau[..., None]).reshape(-1, joints) for k in range(4)
+    )
+    return q, v, a, j
+
+
+def use_of_rates(pieces: TimedPieces, limits: SegmentLimits) -> float:
+    """The largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly.
+
+    Args:
+        pieces: Cubic.
+        limits: Of each piece.
+    """
+    h = pieces.lengths[:, None]
+    v, a, j = (differentiate(pieces.coefficients, k) for k in (1, 2, 3))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turning = np.nan_to_num(np.clip(-a[..., 0] / a[..., 1], 0.0, h))
+    uses = [np.abs(horner(v, t)) / limits.velocity for t in (np.zeros_like(h), turning, h)]
+    uses += [np.abs(horner(a, t)) / limits.acceleration for t in (np.zeros_like(h), h)]
+    uses.append(np.abs(j[..., 0]) / limits.jerk)
+    return float(np.max(uses))
+
+
+def use_of_samples(robot: Robot, pieces: TimedPieces, limits: SegmentLimits) -> float:
+    """The largest share of a torque or tool speed limit that is used at samples.
+
+    Args:
+        robot: With tool and payload.
+        pieces: Cubic, short.
+        limits: Of each piece.
+    """
+    q, v, a, _ = sampled(pieces, FEWEST_ON_A_PIECE)
+    uses = [0.0]
+    if robot.has_dynamics and np.isfinite(limits.torque).any():
+        torque = np.repeat(limits.torque, FEWEST_ON_A_PIECE, axis=0)
+        uses.append(float((np.abs(inverse_dynamics(robot, q, v, a)) / torque).max()))
+    tool = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
+    if np.isfinite(tool).any():
+        uses.append(float((np.array(tool_speeds(robot, q, v)) / np.repeat(tool, FEWEST_ON_A_PIECE, axis=1)).max()))
+    return max(uses)

@@ -1,0 +1,126 @@
+"""Joint torques as a CasADi expression: the recursive Newton-Euler algorithm over a Pinocchio model.
+
+Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (1980), with three-vectors in the frame
+of each joint. The wheel of Pinocchio has no CasADi interface; what it has are placements and inertias, and a model of
+ours knows two kinds of joint only: turning about, and sliding along, the z axis of its frame.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from planner.kinematics.poses import FloatArray
+    from planner.robots import Robot
+
+ROUNDING = 1e-15
+"""Elements of a rotation below this are zero: each one left in would be carried through the whole expression."""
+
+
+class SymbolicMotion(NamedTuple):
+    """What a motion asks of the joints, and what it does to the tool.
+
+    Attributes:
+        torques: (joints,), N m or N.
+        tool_velocity: (3,), m/s, in the axes of the last joint.
+        tool_spin: (3,), rad/s, in the axes of the last joint.
+    """
+
+    torques: ca.SX
+    tool_velocity: ca.SX
+    tool_spin: ca.SX
+
+
+class _Moving(NamedTuple):
+    """A body on its way: the recursion's state in the frame of its joint."""
+
+    rotation: ca.SX
+    offset: ca.SX
+    spin: ca.SX
+    spin_rate: ca.SX
+    velocity: ca.SX
+    acceleration: ca.SX
+
+
+def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotion:
+    """Torques, gravity and payload included, and the velocity of the tool.
+
+    Args:
+        robot: A serial chain, with its tool and payload.
+        q: (joints,), rad or m.
+        v: (joints,).
+        a: (joints,).
+    """
+    import casadi as ca
+
+    model, z = robot.model, ca.DM([0.0, 0.0, 1.0])
+    still = ca.SX(3, 1)
+    bodies = [_Moving(ca.SX.eye(3), still, still, still, still, ca.SX(-model.gravity.linear))]
+    for i in range(robot.dof):
+        bodies.append(_next_body(bodies[-1], model.jointPlacements[i + 1], robot.is_angle[i], q[i], v[i], a[i]))
+    tool = model.frames[robot.tool_frame_id]
+    tip = bodies[tool.parentJoint]
+    tool_velocity = tip.velocity + ca.cross(tip.spin, _constant(tool.placement.translation))
+    torques: list[Any] = []
+    force, moment = still, still
+    for i in range(robot.dof, 0, -1):
+        own_force, own_moment = _inertial_wrench(bodies[i], model.inertias[i])
+        force, moment = force + own_force, moment + own_moment
+        torques.append(ca.dot(z, moment if robot.is_angle[i - 1] else force))
+        moment = bodies[i].rotation @ moment
+        force = bodies[i].rotation @ force
+        moment = moment + ca.cross(bodies[i].offset, force)
+    return SymbolicMotion(ca.vertcat(*reversed(torques)), tool_velocity, tip.spin)
+
+
+def _next_body(before: _Moving, placement: Any, turns: bool, q: ca.SX, v: ca.SX, a: ca.SX) -> _Moving:
+    """The body behind a joint, from the one before it."""
+    import casadi as ca
+
+    z = ca.DM([0.0, 0.0, 1.0])
+    rotation, offset = _constant(placement.rotation), _constant(placement.translation)
+    if turns:
+        s, c = ca.sin(q), ca.cos(q)
+        rotation = rotation @ ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.horzcat(0, 0, 1))
+    else:
+        offset = offset + rotation[:, 2] * q
+    carried = rotation.T @ before.spin
+    velocity = rotation.T @ (before.velocity + ca.cross(before.spin, offset))
+    centripetal = ca.cross(before.spin, ca.cross(before.spin, offset))
+    acceleration = rotation.T @ (before.acceleration + ca.cross(before.spin_rate, offset) + centripetal)
+    spin_rate = rotation.T @ before.spin_rate
+    if turns:
+        spin_rate = spin_rate + ca.cross(carried, z * v) + z * a
+        return _Moving(rotation, offset, carried + z * v, spin_rate, velocity, acceleration)
+    acceleration = acceleration + 2.0 * ca.cross(carried, z * v) + z * a
+    return _Moving(rotation, offset, carried, spin_rate, velocity + z * v, acceleration)
+
+
+def _inertial_wrench(body: _Moving, inertia: Any) -> tuple[ca.SX, ca.SX]:
+    """Force, and moment about the joint's origin, that move a body as it moves."""
+    import casadi as ca
+
+    lever, moments = _constant(inertia.lever), _constant(inertia.inertia)
+    swing = ca.cross(body.spin_rate, lever) + ca.cross(body.spin, ca.cross(body.spin, lever))
+    force = inertia.mass * (body.acceleration + swing)
+    moment = moments @ body.spin_rate + ca.cross(body.spin, moments @ body.spin) + ca.cross(lever, force)
+    return force, moment
+
+
+def _constant(values: FloatArray) -> ca.SX:
+    import casadi as ca
+
+    return ca.sparsify(ca.SX(np.where(np.abs(values) < ROUNDING, 0.0, values)))
+
+
+def dynamics_content(robot: Robot) -> bytes:
+    """Equal for robots with equal expressions: what a cache is keyed by."""
+    model, tool = robot.model, robot.model.frames[robot.tool_frame_id]
+    arrays = [model.gravity.linear, robot.is_angle, tool.placement.homogeneous]
+    for placement, inertia in zip(model.jointPlacements.tolist(), model.inertias.tolist(), strict=True):
+        arrays += [placement.homogeneous, np.array([inertia.mass]), inertia.lever, inertia.inertia]
+    return b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
