@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.trajectory import Trajectory
 
+STEPS, AHEAD = 2, 1e-4
+"""Towards the nearest place on a path, and the step of the difference quotients for that, of the way."""
+
 SAMPLES = 9
 """On each piece, both ends included; what lies between two knots is a quintic, whose error is largest in the middle."""
 
@@ -94,13 +97,16 @@ def _deviations(
         if isinstance(motion, JointMotion):
             continue
         start = solved[k - 1].wanted if solved[k - 1].wanted.rotation is not None else solved[k - 1].pose
-        due = _Circle(start, motion.via, solved[k].wanted) if isinstance(motion, CircularMotion) else None
-        line = _Line(start, solved[k].wanted)
+        tolerance = motion.tolerance_position, motion.tolerance_orientation
+        end = solved[k].wanted
+        due: _Line | _Circle = (
+            _Circle(start, motion.via, end) if isinstance(motion, CircularMotion) else _Line(start, end)
+        )
         for time, tool in _tool_poses(trajectory, robot, k - 1):
             near = (corners[end] for end in (k - 1, k) if end in corners)
             if any(np.linalg.norm(tool.position - corner) <= radius for corner, radius in near):
                 continue
-            distance, angle = (due or line).deviation(tool)
+            distance, angle = _deviation(due, tool, tolerance)
             yield _Deviation("path_position_deviation", distance, motion.tolerance_position, time)
             if angle is not None:
                 yield _Deviation("path_orientation_deviation", angle, motion.tolerance_orientation, time)
@@ -113,28 +119,48 @@ def _tool_poses(trajectory: Trajectory, robot: Robot, segment: int) -> Iterator[
             yield time, tool_pose(robot, position)
 
 
+def _deviation(due: _Line | _Circle, tool: Pose, tolerance: tuple[float, float]) -> tuple[float, float | None]:
+    """Distance (m) and angle (rad) from the place of the path that the tool is nearest to, tolerances as units.
+
+    Found by Gauss and Newton's method from the place that is nearest by position.
+    """
+
+    def missed(u: float) -> tuple[FloatArray, FloatArray]:
+        position, rotation = due.pose(u)
+        turn = np.zeros(3) if rotation is None else _logarithm(rotation, tool.rotation)
+        return (position - tool.position) / tolerance[0], turn / tolerance[1]
+
+    u = due.nearest(tool.position)
+    for _ in range(STEPS):
+        here, ahead = (np.concatenate(missed(at)) for at in (u, u + AHEAD))
+        slope = (ahead - here) / AHEAD
+        squared = float(slope @ slope)
+        if squared == 0.0:
+            break
+        u = float(np.clip(u - slope @ here / squared, 0.0, 1.0))
+    position, turn = missed(u)
+    distance = float(np.linalg.norm(position)) * tolerance[0]
+    return distance, None if due.pose(u)[1] is None else float(np.linalg.norm(turn)) * tolerance[1]
+
+
 class _Line:
     """The straight line from pose to pose; the tool turns about one axis in proportion."""
 
     def __init__(self, start: Pose, end: Pose) -> None:
         self.start, self.way = start, end.position - start.position
-        self.squared = float(self.way @ self.way)
         self.turn = None if start.rotation is None or end.rotation is None else _logarithm(start.rotation, end.rotation)
 
-    def deviation(self, tool: Pose) -> tuple[float, float | None]:
-        """Distance (m) from the line, and angle (rad) from the orientation due at the nearest place on it."""
-        offset = tool.position - self.start.position
-        turned = None if self.turn is None else _logarithm(self.start.rotation, tool.rotation)
-        if self.squared > 0.0:
-            share = float(np.clip(offset @ self.way / self.squared, 0.0, 1.0))
-        elif turned is not None and self.turn is not None and np.any(self.turn):
-            share = float(np.clip(turned @ self.turn / (self.turn @ self.turn), 0.0, 1.0))
-        else:
-            share = 0.0
-        distance = float(np.linalg.norm(offset - share * self.way))
-        if self.turn is None:
-            return distance, None
-        return distance, _angle(self.start.rotation, share * self.turn, tool.rotation)
+    def nearest(self, point: FloatArray) -> float:
+        """Share of the way at which the line is nearest to a point; 0.5 where there is no way."""
+        squared = float(self.way @ self.way)
+        return float(np.clip((point - self.start.position) @ self.way / squared, 0.0, 1.0)) if squared > 0.0 else 0.5
+
+    def pose(self, u: float) -> tuple[FloatArray, FloatArray | None]:
+        """Position and rotation due at a share of the way."""
+        position = self.start.position + u * self.way
+        if self.turn is None or self.start.rotation is None:
+            return position, None
+        return position, self.start.rotation @ pin.exp3(u * self.turn)
 
 
 class _Circle:
@@ -143,37 +169,37 @@ class _Circle:
     def __init__(self, start: Pose, via: Pose, end: Pose) -> None:
         a, b, c = start.position, via.position, end.position
         normal = np.cross(b - a, c - a)
-        self.normal = normal / np.linalg.norm(normal)
+        normal /= np.linalg.norm(normal)
         # In the plane, and as far from the first point as from the others.
-        equations = np.array([self.normal, b - a, c - a])
-        right = [self.normal @ a, (b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0]
+        equations = np.array([normal, b - a, c - a])
+        right = [normal @ a, (b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0]
         self.center = np.linalg.solve(equations, right)
-        self.radius = float(np.linalg.norm(a - self.center))
-        self.start = start
-        self.x = (a - self.center) / self.radius
-        self.y = np.cross(self.normal, self.x)
-        self.end_angle, at_via = self._angle_of(c), self._angle_of(b)
+        self.start, self.x = start, a - self.center
+        self.y = np.cross(normal, self.x)
+        self.end_angle = self._angle_of(c)
         self.turns = None
         if start.rotation is not None and end.rotation is not None:
             whole = _logarithm(start.rotation, end.rotation)
-            self.turns = (whole, np.zeros(3))
+            self.turns = np.array([whole, np.zeros(3)])
             if via.rotation is not None:
-                u = at_via / self.end_angle
-                system = np.array([[u, u * u], [1.0, 1.0]])
-                first, second = np.linalg.solve(system, np.array([_logarithm(start.rotation, via.rotation), whole]))
-                self.turns = (first, second)
+                u = self._angle_of(b) / self.end_angle
+                half = _logarithm(start.rotation, via.rotation)
+                self.turns = np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), np.array([half, whole]))
 
-    def deviation(self, tool: Pose) -> tuple[float, float | None]:
-        """Distance (m) from the arc, and angle (rad) from the orientation due at the nearest place on it."""
-        angle = self._angle_of(tool.position)
+    def nearest(self, point: FloatArray) -> float:
+        """Share of the way at which the arc is nearest to a point."""
+        angle = self._angle_of(point)
         if angle > self.end_angle:  # beyond the arc: nearer to its end, or to its start
             angle = self.end_angle if angle < (self.end_angle + 2.0 * np.pi) / 2.0 else 0.0
-        nearest = self.center + self.radius * (np.cos(angle) * self.x + np.sin(angle) * self.y)
-        distance = float(np.linalg.norm(tool.position - nearest))
-        if self.turns is None:
-            return distance, None
-        u = angle / self.end_angle
-        return distance, _angle(self.start.rotation, self.turns[0] * u + self.turns[1] * u * u, tool.rotation)
+        return angle / self.end_angle
+
+    def pose(self, u: float) -> tuple[FloatArray, FloatArray | None]:
+        """Position and rotation due at a share of the way."""
+        angle = u * self.end_angle
+        position = self.center + np.cos(angle) * self.x + np.sin(angle) * self.y
+        if self.turns is None or self.start.rotation is None:
+            return position, None
+        return position, self.start.rotation @ pin.exp3(self.turns[0] * u + self.turns[1] * u * u)
 
     def _angle_of(self, point: FloatArray) -> float:
         spoke = point - self.center
@@ -184,8 +210,3 @@ def _logarithm(start: FloatArray | None, end: FloatArray | None) -> FloatArray:
     assert start is not None  # noqa: S101 - asked only where there are rotations
     assert end is not None  # noqa: S101
     return np.asarray(pin.log3(start.T @ end))
-
-
-def _angle(start: FloatArray | None, turn: FloatArray, reached: FloatArray | None) -> float:
-    assert start is not None  # noqa: S101 - asked only where there are rotations
-    return float(np.linalg.norm(_logarithm(start @ pin.exp3(turn), reached)))

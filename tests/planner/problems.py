@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-from planner.backends import BACKENDS
+from planner.backends import BACKENDS, BackEnd
 from planner.kinematics import Pose, forward_kinematics
 from planner.kinematics.poses import rotation_from_rpy
 from planner.problem import (
@@ -72,7 +72,7 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
 
 
 @st.composite
-def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
+def path_problems(draw: st.DrawFn, backend: BackEnd) -> PlanningProblem:
     """Poses around a random joint position, by motions and transitions of all kinds."""
     robot = load_robot(draw(st.sampled_from(ARMS)))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
@@ -96,7 +96,7 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
     scale = draw(st.floats(0.05, 1.0))
     speed = draw(st.sampled_from([None, None, 0.05, 0.5]))
     limits = Limits(velocity_scale=scale, acceleration_scale=scale, tcp_linear_velocity=speed)
-    return PlanningProblem(robot, tuple(waypoints), BACKENDS[kind](), limits)
+    return PlanningProblem(robot, tuple(waypoints), backend, limits)
 
 
 def _near(home: Pose, robot: Robot, rng: np.random.Generator, reach: float) -> Pose:
