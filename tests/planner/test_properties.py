@@ -4,23 +4,38 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS, Guarantee
 from planner.export import FORMATS, ExportOptions
 from planner.plan import plan
 from planner.polynomials import differentiate, horner
+from planner.problem import PlanningProblem
 from tests.planner.problems import problems
 
 CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effort": 2}
 DENSE = np.linspace(0.0, 1.0, 33)
 
 
-@pytest.mark.parametrize("kind", sorted(BACKENDS))
+SLOW = {"min_effort"}
+"""Back ends of which a plan takes some tenths of a second: tried on fewer examples."""
+
+
+@pytest.mark.parametrize("kind", sorted(set(BACKENDS) - SLOW))
 @given(data=st.data())
 def test_every_plan_keeps_its_promises(kind: str, data: st.DataObject) -> None:
-    problem = data.draw(problems(kind))
+    keeps_its_promises(kind, data.draw(problems(kind)))
+
+
+@pytest.mark.parametrize("kind", sorted(SLOW))
+@settings(max_examples=settings.default.max_examples // 25)
+@given(data=st.data())
+def test_every_plan_of_a_slow_back_end_keeps_its_promises(kind: str, data: st.DataObject) -> None:
+    keeps_its_promises(kind, data.draw(problems(kind)))
+
+
+def keeps_its_promises(kind: str, problem: PlanningProblem) -> None:
     result = plan(problem)
     trajectory, limits = result.trajectory, result.path.limits
     positions = np.array([waypoint.position for waypoint in problem.waypoints])
