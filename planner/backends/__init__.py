@@ -2,6 +2,7 @@
 
 from planner.backends.base import QUANTITIES, BackEnd, Guarantee
 from planner.backends.cubic import Cubic
+from planner.backends.jerk_limited_joints import Ruckig
 from planner.backends.quintic import Quintic
 from planner.backends.trapezoidal import Trapezoidal
 
@@ -11,8 +12,9 @@ BACKENDS: dict[str, type[BackEnd]] = {
         Cubic,
         Quintic,
         Trapezoidal,
+        Ruckig,
     )
 }
 """Every back end by its kind."""
 
-__all__ = ["BACKENDS", "QUANTITIES", "BackEnd", "Cubic", "Guarantee", "Quintic", "Trapezoidal"]
+__all__ = ["BACKENDS", "QUANTITIES", "BackEnd", "Cubic", "Guarantee", "Quintic", "Ruckig", "Trapezoidal"]

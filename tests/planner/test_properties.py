@@ -13,7 +13,7 @@ from planner.plan import plan
 from planner.polynomials import differentiate, horner
 from tests.planner.problems import problems
 
-CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2}
+CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "ruckig": 2}
 DENSE = np.linspace(0.0, 1.0, 33)
 
 

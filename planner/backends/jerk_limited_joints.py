@@ -1,0 +1,147 @@
+"""Jerk-limited motions by Ruckig: every joint as fast as its velocity, acceleration and jerk limits allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from planner.backends.assembly import assemble
+from planner.backends.base import ALL_HARD, EndStates, Guarantee, end_states, enforced
+from planner.backends.rest_to_rest import UnitLaws, time_straight_motions
+from planner.backends.state_to_state import RateLimits, Rates, Synchronization, cubic_pieces, rest_to_rest, with_ramps
+from planner.backends.via_runs import time_joint_run
+from planner.errors import InvalidProblem
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import ruckig
+
+    from planner.backends.assembly import TimedPieces
+    from planner.paths import JointPath, Run, StraightMotions
+    from planner.trajectory import Trajectory
+
+QUANTITIES = ("velocity", "acceleration", "jerk")
+"""What limits a motion, by order of differentiation."""
+
+PHASES = 7
+"""Of a profile from state to state: of constant jerk, the most there are."""
+
+AT_LIMIT = 1.0 - 1e-9
+"""Share of a limit that is all of it."""
+
+
+@dataclass(frozen=True)
+class Ruckig:
+    """Jerk-limited from state to state (Berscheid and Kroeger 2021), through waypoints with the best rates found.
+
+    Attributes:
+        synchronization: `phase`: joint motions from rest to rest are straight lines in joint space. `time`: the joints
+            only arrive together, each on a law of its own.
+        initial_velocity: Per joint, rad/s or m/s, at the first waypoint; None: at rest.
+        initial_acceleration: Per joint, rad/s^2 or m/s^2, there; None: none.
+        final_velocity: Per joint, rad/s or m/s, at the last waypoint; None: at rest.
+    """
+
+    kind: ClassVar[str] = "ruckig"
+    summary: ClassVar[str] = (
+        "As fast as velocity, acceleration and jerk limits allow, waypoints passed with the best rates found, C2."
+    )
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+
+    synchronization: Synchronization = field(
+        default="phase",
+        metadata={
+            "description": "`phase`: joint motions from rest to rest are straight lines in joint space; "
+            "`time`: the joints only arrive together."
+        },
+    )
+    initial_velocity: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the first waypoint, rad/s or m/s; omitted: at rest."},
+    )
+    initial_acceleration: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the first waypoint, rad/s^2 or m/s^2; omitted: none."},
+    )
+    final_velocity: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the last waypoint, rad/s or m/s; omitted: at rest."},
+    )
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The fastest motion, or one of the asked durations."""
+        ends = end_states(self, path.robot.dof)
+        lines = self._lines(path, ends)
+        # The library divides by the number of joints: none at all would end the process.
+        parts = [_along_lines(lines)] if len(lines.segments) else []
+        on_lines = set(lines.segments.tolist())
+        for run in path.every_run:
+            if run.is_spline or run.first in path.straight.segments:
+                if run.first not in on_lines:
+                    parts.append(time_joint_run(path, run.segments, ends, self.synchronization, enforced(self)))
+            else:
+                parts.append(_time_curved_run(path, run, ends))
+        return assemble(path, parts)
+
+    def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
+        """The straight motions that one scalar law moves, from rest to rest."""
+        motions = path.straight
+        there = np.full(len(motions.segments), self.synchronization == "phase")
+        there[motions.segments == 0] &= not ends.starts_moving
+        there[motions.segments == len(path.durations) - 1] &= not ends.ends_moving
+        return replace(
+            motions,
+            segments=motions.segments[there],
+            starts=motions.starts[there],
+            travels=motions.travels[there],
+            durations=motions.durations[there],
+            limits=motions.limits.of(there),
+        )
+
+
+def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+    """Motions of the tool, and blends: a jerk-limited law along the run's curve."""
+    message = "the ruckig back end has no law along motions of the tool and blends yet"
+    raise InvalidProblem([(f"/waypoints/{segment + 1}", message) for segment in run.segments.tolist()])
+
+
+def _along_lines(motions: StraightMotions) -> TimedPieces:
+    """Straight lines from rest to rest: the path parameter runs from 0 to 1 like a joint with the tightest limits.
+
+    A longer duration stretches the law evenly.
+    """
+    travels, limits = np.abs(motions.travels), motions.limits
+    with np.errstate(divide="ignore"):
+        by_joint = [getattr(limits, quantity) / travels for quantity in QUANTITIES]
+    one = np.ones((len(travels), 1))
+    line = with_ramps(one, RateLimits(*(limit.min(axis=1, keepdims=True) for limit in by_joint)), motions.durations)
+    timed = rest_to_rest(one, line)
+    bounds = {}
+    for order, (quantity, own, limit) in enumerate(zip(QUANTITIES, by_joint, line, strict=True), start=1):
+        peaks = np.array([_peak(profile, order) for profile in timed.profiles])[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            binds = (own <= limit) & (peaks / timed.durations**order >= limit * AT_LIMIT)
+        bounds[quantity] = np.where(binds, timed.durations, 0.0)
+    laws = _unit_laws(timed.profiles)
+    return time_straight_motions(motions, bounds, lambda _durations: laws)
+
+
+def _peak(profile: ruckig.Profile, order: int) -> float:
+    """The largest velocity, acceleration or jerk on unit time."""
+    return float(np.abs((profile.v, profile.a, profile.j)[order - 1]).max() * sum(profile.t) ** order)
+
+
+def _unit_laws(profiles: Sequence[ruckig.Profile]) -> UnitLaws:
+    """Laws of Ruckig's profiles with a travel of 1."""
+    at_rest = Rates(np.zeros(1), np.zeros(1))
+    lengths = np.zeros((len(profiles), PHASES))
+    coefficients = np.zeros((len(profiles), PHASES, 4))
+    for row, profile in enumerate(profiles):
+        own, cubics = cubic_pieces([profile], float(sum(profile.t)), np.ones(1), at_rest)
+        time = own.sum()
+        lengths[row, : len(own)] = own / time
+        coefficients[row, : len(own)] = cubics[:, 0] * time ** np.arange(4)
+    return UnitLaws(lengths, coefficients)
