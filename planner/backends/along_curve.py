@@ -30,7 +30,7 @@ NO_LENGTH = 1e-9
 """Share of an interval below which a part of it is rounding."""
 
 SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
-"""At which torque and tool speed are looked at on each piece, by the longest travel of a joint on any (rad, or m)."""
+"""At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
 
 DURATION_TOLERANCE = 1e-9
 """Relative shortfall of an asked duration that is taken for rounding."""
@@ -185,12 +185,13 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
 
 
 def _samples(pieces: TimedPieces, own: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    coefficients = pieces.coefficients[own][:, None]
-    travel = np.abs(horner(coefficients[:, 0], pieces.lengths[own, None]) - coefficients[:, 0, :, 0]).max()
-    count = int(np.clip(SAMPLES_PER_RADIAN * travel, FEWEST_SAMPLES, MOST_SAMPLES))
-    tau = np.linspace(0.0, 1.0, count) * pieces.lengths[own, None]
-    joints = coefficients.shape[2]
-    q, dq, ddq = (horner(differentiate(coefficients, k), tau[..., None]).reshape(-1, joints) for k in range(3))
+    coefficients, lengths = pieces.coefficients[own], pieces.lengths[own]
+    travels = np.abs(horner(coefficients, lengths[:, None]) - coefficients[..., 0]).max(axis=1)
+    counts = np.clip(SAMPLES_PER_RADIAN * travels, FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
+    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    tau = index / np.repeat(counts - 1, counts) * np.repeat(lengths, counts)
+    coefficients = np.repeat(coefficients, counts, axis=0)
+    q, dq, ddq = (horner(differentiate(coefficients, k), tau[:, None]) for k in range(3))
     return q, dq, ddq
 
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.assembly import assemble
+from planner.backends.assembly import TimedPieces, assemble
 from planner.backends.base import ALL_HARD, EndStates, Guarantee, end_states, enforced
-from planner.backends.rest_to_rest import UnitLaws, time_straight_motions
+from planner.backends.rest_to_rest import UnitLaws, choose_durations
 from planner.backends.state_to_state import RateLimits, Rates, Synchronization, cubic_pieces, rest_to_rest, with_ramps
 from planner.backends.via_runs import time_joint_run
 from planner.errors import InvalidProblem
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     import ruckig
 
-    from planner.backends.assembly import TimedPieces
     from planner.paths import JointPath, Run, StraightMotions
     from planner.trajectory import Trajectory
 
@@ -28,6 +27,9 @@ QUANTITIES = ("velocity", "acceleration", "jerk")
 
 PHASES = 7
 """Of a profile from state to state: of constant jerk, the most there are."""
+
+ROUNDED_UP = 1.0 + 5e-9
+"""Factor on durations, for what rounding in Ruckig adds to an acceleration where ramps are very short."""
 
 AT_LIMIT = 1.0 - 1e-9
 """Share of a limit that is all of it."""
@@ -124,9 +126,15 @@ def _along_lines(motions: StraightMotions) -> TimedPieces:
         peaks = np.array([_peak(profile, order) for profile in timed.profiles])[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
             binds = (own <= limit) & (peaks / timed.durations**order >= limit * AT_LIMIT)
-        bounds[quantity] = np.where(binds, timed.durations, 0.0)
+        bounds[quantity] = np.where(binds, timed.durations * ROUNDED_UP, 0.0)
     laws = _unit_laws(timed.profiles)
-    return time_straight_motions(motions, bounds, lambda _durations: laws)
+    durations = choose_durations(motions, bounds, lambda _durations: laws)
+    scaled = laws.coefficients / durations[:, None, None] ** np.arange(4)
+    coefficients = scaled[:, :, None, :] * motions.travels[:, None, :, None]
+    coefficients[..., 0] += motions.starts[:, None]
+    # Phases may be as short as 1e-8 of the whole: their lengths are kept to all their digits.
+    lengths = laws.lengths * durations[:, None]
+    return TimedPieces(lengths.ravel(), np.concatenate(coefficients), np.repeat(motions.segments, PHASES))
 
 
 def _peak(profile: ruckig.Profile, order: int) -> float:
@@ -140,7 +148,7 @@ def _unit_laws(profiles: Sequence[ruckig.Profile]) -> UnitLaws:
     lengths = np.zeros((len(profiles), PHASES))
     coefficients = np.zeros((len(profiles), PHASES, 4))
     for row, profile in enumerate(profiles):
-        own, cubics = cubic_pieces([profile], float(sum(profile.t)), np.ones(1), at_rest)
+        own, cubics = cubic_pieces([profile], np.ones(1), at_rest)
         time = own.sum()
         lengths[row, : len(own)] = own / time
         coefficients[row, : len(own)] = cubics[:, 0] * time ** np.arange(4)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Synchronization = Literal["phase", "time"]
 
-SAME_TIME = 1e-13
+SAME_TIME = 1e-14
 """Share of the duration below which two ends of phases are one."""
 
 _SYNCHRONIZATIONS = {
@@ -192,9 +192,7 @@ class Passages:
         output = ruckig.Trajectory(len(start.velocity))
         if not _calculate(self._library, self._inputs[row], output, start, end):
             return None
-        extrema = [(bound.min, bound.max) for bound in output.position_extrema]
-        lowest, highest = np.array(extrema).T
-        return Passage(output.duration, lowest, highest, output.profiles[0])
+        return Passage(output.duration, *_extremes(output.profiles[0]), output.profiles[0])
 
 
 def _input(
@@ -219,8 +217,22 @@ def _calculate(
     return True
 
 
+def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArray]:
+    """The least and the greatest position (joints,) on the way; the library's own miss some (its `position_extrema`)."""
+    p, v, a, j, t = (np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t"))
+    ends = p
+    p, v, a = p[:, :-1], v[:, :-1], a[:, :-1]
+    # Both roots of v + a t + j t^2 / 2 without cancellation; what lies beyond the phase counts as its end.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q = -a - np.copysign(np.sqrt(np.maximum(a**2 - 2.0 * v * j, 0.0)), a)
+        roots = np.nan_to_num(np.stack([q / j, 2.0 * v / q]))
+    roots = np.clip(roots, 0.0, t)
+    turns = p + roots * (v + roots * (a / 2.0 + roots * j / 6.0))
+    return np.minimum(turns.min(axis=(0, 2)), ends.min(axis=1)), np.maximum(turns.max(axis=(0, 2)), ends.max(axis=1))
+
+
 def cubic_pieces(
-    profiles: Sequence[ruckig.Profile], duration: float, travel: FloatArray, end: Rates
+    profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Rates
 ) -> tuple[FloatArray, FloatArray]:
     """The profiles as cubics on common pieces: the phases of all joints.
 
@@ -229,28 +241,27 @@ def cubic_pieces(
 
     Args:
         profiles: One a joint, from position 0 on.
-        duration: s.
         travel: (joints,), to the end.
         end: Velocity and acceleration (joints,) there.
 
     Returns:
         Lengths (pieces,), and coefficients (pieces, joints, 4), ascending powers of local time.
     """
-    phases = np.array([profile.t for profile in profiles])
+    # In extended precision: a phase may be as short as 1e-8 of the whole.
+    phases = np.array([profile.t for profile in profiles], dtype=np.longdouble)
     phase_ends = np.cumsum(phases, axis=1)
     phase_starts = phase_ends - phases
-    times = np.unique(np.clip(phase_ends, 0.0, duration))
-    times = times[(times > SAME_TIME * duration) & (times < duration * (1.0 - SAME_TIME))]
-    times = np.concatenate([[0.0], times, [duration]])
+    duration = phase_ends.max()
+    times = np.unique(phase_ends[phase_ends < duration * (1.0 - SAME_TIME)])
+    times = np.concatenate([[0.0], times[times > SAME_TIME * duration], [duration]])
     times = times[np.append(True, np.diff(times) > SAME_TIME * duration)]
-    times[-1] = duration
     middles = (times[:-1] + times[1:]) / 2.0
     phase = (middles[:, None, None] > phase_ends[:, :-1]).sum(axis=2)
     joint = np.arange(len(profiles))
     p, v, a, j = (
         np.array([getattr(profile, name) for profile in profiles])[joint, phase] for name in ("p", "v", "a", "j")
     )
-    since = times[:-1, None] - phase_starts[joint, phase]
+    since = (times[:-1, None] - phase_starts[joint, phase]).astype(np.float64)
     coefficients = np.stack(
         [
             p + since * (v + since * (a / 2.0 + since * j / 6.0)),
@@ -260,7 +271,7 @@ def cubic_pieces(
         ],
         axis=-1,
     )
-    lengths = np.diff(times)
+    lengths = np.diff(times).astype(np.float64)
     return lengths, coefficients + _correction(lengths, coefficients, travel, end)
 
 

@@ -167,6 +167,8 @@ class _JointRun:
             if self.at_rest and np.isnan(asked).all():
                 whole = _Candidate(stretched(pieces, worst), motion.durations * worst, motion, needed)
                 best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
+                if worst <= HASTE:
+                    return best
             slowness = slowness * np.maximum(factors * HASTE, 1.0)
         return best
 
