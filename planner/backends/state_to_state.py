@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Synchronization = Literal["phase", "time"]
 
-SAME_TIME = 1e-14
+SAME_TIME = 1e-12
 """Share of the duration below which two ends of phases are one."""
 
 _SYNCHRONIZATIONS = {
@@ -55,18 +55,6 @@ class Rates(NamedTuple):
 
     velocity: FloatArray
     acceleration: FloatArray
-
-
-class RestToRest(NamedTuple):
-    """Single joints from rest to rest.
-
-    Attributes:
-        durations: (rows, joints), s; 0 where nothing moves.
-        profiles: Ruckig's, row by row, of a travel of 1 in units of time of their own.
-    """
-
-    durations: FloatArray
-    profiles: Sequence[ruckig.Profile]
 
 
 class Passage(NamedTuple):
@@ -106,13 +94,8 @@ class ShortestTimes:
         """(rows, joints), s; infinite, all of them, where any of these motions is impossible."""
         if not _calculate(self._library, self._input, self._output, starts, ends):
             return np.full(self.shape, np.inf)
-        return np.array(self._output.independent_min_durations).reshape(self.shape)
-
-    @property
-    def profiles(self) -> Sequence[ruckig.Profile]:
-        """Of the last call, row by row."""
-        profiles: Sequence[ruckig.Profile] = self._output.profiles[0]
-        return profiles
+        times: FloatArray = np.array(self._output.independent_min_durations).reshape(self.shape)
+        return times
 
 
 def least_times(travels: FloatArray, limits: RateLimits) -> FloatArray:
@@ -125,22 +108,6 @@ def least_times(travels: FloatArray, limits: RateLimits) -> FloatArray:
     d = np.abs(travels)
     bounds = (d / limits.velocity, 2.0 * np.sqrt(d / limits.acceleration), np.cbrt(32.0 * d / limits.jerk))
     return np.maximum.reduce(bounds)
-
-
-def rest_to_rest(travels: FloatArray, limits: RateLimits) -> RestToRest:
-    """The fastest motions of single joints from rest to rest.
-
-    Args:
-        travels: (rows, joints), of any sign; 0 where nothing sets a time.
-        limits: Of each row and joint.
-    """
-    d, time = np.abs(travels), least_times(travels, limits)
-    moving = time > 0.0
-    d, time = np.where(moving, d, 1.0), np.where(moving, time, 1.0)
-    limits = RateLimits(*(limit * time**order / d for order, limit in enumerate(limits, start=1)))
-    still = Rates(np.zeros_like(d), np.zeros_like(d))
-    library = ShortestTimes(moving.astype(np.float64), limits)
-    return RestToRest(time * library.between(still, still), library.profiles)
 
 
 def with_ramps(travels: FloatArray, limits: RateLimits, asked: FloatArray) -> RateLimits:

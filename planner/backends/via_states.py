@@ -12,7 +12,7 @@ its position limits on the way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -84,15 +84,15 @@ class ViaProblem:
         """The same problem in other units: a length (joints,) for each joint, and a time."""
         speed, surge = length / time, length / time**2
         limits = RateLimits(self.limits.velocity / speed, self.limits.acceleration / surge, self.limits.jerk * time / surge)
-        ends = (Rates(rates.velocity / speed, rates.acceleration / surge) for rates in (self.start, self.end))
-        return ViaProblem(
-            self.positions / length,
-            self.lower / length,
-            self.upper / length,
-            limits,
-            self.asked / time,
-            *ends,
-            self.synchronization,
+        return replace(
+            self,
+            positions=self.positions / length,
+            lower=self.lower / length,
+            upper=self.upper / length,
+            limits=limits,
+            asked=self.asked / time,
+            start=Rates(self.start.velocity / speed, self.start.acceleration / surge),
+            end=Rates(self.end.velocity / speed, self.end.acceleration / surge),
         )
 
 
@@ -242,8 +242,9 @@ def _stopping_speed(distance: FloatArray, acceleration: FloatArray, jerk: FloatA
         ramp = np.where(np.isfinite(acceleration), acceleration**2 / (2.0 * jerk), 0.0)
         braked = np.where(np.isfinite(acceleration), np.sqrt(ramp**2 + 2.0 * acceleration * room) - ramp, np.inf)
         eased = np.cbrt(room**2 * jerk)
-    speed: FloatArray = np.where(np.isfinite(jerk) & ~(eased > 2.0 * ramp), eased, braked)
-    return np.where(np.isfinite(distance), speed, np.inf)
+    braked = np.where(np.isfinite(jerk) & ~(eased > 2.0 * ramp), eased, braked)
+    speed: FloatArray = np.where(np.isfinite(distance), braked, np.inf)
+    return speed
 
 
 def _lbfgs(cost: Callable[[FloatArray], tuple[float, FloatArray]], x: FloatArray, steps: int) -> FloatArray:
