@@ -32,6 +32,9 @@ NO_LENGTH = 1e-9
 SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
 """At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
 
+FEWEST_ON_A_PIECE = 5
+"""Where a segment is cut into many short pieces."""
+
 DURATION_TOLERANCE = 1e-9
 """Relative shortfall of an asked duration that is taken for rounding."""
 
@@ -187,7 +190,8 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
 def _samples(pieces: TimedPieces, own: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
     coefficients, lengths = pieces.coefficients[own], pieces.lengths[own]
     travels = np.abs(horner(coefficients, lengths[:, None]) - coefficients[..., 0]).max(axis=1)
-    counts = np.clip(SAMPLES_PER_RADIAN * travels, FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
+    fewest = max(FEWEST_SAMPLES // len(own), FEWEST_ON_A_PIECE)
+    counts = np.clip(SAMPLES_PER_RADIAN * travels, fewest, MOST_SAMPLES).astype(int)
     index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     tau = index / np.repeat(counts - 1, counts) * np.repeat(lengths, counts)
     coefficients = np.repeat(coefficients, counts, axis=0)

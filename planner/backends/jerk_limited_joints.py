@@ -9,32 +9,23 @@ import numpy as np
 
 from planner.backends.assembly import TimedPieces, assemble
 from planner.backends.base import ALL_HARD, EndStates, Guarantee, end_states, enforced
-from planner.backends.rest_to_rest import UnitLaws, choose_durations
+from planner.backends.rest_to_rest import choose_durations
+from planner.backends.s_curves import PHASES, s_curves
 from planner.backends.state_to_state import RateLimits, Synchronization, with_ramps
-from planner.backends.via_runs import time_joint_run
+from planner.backends.via_runs import refuse_impossible_ends, time_joint_run
 from planner.errors import InvalidProblem
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run, StraightMotions
     from planner.trajectory import Trajectory
 
 QUANTITIES = ("velocity", "acceleration", "jerk")
 """What limits a motion, by order of differentiation."""
 
-PHASES = 7
-"""Of a profile from state to state: of constant jerk, the most there are."""
-
-NO_TIME = 1e-12
-"""Share of the duration below which a steady phase is rounding."""
-
 ROUNDED_UP = 1.0 + 1e-10
 """Factor on durations, for what rounding may add to an acceleration where ramps are very short."""
-
-AT_LIMIT = 1.0 - 1e-9
-"""Share of a limit that is all of it."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +69,7 @@ class Ruckig:
     def parametrize(self, path: JointPath) -> Trajectory:
         """The fastest motion, or one of the asked durations."""
         ends = end_states(self, path.robot.dof)
+        refuse_impossible_ends(path, ends)
         lines = self._lines(path, ends)
         # The library divides by the number of joints: none at all would end the process.
         parts = [_along_lines(lines)] if len(lines.segments) else []
@@ -122,7 +114,7 @@ def _along_lines(motions: StraightMotions) -> TimedPieces:
         by_joint = [getattr(limits, quantity) / travels for quantity in QUANTITIES]
     one = np.ones((len(travels), 1))
     line = with_ramps(one, RateLimits(*(limit.min(axis=1, keepdims=True) for limit in by_joint)), motions.durations)
-    shortest, laws, binds = _rest_to_rest(*(limit[:, 0] for limit in line))
+    shortest, laws, binds = s_curves(*(limit[:, 0] for limit in line))
     bounds = {
         quantity: np.where(bind[:, None] & (own <= limit), shortest[:, None] * ROUNDED_UP, 0.0)
         for quantity, own, limit, bind in zip(QUANTITIES, by_joint, line, binds, strict=True)
@@ -134,48 +126,3 @@ def _along_lines(motions: StraightMotions) -> TimedPieces:
     # Phases may be as short as 1e-9 of the whole: their lengths are kept to all their digits.
     lengths = laws.lengths * durations[:, None]
     return TimedPieces(lengths.ravel(), np.concatenate(coefficients), np.repeat(motions.segments, PHASES))
-
-
-def _rest_to_rest(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, UnitLaws, list[np.ndarray]]:
-    """The fastest laws of travel 1, and which of their limits set their time.
-
-    What Ruckig computes, too, but for limits of any size: four phases of jerk, each t_j long, two of constant
-    acceleration (t_a) and a cruise (t_v); Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and
-    Robots (2008), ch. 3.4. The times alone determine the law: v = 1 / (2 t_j + t_a + t_v), a = v / (t_j + t_a), j = a / t_j.
-
-    Args:
-        V: (rows,), limits of velocity, 1/s; infinite: none.
-        A: (rows,), of acceleration, 1/s^2.
-        J: (rows,), of jerk, 1/s^3; infinite: the acceleration jumps.
-
-    Returns:
-        Durations (rows,), s, infinite where there is no limit at all; the laws; for each limit where it binds, (rows,).
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ramp = np.where(np.isfinite(A), A / J, np.inf)
-        t_j = np.where(np.isfinite(J), np.minimum.reduce([np.cbrt(0.5 / J), np.sqrt(V / J), ramp]), 0.0)
-        braked = (np.sqrt(t_j**2 + 4.0 / A) - 3.0 * t_j) / 2.0
-        steady = np.where(np.isfinite(A), np.minimum(V / A - t_j, braked), 0.0)
-        t_a = np.where((t_j == ramp) | np.isinf(J), np.maximum(steady, 0.0), 0.0)
-        v = np.where(np.isfinite(J), J * t_j, A) * np.where(np.isfinite(J), t_j + t_a, t_a)
-        t_v = np.maximum(1.0 / v - 2.0 * t_j - t_a, 0.0)
-    limited = np.isfinite(t_v) & (t_j + t_a > 0.0)
-    t_j, t_a, t_v = np.where(limited, t_j, 1.0), np.where(limited, t_a, 0.0), np.where(limited, t_v, 0.0)
-    least = NO_TIME * (4.0 * t_j + 2.0 * t_a + t_v)
-    t_a, t_v = np.where(t_a > least, t_a, 0.0), np.where(t_v > least, t_v, 0.0)
-    phases = np.stack([t_j, t_a, t_j, t_v, t_j, t_a, t_j], axis=1)
-    duration = phases.sum(axis=1)
-    phases /= duration[:, None]
-    v = 1.0 / (phases[:, 2:5].sum(axis=1) + phases[:, 1])
-    a = v / (phases[:, 0] + phases[:, 1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        j = np.where(t_j > 0.0, a / phases[:, 0], 0.0)
-    zero, h = np.zeros_like(v), phases[:, 0]
-    jerks = np.stack([j, zero, -j, zero, -j, zero, j], axis=1)
-    accelerations = np.stack([zero, a, a, zero, zero, -a, -a], axis=1)
-    velocities = np.stack([zero, a * h / 2.0, v - a * h / 2.0, v, v, v - a * h / 2.0, a * h / 2.0], axis=1)
-    ways = phases * (velocities + phases * (accelerations / 2.0 + phases * jerks / 6.0))
-    positions = np.cumsum(ways, axis=1) - ways
-    laws = UnitLaws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
-    reached = v / duration >= V * AT_LIMIT, a / duration**2 >= A * AT_LIMIT, t_j > 0.0
-    return np.where(limited, duration, np.inf), laws, [limited & bind for bind in reached]

@@ -107,14 +107,15 @@ def least_times(travels: FloatArray, limits: RateLimits) -> FloatArray:
     """
     d = np.abs(travels)
     bounds = (d / limits.velocity, 2.0 * np.sqrt(d / limits.acceleration), np.cbrt(32.0 * d / limits.jerk))
-    return np.maximum.reduce(bounds)
+    longest: FloatArray = np.maximum.reduce(bounds)
+    return longest
 
 
 def with_ramps(travels: FloatArray, limits: RateLimits, asked: FloatArray) -> RateLimits:
     """The limits, with jerk limits where neither acceleration nor jerk is limited: the fastest would be a jump there.
 
-    A joint with only a velocity limit reaches it in the middle of its travel, one without any limit takes as long as the
-    others, or as is asked: T = 2 d / v and j = 32 d / T^3, four equal phases of jerk.
+    A joint with only a velocity limit reaches it in the middle of its travel, one without any limit takes as long as
+    the others, or as is asked: T = 2 d / v and j = 32 d / T^3, four equal phases of jerk.
 
     Args:
         travels: (rows, joints), of any sign.
@@ -185,7 +186,7 @@ def _calculate(
 
 
 def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArray]:
-    """The least and the greatest position (joints,) on the way; the library's own miss some (its `position_extrema`)."""
+    """The least and the greatest position (joints,) on the way; the library's `position_extrema` misses many."""
     p, v, a, j, t = (np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t"))
     ends = p
     p, v, a = p[:, :-1], v[:, :-1], a[:, :-1]
@@ -198,13 +199,11 @@ def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArra
     return np.minimum(turns.min(axis=(0, 2)), ends.min(axis=1)), np.maximum(turns.max(axis=(0, 2)), ends.max(axis=1))
 
 
-def cubic_pieces(
-    profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Rates
-) -> tuple[FloatArray, FloatArray]:
+def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Rates) -> tuple[FloatArray, FloatArray]:
     """The profiles as cubics on common pieces: the phases of all joints.
 
-    What rounding has left between the end of the profiles and the state that they are to reach is taken up by a change of
-    the jerks, the least there is.
+    What rounding has left between the end of the profiles and the state that they are to reach is taken up by a change
+    of the jerks, the least there is.
 
     Args:
         profiles: One a joint, from position 0 on.

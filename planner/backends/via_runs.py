@@ -10,27 +10,33 @@ import numpy as np
 from planner.backends.along_curve import demands, stretched
 from planner.backends.assembly import TimedPieces
 from planner.backends.demands import infeasible_duration, nothing_limits
+from planner.backends.s_curves import s_curves
 from planner.backends.state_to_state import RateLimits, Rates, least_times, with_ramps
 from planner.backends.via_states import ViaProblem, pass_waypoints
-from planner.errors import JointPositionLimit, LimitsUnsatisfiable, Remedy
+from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 
 if TYPE_CHECKING:
     from planner.backends.along_curve import Demand
     from planner.backends.base import EndStates
     from planner.backends.state_to_state import Synchronization
     from planner.backends.via_states import ViaMotion
-    from planner.errors import InfeasibleDuration
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath
 
 DURATION_TOLERANCE = 1e-9
-"""Relative shortfall of an asked duration, and excess over a limit, that is taken for rounding."""
+"""Relative shortfall of an asked duration that is taken for rounding."""
+
+EXCESS = 3e-10
+"""Of a time, that is taken for rounding: the certificate allows a jerk three times that."""
 
 POSITION_TOLERANCE = 1e-9
 """rad or m beyond a position limit that is rounding."""
 
 MOST_SLOWINGS, HASTE = 10, 1.0 + 1e-4
 """Times that segments are slowed until they keep torque and tool-speed limits, and by what beyond their need."""
+
+MOST_TRIALS = 4
+"""Of longer durations, before those of stopping are offered."""
 
 SURELY = 1.0 + 1e-6
 """What a duration that is offered as a remedy is longer by than the one that was found."""
@@ -96,7 +102,14 @@ class _JointRun:
         limits = RateLimits(own.velocity, own.acceleration, own.jerk)
         limits = with_ramps(np.diff(positions, axis=0), limits, self.asked)
         self.problem = ViaProblem(
-            positions, own.lower, own.upper, limits, self.asked, start, end, synchronization if len(segments) == 1 else "time"
+            positions,
+            own.lower,
+            own.upper,
+            limits,
+            self.asked,
+            start,
+            end,
+            synchronization if len(segments) == 1 else "time",
         )
         self.starts_moving, self.ends_moving = (any(r.any() for r in rates) for rates in (start, end))
         self.at_rest = not (self.starts_moving or self.ends_moving)
@@ -106,11 +119,14 @@ class _JointRun:
         idle = np.flatnonzero(least_times(self.problem.travels, self.problem.limits).max(axis=1) <= 0.0)
         if len(idle):
             raise nothing_limits(int(self.segments[idle[0]]))
-        self._refuse_impossible_ends()
         free = np.full(len(self.asked), np.nan)
-        stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
         through = None
-        if len(self.segments) > 1 or not self.at_rest:
+        if self.at_rest and len(self.segments) > 1 and np.isnan(self.asked).all():
+            through = self._slowed(free, stopping=False)
+            if through is not None and through.durations.sum() <= self._least_stopping():
+                return through.pieces
+        stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
+        if through is None and (len(self.segments) > 1 or not self.at_rest):
             through = self._slowed(self.asked, stopping=False, stop_times=stopping.durations if stopping else None)
         if stopping is not None and not self.at_rest:
             stopping = self._slowed(self.asked, stopping=True, stop_times=stopping.durations)
@@ -120,17 +136,25 @@ class _JointRun:
             return min(feasible, key=lambda candidate: float(candidate.durations.sum())).pieces
         if not candidates:
             raise self._leaves_limits()
-        raise self._infeasible(stopping, through)
+        raise self._infeasible(candidates[-1], stopping)
 
     def _too_short(self, candidate: _Candidate) -> np.ndarray:
         too_short: np.ndarray = candidate.durations > self.asked * (1.0 + DURATION_TOLERANCE)
         return too_short
 
-    def _stopping(self) -> _Candidate:
+    def _least_stopping(self) -> float:
+        """S, what stopping at each waypoint takes at least: the joint limits by themselves."""
+        d = np.abs(self.problem.travels)
+        with np.errstate(divide="ignore"):
+            times = s_curves(*((limit / d).ravel() for limit in self.problem.limits))[0].reshape(d.shape)
+        return float(np.where(d > 0.0, times, 0.0).max(axis=1).sum())
+
+    def _stopping(self) -> _Candidate | None:
         """Each segment from rest to rest by itself: a longer duration stretches it."""
         alone = replace(self.problem, asked=np.full(len(self.asked), np.nan))
         motion = pass_waypoints(alone, stopping=True)
-        assert motion is not None, "from rest to rest there is always a motion"
+        if motion is None:
+            return None
         needed = demands(self.path, self._pieces(motion), self.enforced)
         parts, durations = [], []
         for k, segment in enumerate(self.segments.tolist()):
@@ -143,14 +167,16 @@ class _JointRun:
             durations.append(duration)
         return _Candidate(_joined(parts), np.array(durations), motion, needed)
 
-    def _slowed(
-        self, asked: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None
-    ) -> _Candidate | None:
+    def _slowed(self, asked: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None) -> _Candidate | None:
         """The motion under limits that are made narrower until torque and tool speed keep theirs, too."""
         slowness = np.ones(len(asked))
         if stop_times is not None:
             # Where there is more time than from rest to rest, a slow motion rather than a detour.
             slowness = np.fmax(1.0, asked / stop_times)
+            if self.starts_moving:
+                slowness[0] = 1.0
+            if self.ends_moving:
+                slowness[-1] = 1.0
         best: _Candidate | None = None
         for _ in range(MOST_SLOWINGS):
             problem = replace(self.problem, asked=asked, limits=self._slowed_limits(slowness))
@@ -161,7 +187,7 @@ class _JointRun:
             needed = demands(self.path, pieces, self.enforced)
             factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
             worst = float(factors.max())
-            if worst <= 1.0 + DURATION_TOLERANCE:
+            if worst <= 1.0 + EXCESS:
                 found = _Candidate(pieces, motion.durations, motion, needed)
                 return found if best is None or found.durations.sum() < best.durations.sum() else best
             if self.at_rest and np.isnan(asked).all():
@@ -178,7 +204,9 @@ class _JointRun:
         for row, rates in ((0, self.problem.start), (-1, self.problem.end)):
             after = rates.velocity + rates.acceleration * np.abs(rates.acceleration) / (2.0 * slowed.jerk[row])
             least = np.maximum(np.abs(rates.velocity), np.abs(after)) * (1.0 + DURATION_TOLERANCE)
-            slowed.velocity[row] = np.minimum(np.maximum(slowed.velocity[row], least), self.problem.limits.velocity[row])
+            slowed.velocity[row] = np.minimum(
+                np.maximum(slowed.velocity[row], least), self.problem.limits.velocity[row]
+            )
             slowed.acceleration[row] = np.maximum(slowed.acceleration[row], np.abs(rates.acceleration))
         return slowed
 
@@ -196,37 +224,6 @@ class _JointRun:
         if above[k, joint] > below[k, joint]:
             return int(k), int(joint), float(motion.highest[k, joint]), float(self.problem.upper[joint])
         return int(k), int(joint), float(motion.lowest[k, joint]), float(self.problem.lower[joint])
-
-    def _refuse_impossible_ends(self) -> None:
-        """Raises LimitsUnsatisfiable where the motion at an end breaks a limit, or is bound to."""
-        limits, start, end = self.problem.limits, self.problem.start, self.problem.end
-        bound_for = start.velocity + start.acceleration * np.abs(start.acceleration) / (2.0 * limits.jerk[0])
-        checks = (
-            ("initial_velocity", start.velocity, limits.velocity[0], "the velocity"),
-            ("initial_acceleration", start.acceleration, limits.acceleration[0], "the acceleration"),
-            ("initial_acceleration", bound_for, limits.velocity[0], "the velocity that the acceleration leads to"),
-            ("final_velocity", end.velocity, limits.velocity[-1], "the velocity"),
-        )
-        for option, values, limit, what in checks:
-            beyond = np.flatnonzero(np.abs(values) > limit)
-            if not len(beyond):
-                continue
-            joint, last = int(beyond[0]), option.startswith("final")
-            name, value, most = self.path.robot.joint_names[joint], float(values[joint]), float(limit[joint])
-            remedies = []
-            if values is not bound_for:
-                clipped = np.clip(values, -limit, limit).tolist()
-                remedies = [Remedy(f"/backend/{option}", clipped, "the most that the limits allow")]
-            else:
-                remedies = [Remedy(f"/backend/{option}", None, "begin without acceleration")]
-            raise LimitsUnsatisfiable(
-                f"{what} of {name} at the {'end' if last else 'start'}, {value:.6g}, is beyond its limit {most:.6g}",
-                segment=int(self.segments[-1 if last else 0]),
-                joint=name,
-                value=value,
-                limit=most,
-                remedies=remedies,
-            )
 
     def _leaves_limits(self) -> JointPositionLimit | LimitsUnsatisfiable:
         """The refusal where the motion at the ends leaves no way, or none within the position limits."""
@@ -252,19 +249,24 @@ class _JointRun:
             remedies=remedies,
         )
 
-    def _infeasible(self, stopping: _Candidate | None, through: _Candidate | None) -> InfeasibleDuration:
-        """The refusal of asked durations, with others that were tried; those of stopping always do."""
-        candidate = through or stopping
-        assert candidate is not None, "there is no refusal of durations without any motion"
+    def _infeasible(self, candidate: _Candidate, stopping: _Candidate | None) -> InfeasibleDuration:
+        """The refusal of asked durations, with such instead that are found by trying them."""
         short = self._too_short(candidate)
-        needed = np.where(short, candidate.durations * SURELY, self.asked)
-        if through is not None and stopping is not None:
-            tried = self._slowed(needed, stopping=False, stop_times=stopping.durations)
-            if tried is None or (tried.durations > needed * (1.0 + DURATION_TOLERANCE)).any():
-                needed = np.fmax(self.asked, stopping.durations)
-                needed[np.isnan(self.asked)] = np.nan
+        needed = self._longer_durations(candidate.durations, stopping)
         first = int(np.flatnonzero(short)[0])
         segment = int(self.segments[first])
+        if needed is None:
+            given = np.flatnonzero(self.asked > 0.0)
+            return InfeasibleDuration(
+                f"with the durations asked around segment {segment} no motion was found that keeps the limits",
+                waypoint=segment + 1,
+                segment=segment,
+                value=float(self.asked[first]),
+                remedies=[
+                    Remedy(f"/waypoints/{self.segments[k] + 1}/duration", None, "as fast as the limits allow")
+                    for k in given
+                ],
+            )
         longer = {int(self.segments[k]): float(needed[k]) for k in np.flatnonzero(needed > self.asked)}
         longer = {segment: longer.pop(segment), **longer}
         demand = candidate.needed[segment]
@@ -272,6 +274,67 @@ class _JointRun:
             return infeasible_duration(float(self.asked[first]), longer, demand.cause, None)
         joint = self.path.robot.joint_names[int(candidate.motion.slowest[first])]
         return infeasible_duration(float(self.asked[first]), longer, f"the limits of {joint} ask", joint)
+
+    def _longer_durations(self, durations: FloatArray, stopping: _Candidate | None) -> FloatArray | None:
+        """Durations (segments,) with which there is a motion: as asked, but longer where that is too short."""
+        stop_times = None if stopping is None else stopping.durations
+        needed = self.asked
+        if len(self.asked) > 1 or not self.at_rest:
+            for _ in range(MOST_TRIALS):
+                needed = np.where(durations > needed * (1.0 + DURATION_TOLERANCE), durations * SURELY, needed)
+                tried = self._slowed(needed, stopping=False, stop_times=stop_times)
+                if tried is None:
+                    break
+                durations = tried.durations
+                if not (durations > needed * (1.0 + DURATION_TOLERANCE)).any():
+                    return needed
+        if stop_times is None or not self.at_rest:
+            return None
+        return np.where(stop_times > self.asked, stop_times, self.asked)
+
+
+def refuse_impossible_ends(path: JointPath, ends: EndStates) -> None:
+    """Hold the motion at the ends against the limits of the first and the last segment.
+
+    Raises:
+        LimitsUnsatisfiable: It breaks one, or is bound to.
+    """
+    limits, velocity, acceleration = path.limits, ends.initial_velocity, ends.initial_acceleration
+    bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk[0])
+    most = [limits.velocity[0], limits.acceleration[0], limits.velocity[0], limits.velocity[-1]]
+    checks = (
+        ("initial_velocity", velocity, "the velocity of {} at the start", np.clip(velocity, -most[0], most[0])),
+        (
+            "initial_acceleration",
+            acceleration,
+            "the acceleration of {} at the start",
+            np.clip(acceleration, -most[1], most[1]),
+        ),
+        ("initial_acceleration", bound_for, "the velocity of {} that its initial acceleration leads to", None),
+        (
+            "final_velocity",
+            ends.final_velocity,
+            "the velocity of {} at the end",
+            np.clip(ends.final_velocity, -most[3], most[3]),
+        ),
+    )
+    for (option, values, what, allowed), limit in zip(checks, most, strict=True):
+        beyond = np.flatnonzero(np.abs(values) > limit)
+        if not len(beyond):
+            continue
+        joint = int(beyond[0])
+        name, value = path.robot.joint_names[joint], float(values[joint])
+        remedy = (
+            (None, "begin without acceleration") if allowed is None else (allowed.tolist(), "what the limits allow")
+        )
+        raise LimitsUnsatisfiable(
+            f"{what.format(name)} is {value:.6g}, beyond its limit {limit[joint]:.6g}",
+            segment=len(path.durations) - 1 if option == "final_velocity" else 0,
+            joint=name,
+            value=value,
+            limit=float(limit[joint]),
+            remedies=[Remedy(f"/backend/{option}", *remedy)],
+        )
 
 
 def _joined(parts: list[TimedPieces]) -> TimedPieces:

@@ -17,7 +17,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.state_to_state import Passage, Passages, RateLimits, Rates, ShortestTimes, cubic_pieces, least_times
+from planner.backends.state_to_state import (
+    Passage,
+    Passages,
+    RateLimits,
+    Rates,
+    ShortestTimes,
+    cubic_pieces,
+    least_times,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,7 +91,9 @@ class ViaProblem:
     def in_units(self, length: FloatArray, time: float) -> ViaProblem:
         """The same problem in other units: a length (joints,) for each joint, and a time."""
         speed, surge = length / time, length / time**2
-        limits = RateLimits(self.limits.velocity / speed, self.limits.acceleration / surge, self.limits.jerk * time / surge)
+        limits = RateLimits(
+            self.limits.velocity / speed, self.limits.acceleration / surge, self.limits.jerk * time / surge
+        )
         return replace(
             self,
             positions=self.positions / length,
@@ -213,7 +223,10 @@ class _Search:
         """The total of the segments' times and its slopes, with norms of the joints' times for their maxima."""
         count = len(self.asked)
         rates = self.rates(x)
-        changes = [self.rates(x + DIFFERENCE * np.array([[[1.0]], [[0.0]]])), self.rates(x + DIFFERENCE * np.array([[[0.0]], [[1.0]]]))]
+        changes = [
+            self.rates(x + DIFFERENCE * np.array([[[1.0]], [[0.0]]])),
+            self.rates(x + DIFFERENCE * np.array([[[0.0]], [[1.0]]])),
+        ]
         starts, ends = [], []
         for own, *changed in zip(rates, *changes, strict=True):
             starts.append(np.concatenate([own[:-1], *(c[1:-1] for c in changed), own[:-2], own[:-2]]))
@@ -279,7 +292,8 @@ def _lbfgs(cost: Callable[[FloatArray], tuple[float, FloatArray]], x: FloatArray
 def _times_inverse_hessian(pairs: list[tuple[FloatArray, FloatArray]], slope: FloatArray) -> FloatArray:
     """The two loops of L-BFGS; without any pairs a short step."""
     if not pairs:
-        return 0.3 * slope / max(np.abs(slope).max(), 1e-300)
+        short: FloatArray = 0.3 * slope / max(np.abs(slope).max(), 1e-300)
+        return short
     result, shares = slope.copy(), []
     for moved, bent in reversed(pairs):
         share = (moved * result).sum() / (moved * bent).sum()
