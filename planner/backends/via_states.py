@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.backends.lbfgs import lbfgs
 from planner.backends.state_to_state import (
     Passage,
     Passages,
@@ -28,16 +29,11 @@ from planner.backends.state_to_state import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from planner.backends.state_to_state import Synchronization
     from planner.kinematics.poses import FloatArray
 
 EXPONENTS, MOST_STEPS = (10.0, 40.0, 200.0), (15, 20, 30)
 """Of the norms that stand for the maxima, one after the other; and the most steps of the search with each."""
-
-MEMORY, SHORTENINGS, LEAST_GAIN = 8, 6, 1e-4
-"""Of L-BFGS: pairs remembered, trials of one step, and the relative gain of a step at which a search ends."""
 
 DIFFERENCE = 1e-5
 """Change of a variable by which slopes are measured."""
@@ -204,7 +200,7 @@ class _Search:
         """Where the search ends, the maxima at last being nearly themselves."""
         x = self._first_guess()
         for exponent, steps in zip(EXPONENTS, MOST_STEPS, strict=True):
-            x = _lbfgs(lambda x, p=exponent: self._cost(x, p), x, steps)  # type: ignore[misc]
+            x = lbfgs(lambda x, p=exponent: self._cost(x, p), x, steps)  # type: ignore[misc]
         return self.rates(x)
 
     def _first_guess(self) -> FloatArray:
@@ -258,52 +254,6 @@ def _stopping_speed(distance: FloatArray, acceleration: FloatArray, jerk: FloatA
     braked = np.where(np.isfinite(jerk) & ~(eased > 2.0 * ramp), eased, braked)
     speed: FloatArray = np.where(np.isfinite(distance), braked, np.inf)
     return speed
-
-
-def _lbfgs(cost: Callable[[FloatArray], tuple[float, FloatArray]], x: FloatArray, steps: int) -> FloatArray:
-    """A point of low cost, from x on."""
-    value, slope = cost(x)
-    pairs: list[tuple[FloatArray, FloatArray]] = []
-    for _ in range(steps):
-        step = -_times_inverse_hessian(pairs, slope)
-        if not (slope * step).sum() < 0.0:
-            break
-        step /= max(1.0, np.abs(step).max())
-        for shortening in range(SHORTENINGS):
-            part = 0.3**shortening
-            there, slope_there = cost(x + part * step)
-            if there <= value + 1e-4 * part * (slope * step).sum():
-                break
-        else:
-            if not pairs:
-                break
-            pairs.clear()
-            continue
-        moved, bent = part * step, slope_there - slope
-        if (moved * bent).sum() > 1e-12:
-            pairs = [*pairs, (moved, bent)][-MEMORY:]
-        gain = value - there
-        x, value, slope = x + moved, there, slope_there
-        if gain <= LEAST_GAIN * value:
-            break
-    return x
-
-
-def _times_inverse_hessian(pairs: list[tuple[FloatArray, FloatArray]], slope: FloatArray) -> FloatArray:
-    """The two loops of L-BFGS; without any pairs a short step."""
-    if not pairs:
-        short: FloatArray = 0.3 * slope / max(np.abs(slope).max(), 1e-300)
-        return short
-    result, shares = slope.copy(), []
-    for moved, bent in reversed(pairs):
-        share = (moved * result).sum() / (moved * bent).sum()
-        shares.append(share)
-        result -= share * bent
-    moved, bent = pairs[-1]
-    result *= (moved * bent).sum() / (bent * bent).sum()
-    for (moved, bent), share in zip(pairs, reversed(shares), strict=True):
-        result += moved * (share - (bent * result).sum() / (moved * bent).sum())
-    return result
 
 
 class _MendedPassages:
