@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from planner.backends.base import QUANTITIES, Guarantee
+from planner.backends.base import QUANTITIES, EndStates, Guarantee
 from planner.dynamics import inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_speeds
@@ -90,7 +90,8 @@ class Certificate:
     Attributes:
         satisfied: Every enforced limit is kept.
         waypoint_error: Largest distance of a joint from its waypoint at the waypoint's arrival, rad or m.
-        continuity: `C0`, `C1`, ...: the derivatives that are continuous, counting rest before and after; `none`.
+        continuity: `C0`, `C1`, ...: the derivatives that are continuous, counting rest before and after, or the
+            motion that is asked there; `none`.
         checks: One a quantity, in the order of `QUANTITIES`.
     """
 
@@ -111,6 +112,7 @@ def certify(
     guarantees: Mapping[str, Guarantee],
     waypoint_positions: FloatArray,
     more_checks: Sequence[Check] = (),
+    ends: EndStates | None = None,
 ) -> Certificate:
     """Check a trajectory against the limits in force on each of its segments.
 
@@ -121,9 +123,11 @@ def certify(
         guarantees: Which quantities are enforced.
         waypoint_positions: (waypoints, joints), to be met at the trajectory's arrivals; NaN: not to be met.
         more_checks: Of other things than these limits.
+        ends: The motion before and after the trajectory that is asked; None: rest.
     """
     derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, MOST_CONTINUOUS + 1)
-    smooth = _continuity(derivatives)
+    still = np.zeros(robot.dof)
+    smooth = _continuity(derivatives, ends or EndStates(still, still, still))
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
     checks = [
         _polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced[quantity], smooth)
@@ -140,13 +144,16 @@ def certify(
     )
 
 
-def _continuity(derivatives: UnitPolynomials) -> int:
-    """The highest k such that derivatives 0 to k are continuous, rest counted before and after; -1: none."""
+def _continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
+    """The highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none."""
     starts, ends = derivatives.starts, derivatives.ends
+    before = {1: asked.initial_velocity, 2: asked.initial_acceleration}
+    after = {1: asked.final_velocity}
     for k in range(len(starts)):
         jumps = np.abs(starts[k, 1:] - ends[k, :-1]).max(initial=0.0)
         if k > 0:
-            jumps = max(jumps, np.abs(starts[k, 0]).max(), np.abs(ends[k, -1]).max())
+            begin, end = starts[k, 0] - before.get(k, 0.0), ends[k, -1] - after.get(k, 0.0)
+            jumps = max(jumps, np.abs(begin).max(), np.abs(end).max())
         # A bound on the derivative all over, since it may vanish at every breakpoint.
         if jumps > CONTINUITY_TOLERANCE * np.abs(derivatives.bernstein[k]).max():
             return k - 1

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import Guarantee
+from planner.backends.base import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
 from planner.certificate import Certificate, certify
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.kinematics.wanted import waypoint_faults
@@ -59,6 +59,7 @@ def plan(problem: PlanningProblem) -> Plan:
         problem.backend.guarantees,
         np.where(np.array(blended)[:, None], np.nan, path.positions),
         certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
+        end_states(problem.backend, path.robot.dof),
     )
     refuse_unless_satisfied(certificate)
     remarks = (PlanWarning(remark.code, remark.message) for remark in trajectory.remarks)
@@ -104,6 +105,23 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
     if waypoints and waypoints[0].limits is not None:
         yield "/waypoints/0/limits", "the first waypoint ends no segment: it has no limits"
     yield from limit_faults(robot, problem.limits, "/limits")
+    yield from _end_faults(problem)
+
+
+def _end_faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
+    robot, backend = problem.robot, problem.backend
+    if not isinstance(backend, MovesAtItsEnds):
+        return
+    asked = {name: rates for name in END_OPTIONS if (rates := getattr(backend, name)) is not None}
+    wrong = [name for name, rates in asked.items() if len(rates) != robot.dof]
+    for name in wrong:
+        yield f"/backend/{name}", f"{len(asked[name])} values for the {robot.dof} joints of {robot.id}"
+    if wrong or not problem.waypoints:
+        return
+    ends = end_states(backend, robot.dof)
+    for moving, i in ((ends.starts_moving, 0), (ends.ends_moving, len(problem.waypoints) - 1)):
+        if moving and problem.waypoints[i].dwell > 0.0:
+            yield f"/waypoints/{i}/dwell", "the robot cannot rest where it is asked to be in motion"
 
 
 def refuse_unless_satisfied(certificate: Certificate) -> None:

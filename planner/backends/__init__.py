@@ -1,7 +1,9 @@
 """The back ends: one file and one line here each."""
 
+from planner.backends.auto import Auto
 from planner.backends.base import QUANTITIES, BackEnd, Guarantee
 from planner.backends.cubic import Cubic
+from planner.backends.jerk_limited_joints import Ruckig
 from planner.backends.minimum_effort import MinimumEffort
 from planner.backends.quintic import Quintic
 from planner.backends.time_optimal import TimeOptimal
@@ -13,8 +15,10 @@ BACKENDS: dict[str, type[BackEnd]] = {
         Cubic,
         Quintic,
         Trapezoidal,
+        Ruckig,
         TimeOptimal,
         MinimumEffort,
+        Auto,
     )
 }
 """Every back end by its kind."""
@@ -22,11 +26,13 @@ BACKENDS: dict[str, type[BackEnd]] = {
 __all__ = [
     "BACKENDS",
     "QUANTITIES",
+    "Auto",
     "BackEnd",
     "Cubic",
     "Guarantee",
     "MinimumEffort",
     "Quintic",
+    "Ruckig",
     "TimeOptimal",
     "Trapezoidal",
 ]

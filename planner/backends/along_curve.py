@@ -30,7 +30,10 @@ NO_LENGTH = 1e-9
 """Share of an interval below which a part of it is rounding."""
 
 SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
-"""At which torque and tool speed are looked at on each piece, by the longest travel of a joint on any (rad, or m)."""
+"""At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
+
+FEWEST_ON_A_PIECE = 5
+"""Where a segment is cut into many short pieces."""
 
 DURATION_TOLERANCE = 1e-9
 """Relative shortfall of an asked duration that is taken for rounding."""
@@ -153,9 +156,7 @@ def by_factor(demand: Demand) -> float:
     return demand.factor
 
 
-def demands(
-    path: JointPath, pieces: TimedPieces, guarantees: frozenset[str], fewest: int = FEWEST_SAMPLES
-) -> dict[int, Demand]:
+def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, Demand]:
     """What the limits demand of each segment of some pieces.
 
     Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
@@ -164,7 +165,6 @@ def demands(
         path: With the limits.
         pieces: Of whole segments.
         guarantees: The quantities that have to be kept.
-        fewest: Samples of torque and tool speed on each piece.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
@@ -185,20 +185,22 @@ def demands(
                 name = path.robot.joint_names[joint]
                 worst = Demand(factor, f"the {quantity} limit of {name} asks", name)
         if sampled.limited[segment]:
-            factor = sampled.stretch(segment, segment, *_samples(pieces, own, fewest))
+            factor = sampled.stretch(segment, segment, *_samples(pieces, own))
             if factor > worst.factor:
                 worst = Demand(factor, "the torque or tool speed limits ask", None)
         result[segment] = worst
     return result
 
 
-def _samples(pieces: TimedPieces, own: np.ndarray, fewest: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    coefficients = pieces.coefficients[own][:, None]
-    travel = np.abs(horner(coefficients[:, 0], pieces.lengths[own, None]) - coefficients[:, 0, :, 0]).max()
-    count = int(np.clip(SAMPLES_PER_RADIAN * travel, fewest, MOST_SAMPLES))
-    tau = np.linspace(0.0, 1.0, count) * pieces.lengths[own, None]
-    joints = coefficients.shape[2]
-    q, dq, ddq = (horner(differentiate(coefficients, k), tau[..., None]).reshape(-1, joints) for k in range(3))
+def _samples(pieces: TimedPieces, own: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    coefficients, lengths = pieces.coefficients[own], pieces.lengths[own]
+    travels = np.abs(horner(coefficients, lengths[:, None]) - coefficients[..., 0]).max(axis=1)
+    fewest = max(FEWEST_SAMPLES // len(own), FEWEST_ON_A_PIECE)
+    counts = np.clip(SAMPLES_PER_RADIAN * travels, fewest, MOST_SAMPLES).astype(int)
+    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    tau = index / np.repeat(counts - 1, counts) * np.repeat(lengths, counts)
+    coefficients = np.repeat(coefficients, counts, axis=0)
+    q, dq, ddq = (horner(differentiate(coefficients, k), tau[:, None]) for k in range(3))
     return q, dq, ddq
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
+
+import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath
     from planner.trajectory import Trajectory
 
@@ -66,3 +70,41 @@ class BackEnd(Protocol):
 def enforced(backend: BackEnd) -> frozenset[str]:
     """The quantities whose limits the back end keeps."""
     return frozenset(quantity for quantity in QUANTITIES if backend.guarantees[quantity] is Guarantee.HARD)
+
+
+@runtime_checkable
+class MovesAtItsEnds(Protocol):
+    """A back end whose trajectory may begin and end in motion, as asked by these options; None: at rest."""
+
+    initial_velocity: tuple[float, ...] | None
+    initial_acceleration: tuple[float, ...] | None
+    final_velocity: tuple[float, ...] | None
+
+
+END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
+"""Of a back end that moves at its ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class EndStates:
+    """How a trajectory begins and ends; each (joints,), rad or m by s and s^2. It never ends with an acceleration."""
+
+    initial_velocity: FloatArray
+    initial_acceleration: FloatArray
+    final_velocity: FloatArray
+
+    @property
+    def starts_moving(self) -> bool:
+        """Whether there is any motion at the first waypoint."""
+        return bool(self.initial_velocity.any() or self.initial_acceleration.any())
+
+    @property
+    def ends_moving(self) -> bool:
+        """Whether there is any motion at the last waypoint."""
+        return bool(self.final_velocity.any())
+
+
+def end_states(backend: BackEnd, joints: int) -> EndStates:
+    """What a back end's options ask at the ends; rest, where it has none."""
+    asked = [getattr(backend, name) if isinstance(backend, MovesAtItsEnds) else None for name in END_OPTIONS]
+    return EndStates(*(np.zeros(joints) if rates is None else np.array(rates) for rates in asked))

@@ -88,7 +88,15 @@ class PolynomialLaw:
 def time_straight_motions(
     motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], UnitLaws]
 ) -> TimedPieces:
-    """Choose the durations and put the laws on the motions.
+    """Choose the durations and put the laws on the motions: see `choose_durations`."""
+    durations = choose_durations(motions, bounds, laws_of)
+    return _timed(motions, laws_of(durations), durations)
+
+
+def choose_durations(
+    motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], UnitLaws]
+) -> FloatArray:
+    """The asked durations (segments,), s, or the shortest that keep the limits.
 
     Args:
         motions: With asked durations, NaN where the shortest is wanted.
@@ -111,8 +119,8 @@ def time_straight_motions(
     short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE))
     if len(short):
         raise _infeasible(motions, bounds, shortest, short)
-    durations = np.where(free, shortest, asked)
-    return _timed(motions, laws_of(durations), durations)
+    durations: FloatArray = np.where(free, shortest, asked)
+    return durations
 
 
 def _timed(motions: StraightMotions, laws: UnitLaws, durations: FloatArray) -> TimedPieces:

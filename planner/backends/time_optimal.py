@@ -37,9 +37,6 @@ COMPARISONS = ((8, 0, 1.13), (FEWEST, MOST_REFINEMENTS, 1.0))
 """Of two curves through waypoints: fewest intervals between waypoints, times that intervals are cut, and by what factor
 the less smooth one may be slower and yet stay in the race; it loses more by few intervals, 4 to 12 %."""
 
-SAMPLES = 5
-"""Of torque and tool speed on each interval, once the motion is found: intervals are short."""
-
 MOST_REPAIRS, REPAIR = 3, 1.003
 """Times that limits are tightened on segments that break them by a factor on time; less is left to all segments."""
 
@@ -131,7 +128,7 @@ def _within_limits(
     for _ in range(MOST_REPAIRS):
         intervals, x, u = fastest_on(path, intervals, factors)
         pieces = _pieces(intervals, x, u, tolerances)
-        needed = demands(path, pieces, kept, SAMPLES)
+        needed = demands(path, pieces, kept)
         if max(demand.factor for demand in needed.values()) <= REPAIR:
             break
         for segment, demand in needed.items():

@@ -14,7 +14,7 @@ from planner.polynomials import differentiate, horner
 from planner.problem import PlanningProblem
 from tests.planner.problems import problems
 
-CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effort": 2}
+CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effort": 2, "ruckig": 2, "auto": 2}
 DENSE = np.linspace(0.0, 1.0, 33)
 
 

@@ -1,0 +1,136 @@
+"""Jerk-limited motions by Ruckig: every joint as fast as its velocity, acceleration and jerk limits allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from planner.backends.assembly import TimedPieces, assemble
+from planner.backends.base import ALL_HARD, END_OPTIONS, EndStates, Guarantee, end_states, enforced
+from planner.backends.jerk_limited import time_run
+from planner.backends.rest_to_rest import choose_durations
+from planner.backends.s_curves import PHASES, s_curves
+from planner.backends.state_to_state import RateLimits, Synchronization, with_ramps
+from planner.backends.via_runs import refuse_impossible_ends, time_joint_run
+from planner.errors import InvalidProblem
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.paths import JointPath, Run, StraightMotions
+    from planner.trajectory import Trajectory
+
+QUANTITIES = ("velocity", "acceleration", "jerk")
+"""What limits a motion, by order of differentiation."""
+
+ROUNDED_UP = 1.0 + 1e-10
+"""Factor on durations, for what rounding may add to an acceleration where ramps are very short."""
+
+
+@dataclass(frozen=True)
+class Ruckig:
+    """Jerk-limited from state to state (Berscheid and Kroeger 2021), through waypoints with the best rates found.
+
+    Attributes:
+        synchronization: `phase`: joint motions from rest to rest are straight lines in joint space. `time`: the joints
+            only arrive together, each on a law of its own.
+        initial_velocity: Per joint, rad/s or m/s, at the first waypoint; None: at rest.
+        initial_acceleration: Per joint, rad/s^2 or m/s^2, there; None: none.
+        final_velocity: Per joint, rad/s or m/s, at the last waypoint; None: at rest.
+    """
+
+    kind: ClassVar[str] = "ruckig"
+    summary: ClassVar[str] = (
+        "As fast as velocity, acceleration and jerk limits allow, waypoints passed with the best rates found, C2."
+    )
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+
+    synchronization: Synchronization = field(
+        default="phase",
+        metadata={
+            "description": "`phase`: joint motions from rest to rest are straight lines in joint space; "
+            "`time`: the joints only arrive together."
+        },
+    )
+    initial_velocity: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the first waypoint, rad/s or m/s; omitted: at rest."},
+    )
+    initial_acceleration: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the first waypoint, rad/s^2 or m/s^2; omitted: none."},
+    )
+    final_velocity: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the last waypoint, rad/s or m/s; omitted: at rest."},
+    )
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The fastest motion, or one of the asked durations."""
+        ends = end_states(self, path.robot.dof)
+        refuse_impossible_ends(path, ends)
+        lines = self._lines(path, ends)
+        # The library divides by the number of joints: none at all would end the process.
+        parts = [_along_lines(lines)] if len(lines.segments) else []
+        on_lines = set(lines.segments.tolist())
+        for run in path.every_run:
+            if run.is_spline or run.first in path.straight.segments:
+                if run.first not in on_lines:
+                    parts.append(time_joint_run(path, run.segments, ends, self.synchronization, enforced(self)))
+            else:
+                parts.append(_time_curved_run(path, run, ends))
+        return assemble(path, parts)
+
+    def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
+        """The straight motions that one scalar law moves, from rest to rest."""
+        motions = path.straight
+        there = np.full(len(motions.segments), self.synchronization == "phase")
+        there[motions.segments == 0] &= not ends.starts_moving
+        there[motions.segments == len(path.durations) - 1] &= not ends.ends_moving
+        return replace(
+            motions,
+            segments=motions.segments[there],
+            starts=motions.starts[there],
+            travels=motions.travels[there],
+            durations=motions.durations[there],
+            limits=motions.limits.of(there),
+        )
+
+
+def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+    """Motions of the tool, and blends: the fastest jerk-limited law along the run's curve, from rest to rest."""
+    faults = []
+    if ends.starts_moving and run.first == 0:
+        faults = [name for name in END_OPTIONS[:2] if getattr(ends, name).any()]
+    if ends.ends_moving and run.segments[-1] == len(path.durations) - 1:
+        faults.append(END_OPTIONS[2])
+    if faults:
+        message = "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it"
+        raise InvalidProblem([(f"/backend/{name}", message) for name in faults])
+    return time_run(path, run)
+
+
+def _along_lines(motions: StraightMotions) -> TimedPieces:
+    """Straight lines from rest to rest: the path parameter runs from 0 to 1 like a joint with the tightest limits.
+
+    A longer duration stretches the law evenly.
+    """
+    travels, limits = np.abs(motions.travels), motions.limits
+    with np.errstate(divide="ignore"):
+        by_joint = [getattr(limits, quantity) / travels for quantity in QUANTITIES]
+    one = np.ones((len(travels), 1))
+    line = with_ramps(one, RateLimits(*(limit.min(axis=1, keepdims=True) for limit in by_joint)), motions.durations)
+    shortest, laws, binds = s_curves(*(limit[:, 0] for limit in line))
+    bounds = {
+        quantity: np.where(bind[:, None] & (own <= limit), shortest[:, None] * ROUNDED_UP, 0.0)
+        for quantity, own, limit, bind in zip(QUANTITIES, by_joint, line, binds, strict=True)
+    }
+    durations = choose_durations(motions, bounds, lambda _durations: laws)
+    scaled = laws.coefficients / durations[:, None, None] ** np.arange(4)
+    coefficients = scaled[:, :, None, :] * motions.travels[:, None, :, None]
+    coefficients[..., 0] += motions.starts[:, None]
+    # Phases may be as short as 1e-9 of the whole: their lengths are kept to all their digits.
+    lengths = laws.lengths * durations[:, None]
+    return TimedPieces(lengths.ravel(), np.concatenate(coefficients), np.repeat(motions.segments, PHASES))
