@@ -253,6 +253,8 @@ def _correction(lengths: FloatArray, coefficients: FloatArray, travel: FloatArra
             end.acceleration - (2.0 * a + 6.0 * t * j),
         ]
     )
+    # Where there is no jerk, the acceleration jumps at the end.
+    missing[2, ~coefficients[..., 3].any(axis=0)] = 0.0
     # What 1 unit of jerk on each piece does to position, velocity and acceleration at the end.
     left = lengths.sum() - np.cumsum(lengths)
     effect = np.stack(

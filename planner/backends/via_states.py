@@ -35,6 +35,12 @@ if TYPE_CHECKING:
 EXPONENTS, MOST_STEPS = (10.0, 40.0, 200.0), (15, 20, 30)
 """Of the norms that stand for the maxima, one after the other; and the most steps of the search with each."""
 
+AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in np.arange(0.1, 6.28, np.pi / 5.0))])
+"""Changes of the two variables of a joint at a waypoint that are tried; none first."""
+
+WIDEST, NARROWEST, MOST_SWEEPS = 0.3, 1e-3, 12
+"""Their size, and how often all waypoints are moved."""
+
 DIFFERENCE = 1e-5
 """Change of a variable by which slopes are measured."""
 
@@ -148,7 +154,7 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
 class _Search:
     """Over velocities and accelerations at the inner waypoints; in units in which everything is about 1.
 
-    The variables are shares of the velocities and accelerations that are possible, mapped from all real numbers.
+    The sines of the variables are shares of the velocities and accelerations that are possible.
     """
 
     def __init__(self, problem: ViaProblem) -> None:
@@ -181,16 +187,20 @@ class _Search:
 
     def rates(self, x: FloatArray) -> Rates:
         """(waypoints, joints), of the variables (2, inner waypoints, joints)."""
-        share = x / np.sqrt(1.0 + x**2)
-        acceleration = share[1] * self.acceleration
+        inner, start, end = self._inner_rates(x), self.problem.start, self.problem.end
+        return Rates(
+            np.vstack([start.velocity, inner.velocity, end.velocity]),
+            np.vstack([start.acceleration, inner.acceleration, end.acceleration]),
+        )
+
+    def _inner_rates(self, x: FloatArray) -> Rates:
+        """(..., inner waypoints, joints), of the variables (..., 2, inner waypoints, joints)."""
+        share = np.sin(x)
+        acceleration = share[..., 1, :, :] * self.acceleration
+        share = share[..., 0, :, :]
         # The velocity must not have been beyond its limit just before, nor be so just after.
         highest = self.velocity - acceleration**2 / (2.0 * self.jerk)
-        velocity = share[0] * np.minimum(highest, np.where(share[0] > 0.0, self.up, self.down))
-        start, end = self.problem.start, self.problem.end
-        return Rates(
-            np.vstack([start.velocity, velocity, end.velocity]),
-            np.vstack([start.acceleration, acceleration, end.acceleration]),
-        )
+        return Rates(share * np.minimum(highest, np.where(share > 0.0, self.up, self.down)), acceleration)
 
     def shortest(self, rates: Rates) -> FloatArray:
         """(segments, joints), s."""
@@ -201,7 +211,55 @@ class _Search:
         x = self._first_guess()
         for exponent, steps in zip(EXPONENTS, MOST_STEPS, strict=True):
             x = lbfgs(lambda x, p=exponent: self._cost(x, p), x, steps)  # type: ignore[misc]
-        return self.rates(x)
+        return self.rates(self._polished(x))
+
+    def _polished(self, x: FloatArray) -> FloatArray:
+        """Each joint's state at each waypoint moved to the best of those around it, as long as that helps.
+
+        The shortest times have cliffs, where a joint can just not reach a speed in its segment, and no slope leads along
+        them. Every other waypoint is moved at once, as its segments depend on no other that moves.
+        """
+        count = self._shape[1]
+        radius = np.full(self._shape[1:], WIDEST)
+        groups = [group for first in (0, 1) if len(group := np.arange(first, count, 2))]
+        batches = [self._batch(np.tile(np.concatenate([group, group + 1]), len(AROUND))) for group in groups]
+        for _ in range(MOST_SWEEPS):
+            for group, batch in zip(groups, batches, strict=True):
+                rates = self.rates(x)
+                trials = x + AROUND[:, :, None, None] * radius
+                inner = self._inner_rates(trials)
+                starts, ends = [], []
+                for own, trial in zip(rates, inner, strict=True):
+                    before, after = (np.broadcast_to(own[at], trial[:, group].shape) for at in (group, group + 2))
+                    starts.append(np.concatenate([before, trial[:, group]], axis=1))
+                    ends.append(np.concatenate([trial[:, group], after], axis=1))
+                times = batch.between(Rates(*starts), Rates(*ends))
+                if not np.isfinite(times).all():
+                    return x
+                times = times.reshape(len(AROUND), 2, len(group), -1)
+                costs = sum(self._costs(times[:, k], group + k) for k in (0, 1))
+                best = costs.argmin(axis=0)
+                x = x.copy()
+                for k in (0, 1):
+                    x[k, group] += AROUND[best, k] * radius[group]
+                radius[group] = np.where(best > 0, np.minimum(radius[group] * 1.5, WIDEST), radius[group] * 0.5)
+            if radius.max() < NARROWEST:
+                break
+        return x
+
+    def _batch(self, rows: np.ndarray) -> ShortestTimes:
+        return ShortestTimes(self.problem.travels[rows], self.problem.limits.of(rows))
+
+    def _costs(self, times: FloatArray, segments: np.ndarray) -> FloatArray:
+        """(trials, segments, joints): of a segment where one joint takes another time (the first trial: as it is)."""
+        own = times[:1]
+        longest = np.maximum(own.max(axis=2, keepdims=True), ROUNDING)
+        with np.errstate(over="ignore"):
+            powers, others = (times / longest) ** EXPONENTS[-1], (own / longest) ** EXPONENTS[-1]
+        totals = longest * (others.sum(axis=2, keepdims=True) - others + powers) ** (1.0 / EXPONENTS[-1])
+        asked = self.asked[segments][:, None]
+        costs: FloatArray = np.where(np.isnan(asked), totals, LATE * np.maximum(totals - asked, 0.0))
+        return costs
 
     def _first_guess(self) -> FloatArray:
         """With the harmonic mean of the speeds before and after, where a joint goes on in the same direction."""
@@ -212,7 +270,7 @@ class _Search:
             mean = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
         share = np.clip(mean / self.velocity, -0.8, 0.8)
         x = np.zeros(self._shape)
-        x[0] = share / np.sqrt(1.0 - share**2)
+        x[0] = np.arcsin(share)
         return x
 
     def _cost(self, x: FloatArray, exponent: float) -> tuple[float, FloatArray]:

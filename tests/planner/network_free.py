@@ -18,7 +18,9 @@ import ctypes, struct
 LOAD, JUMP_IF_EQUAL, RETURN, KILL_PROCESS, ALLOW = 0x20, 0x15, 0x06, 0x80000000, 0x7FFF0000
 program = b"".join(
     struct.pack("HBBI", *instruction)
-    for instruction in ((LOAD, 0, 0, 0), (JUMP_IF_EQUAL, 0, 1, {SOCKET}), (RETURN, 0, 0, KILL_PROCESS), (RETURN, 0, 0, ALLOW))
+    for instruction in (
+        (LOAD, 0, 0, 0), (JUMP_IF_EQUAL, 0, 1, {SOCKET}), (RETURN, 0, 0, KILL_PROCESS), (RETURN, 0, 0, ALLOW)
+    )
 )
 buffer = ctypes.create_string_buffer(program, len(program))
 header = struct.pack("HP", 4, ctypes.addressof(buffer))
