@@ -216,8 +216,8 @@ class _Search:
     def _polished(self, x: FloatArray) -> FloatArray:
         """Each joint's state at each waypoint moved to the best of those around it, as long as that helps.
 
-        The shortest times have cliffs, where a joint can just not reach a speed in its segment, and no slope leads along
-        them. Every other waypoint is moved at once, as its segments depend on no other that moves.
+        The shortest times have cliffs, where a joint can just not reach a speed in its segment, and no slope leads
+        along them. Every other waypoint is moved at once, as its segments depend on no other that moves.
         """
         count = self._shape[1]
         radius = np.full(self._shape[1:], WIDEST)
@@ -237,7 +237,7 @@ class _Search:
                 if not np.isfinite(times).all():
                     return x
                 times = times.reshape(len(AROUND), 2, len(group), -1)
-                costs = sum(self._costs(times[:, k], group + k) for k in (0, 1))
+                costs = self._costs(times[:, 0], group) + self._costs(times[:, 1], group + 1)
                 best = costs.argmin(axis=0)
                 x = x.copy()
                 for k in (0, 1):

@@ -42,7 +42,7 @@ from planner.plan import plan
 from planner.problem import ThroughTransition
 from tests.planner.problems import problem_of
 for kind in BACKENDS:
-    problem = problem_of("ngv_refuelling_arm", kind, 3, 5, 0.3)
+    problem = problem_of("kuka_kr16_l6_2", kind, 3, 5, 0.3)
     first, *inner, last = problem.waypoints
     inner = [replace(waypoint, transition=ThroughTransition()) for waypoint in inner]
     for waypoints in (problem.waypoints, (first, *inner, last)):
