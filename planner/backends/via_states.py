@@ -32,13 +32,13 @@ if TYPE_CHECKING:
     from planner.backends.state_to_state import Synchronization
     from planner.kinematics.poses import FloatArray
 
-EXPONENTS, MOST_STEPS = (10.0, 40.0, 200.0), (15, 20, 30)
+EXPONENTS, MOST_STEPS = (10.0, 40.0, 200.0), (12, 12, 15)
 """Of the norms that stand for the maxima, one after the other; and the most steps of the search with each."""
 
 AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in np.arange(0.1, 6.28, np.pi / 5.0))])
 """Changes of the two variables of a joint at a waypoint that are tried; none first."""
 
-WIDEST, NARROWEST, MOST_SWEEPS = 0.3, 1e-3, 12
+WIDEST, NARROWEST, MOST_SWEEPS = 0.3, 1e-3, 8
 """Their size, and how often all waypoints are moved."""
 
 DIFFERENCE = 1e-5
