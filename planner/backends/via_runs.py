@@ -12,14 +12,15 @@ from planner.backends.assembly import TimedPieces
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
 from planner.backends.state_to_state import RateLimits, Rates, least_times, with_ramps
-from planner.backends.via_states import ViaProblem, pass_waypoints
+from planner.backends.via_problem import ViaProblem
+from planner.backends.via_states import pass_waypoints
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 
 if TYPE_CHECKING:
     from planner.backends.along_curve import Demand
     from planner.backends.base import EndStates
     from planner.backends.state_to_state import Synchronization
-    from planner.backends.via_states import ViaMotion
+    from planner.backends.via_problem import ViaMotion
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath
 
