@@ -12,14 +12,15 @@ from planner.backends.assembly import TimedPieces
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
 from planner.backends.state_to_state import RateLimits, Rates, least_times, with_ramps
-from planner.backends.via_states import ViaProblem, pass_waypoints
+from planner.backends.via_problem import ViaProblem
+from planner.backends.via_states import pass_waypoints
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 
 if TYPE_CHECKING:
     from planner.backends.along_curve import Demand
     from planner.backends.base import EndStates
     from planner.backends.state_to_state import Synchronization
-    from planner.backends.via_states import ViaMotion
+    from planner.backends.via_problem import ViaMotion
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath
 
@@ -70,12 +71,14 @@ class _Candidate:
     Attributes:
         pieces: Of it.
         durations: (segments,), s.
+        shortest: (segments,), s: those without any asked, where each segment is by itself.
         motion: As it came, before it was stretched.
         needed: By segment, what the limits demand of it.
     """
 
     pieces: TimedPieces
     durations: FloatArray
+    shortest: FloatArray
     motion: ViaMotion
     needed: dict[int, Demand]
 
@@ -127,9 +130,9 @@ class _JointRun:
                 return through.pieces
         stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
         if through is None and (len(self.segments) > 1 or not self.at_rest):
-            through = self._slowed(self.asked, stopping=False, stop_times=stopping.durations if stopping else None)
+            through = self._slowed(self.asked, stopping=False, stop_times=stopping.shortest if stopping else None)
         if stopping is not None and not self.at_rest:
-            stopping = self._slowed(self.asked, stopping=True, stop_times=stopping.durations)
+            stopping = self._slowed(self.asked, stopping=True, stop_times=stopping.shortest)
         candidates = [candidate for candidate in (stopping, through) if candidate is not None]
         feasible = [candidate for candidate in candidates if not self._too_short(candidate).any()]
         if feasible:
@@ -165,7 +168,8 @@ class _JointRun:
             pieces = TimedPieces(motion.lengths[k], motion.coefficients[k], np.full(len(motion.lengths[k]), segment))
             parts.append(stretched(pieces, duration / float(motion.lengths[k].sum())))
             durations.append(duration)
-        return _Candidate(_joined(parts), np.array(durations), motion, needed)
+        factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
+        return _Candidate(_joined(parts), np.array(durations), motion.durations * factors, motion, needed)
 
     def _slowed(self, asked: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None) -> _Candidate | None:
         """The motion under limits that are made narrower until torque and tool speed keep theirs, too."""
@@ -188,10 +192,11 @@ class _JointRun:
             factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
             worst = float(factors.max())
             if worst <= 1.0 + EXCESS:
-                found = _Candidate(pieces, motion.durations, motion, needed)
+                found = _Candidate(pieces, motion.durations, motion.durations, motion, needed)
                 return found if best is None or found.durations.sum() < best.durations.sum() else best
             if self.at_rest and np.isnan(asked).all():
-                whole = _Candidate(stretched(pieces, worst), motion.durations * worst, motion, needed)
+                total = motion.durations * worst
+                whole = _Candidate(stretched(pieces, worst), total, total, motion, needed)
                 best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
                 if worst <= HASTE:
                     return best
@@ -267,8 +272,11 @@ class _JointRun:
                     for k in given
                 ],
             )
-        longer = {int(self.segments[k]): float(needed[k]) for k in np.flatnonzero(needed > self.asked)}
-        longer = {segment: longer.pop(segment), **longer}
+        changed = np.flatnonzero(needed > self.asked)
+        # The first that was too short may do as it is, once others are longer.
+        first = first if first in changed else int(changed[0])
+        segment = int(self.segments[first])
+        longer = {int(self.segments[k]): float(needed[k]) for k in (first, *changed)}
         demand = candidate.needed[segment]
         if demand.joint is None and demand.factor > 1.0:
             return infeasible_duration(float(self.asked[first]), longer, demand.cause, None)
@@ -277,7 +285,7 @@ class _JointRun:
 
     def _longer_durations(self, durations: FloatArray, stopping: _Candidate | None) -> FloatArray | None:
         """Durations (segments,) with which there is a motion: as asked, but longer where that is too short."""
-        stop_times = None if stopping is None else stopping.durations
+        stop_times = None if stopping is None else stopping.shortest
         needed = self.asked
         if len(self.asked) > 1 or not self.at_rest:
             for _ in range(MOST_TRIALS):

@@ -12,33 +12,25 @@ its position limits on the way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.lbfgs import lbfgs
-from planner.backends.state_to_state import (
-    Passage,
-    Passages,
-    RateLimits,
-    Rates,
-    ShortestTimes,
-    cubic_pieces,
-    least_times,
-)
+from planner.backends.state_to_state import Rates, ShortestTimes, least_times
+from planner.backends.via_passages import MendedPassages
+from planner.backends.via_problem import LATE, ROUNDING, ViaMotion, ViaProblem
 
 if TYPE_CHECKING:
-    from planner.backends.state_to_state import Synchronization
     from planner.kinematics.poses import FloatArray
 
-EXPONENTS, MOST_STEPS = (10.0, 40.0, 200.0), (15, 20, 30)
+EXPONENTS, MOST_STEPS = (10.0, 40.0, 200.0), (12, 12, 15)
 """Of the norms that stand for the maxima, one after the other; and the most steps of the search with each."""
 
 AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in np.arange(0.1, 6.28, np.pi / 5.0))])
 """Changes of the two variables of a joint at a waypoint that are tried; none first."""
 
-WIDEST, NARROWEST, MOST_SWEEPS = 0.3, 1e-3, 12
+WIDEST, NARROWEST, MOST_SWEEPS = 0.3, 1e-3, 8
 """Their size, and how often all waypoints are moved."""
 
 DIFFERENCE = 1e-5
@@ -46,86 +38,6 @@ DIFFERENCE = 1e-5
 
 INSIDE = 1.0 - 1e-4
 """Share of the possible velocities and accelerations that a waypoint is passed with."""
-
-LATE, OUTSIDE = 30.0, 30.0
-"""Weights against the duration: of the time beyond an asked duration, of travel beyond the position limits."""
-
-SLOWER = (0.75, 0.5, 0.25, 0.0)
-"""Factors on a joint's velocity and acceleration at a waypoint that are tried where a segment is to be mended."""
-
-MOST_MENDINGS = 24
-"""Joints that are slowed at a waypoint, one after the other."""
-
-ROUNDING = 1e-9
-"""Relative excess of a duration, or of a position, that is rounding."""
-
-
-@dataclass(frozen=True, eq=False)
-class ViaProblem:
-    """Waypoints to be passed.
-
-    Attributes:
-        positions: (waypoints, joints), rad or m, within their limits.
-        lower: (joints,), rad or m.
-        upper: (joints,), rad or m.
-        limits: Of each segment and joint.
-        asked: (segments,), s; NaN: as short as can be.
-        start: Rates (joints,) at the first waypoint.
-        end: Rates (joints,) at the last.
-        synchronization: Of the joints on a segment.
-    """
-
-    positions: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    limits: RateLimits
-    asked: FloatArray
-    start: Rates
-    end: Rates
-    synchronization: Synchronization = "time"
-
-    @property
-    def travels(self) -> FloatArray:
-        """(segments, joints)."""
-        travels: FloatArray = np.diff(self.positions, axis=0)
-        return travels
-
-    def in_units(self, length: FloatArray, time: float) -> ViaProblem:
-        """The same problem in other units: a length (joints,) for each joint, and a time."""
-        speed, surge = length / time, length / time**2
-        limits = RateLimits(
-            self.limits.velocity / speed, self.limits.acceleration / surge, self.limits.jerk * time / surge
-        )
-        return replace(
-            self,
-            positions=self.positions / length,
-            lower=self.lower / length,
-            upper=self.upper / length,
-            limits=limits,
-            asked=self.asked / time,
-            start=Rates(self.start.velocity / speed, self.start.acceleration / surge),
-            end=Rates(self.end.velocity / speed, self.end.acceleration / surge),
-        )
-
-
-class ViaMotion(NamedTuple):
-    """How the waypoints are passed.
-
-    Attributes:
-        durations: (segments,), s.
-        lengths: Of the pieces of each segment, s.
-        coefficients: Of the pieces of each segment, each (pieces, joints, 4).
-        lowest: (segments, joints), the least positions.
-        highest: (segments, joints), the greatest.
-        slowest: (segments,), index of the joint that takes the longest.
-    """
-
-    durations: FloatArray
-    lengths: list[FloatArray]
-    coefficients: list[FloatArray]
-    lowest: FloatArray
-    highest: FloatArray
-    slowest: np.ndarray
 
 
 def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
@@ -145,7 +57,7 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
     scaled = problem.in_units(length, time)
     search = _Search(scaled)
     rates = search.at_rest if stopping or len(times) == 1 else search.fastest()
-    passages = _MendedPassages(scaled, rates, search.shortest(rates))
+    passages = MendedPassages(scaled, rates, search.shortest(rates))
     if not stopping:
         passages.mend()
     return passages.motion(problem, length, time)
@@ -312,111 +224,3 @@ def _stopping_speed(distance: FloatArray, acceleration: FloatArray, jerk: FloatA
     braked = np.where(np.isfinite(jerk) & ~(eased > 2.0 * ramp), eased, braked)
     speed: FloatArray = np.where(np.isfinite(distance), braked, np.inf)
     return speed
-
-
-class _MendedPassages:
-    """The synchronised motions between the waypoints, in the units of the search."""
-
-    def __init__(self, problem: ViaProblem, rates: Rates, shortest: FloatArray) -> None:
-        self.problem, self.rates, self.shortest = problem, rates, shortest
-        travels = problem.travels
-        self._passages = Passages(travels, problem.limits, problem.asked, problem.synchronization)
-        self._room = problem.lower - problem.positions[:-1], problem.upper - problem.positions[:-1]
-        self._times = ShortestTimes(travels, problem.limits)
-        self.passages = [self._passage(segment, rates) for segment in range(len(travels))]
-
-    def _passage(self, segment: int, rates: Rates) -> Passage | None:
-        start, end = (Rates(*(rate[k] for rate in rates)) for k in (segment, segment + 1))
-        return self._passages.of(segment, start, end)
-
-    def _cost(self, segment: int, passage: Passage | None) -> float:
-        if passage is None:
-            return np.inf
-        asked = self.problem.asked[segment]
-        time = passage.duration if np.isnan(asked) else LATE * max(passage.duration - asked, 0.0)
-        return float(time + OUTSIDE * self._outside(segment, passage).sum())
-
-    def _outside(self, segment: int, passage: Passage) -> FloatArray:
-        """(joints,), how far each joint leaves its limits."""
-        below, above = self._room[0][segment] - passage.lowest, passage.highest - self._room[1][segment]
-        outside: FloatArray = np.maximum(np.maximum(below, above), 0.0)
-        return np.where(outside > ROUNDING, outside, 0.0)
-
-    def _faults(self, segment: int) -> tuple[float, np.ndarray]:
-        """How much could be gained by mending a segment, and which joints might be to blame."""
-        passage = self.passages[segment]
-        everyone = np.arange(self.shortest.shape[1])
-        if passage is None:
-            return np.inf, everyone
-        outside = self._outside(segment, passage)
-        least = np.fmax(self.shortest[segment].max(), self.problem.asked[segment])
-        late = passage.duration - least
-        if late <= 1e-6 * least:
-            late = 0.0
-        return late + OUTSIDE * outside.sum(), everyone if late > 0.0 else np.flatnonzero(outside)
-
-    def mend(self) -> None:
-        """Slow one joint at one waypoint or at two, the best choice each time, until nothing can be gained."""
-        hopeless: set[int] = set()
-        for _ in range(MOST_MENDINGS):
-            faults = {s: self._faults(s) for s in range(len(self.passages)) if s not in hopeless}
-            worst = max(faults, key=lambda s: faults[s][0], default=None)
-            if worst is None or faults[worst][0] == 0.0:
-                return
-            if not self._mend(worst, faults[worst][1]):
-                hopeless.add(worst)
-            else:
-                hopeless.clear()
-
-    def _mend(self, segment: int, joints: np.ndarray) -> bool:
-        inner = [k for k in (segment, segment + 1) if 0 < k < len(self.passages)]
-        places = [[k] for k in inner] + ([inner] if len(inner) == 2 else [])
-        near = range(max(segment - 1, 0), min(segment + 2, len(self.passages)))
-        least = sum(self._cost(s, self.passages[s]) for s in near) * (1.0 - ROUNDING)
-        best = None
-        for joint in joints:
-            for place in places:
-                if not any(rate[place, joint].any() for rate in self.rates):
-                    continue
-                for factor in SLOWER:
-                    rates = Rates(*(rate.copy() for rate in self.rates))
-                    for rate in rates:
-                        rate[place, joint] *= factor
-                    trial = {s: self._passage(s, rates) if {s, s + 1} & set(place) else self.passages[s] for s in near}
-                    cost = sum(self._cost(s, passage) for s, passage in trial.items())
-                    if cost < least:
-                        least, best = cost, (rates, trial)
-        if best is None:
-            return False
-        self.rates = best[0]
-        for s, passage in best[1].items():
-            self.passages[s] = passage
-        self.shortest = self._times.between(Rates(*(r[:-1] for r in self.rates)), Rates(*(r[1:] for r in self.rates)))
-        return True
-
-    def motion(self, problem: ViaProblem, length: FloatArray, time: float) -> ViaMotion | None:
-        """In SI units; None where one of the motions is impossible."""
-        passages = [passage for passage in self.passages if passage is not None]
-        if len(passages) < len(self.passages):
-            return None
-        durations, lengths, coefficients = [], [], []
-        for segment, passage in enumerate(passages):
-            asked = self.problem.asked[segment]
-            kept = passage.duration <= asked * (1.0 + ROUNDING)
-            end = Rates(*(rate[segment + 1] for rate in self.rates))
-            h, c = cubic_pieces(passage.profiles, self.problem.travels[segment], end)
-            scale = (problem.asked[segment] if kept else passage.duration * time) / h.sum()
-            durations.append(float(scale * h.sum()))
-            lengths.append(h * scale)
-            c = c * length[:, None] / scale ** np.arange(4)
-            c[..., 0] += problem.positions[segment]
-            coefficients.append(c)
-        starts = problem.positions[:-1]
-        return ViaMotion(
-            np.array(durations),
-            lengths,
-            coefficients,
-            starts + length * np.array([passage.lowest for passage in passages]),
-            starts + length * np.array([passage.highest for passage in passages]),
-            self.shortest.argmax(axis=1),
-        )
