@@ -30,6 +30,11 @@ class MendedPassages:
         self._times = ShortestTimes(travels, problem.limits)
         self.passages = [self._passage(segment, rates) for segment in range(len(travels))]
 
+    @property
+    def cost(self) -> float:
+        """The total time, and what it leaves undone."""
+        return sum(self._cost(segment, passage) for segment, passage in enumerate(self.passages))
+
     def _passage(self, segment: int, rates: Rates) -> Passage | None:
         start, end = (Rates(*(rate[k] for rate in rates)) for k in (segment, segment + 1))
         return self._passages.of(segment, start, end)

@@ -33,6 +33,9 @@ AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in np.
 WIDEST, NARROWEST, MOST_SWEEPS = 0.3, 1e-3, 8
 """Their size, and how often all waypoints are moved."""
 
+RELAXED = (0.98, 0.8)
+"""Joints that need less than this share of the time are also tried with their mean speeds, at which they can wait."""
+
 DIFFERENCE = 1e-5
 """Change of a variable by which slopes are measured."""
 
@@ -56,10 +59,15 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
     time = float(times.mean())
     scaled = problem.in_units(length, time)
     search = _Search(scaled)
-    rates = search.at_rest if stopping or len(times) == 1 else search.fastest()
-    passages = MendedPassages(scaled, rates, search.shortest(rates))
-    if not stopping:
+    if stopping or len(times) == 1:
+        choices = [search.at_rest]
+    else:
+        fastest = search.fastest()
+        choices = [fastest, *(search.relaxed(fastest, share) for share in RELAXED)]
+    tried = [MendedPassages(scaled, rates, search.shortest(rates)) for rates in choices]
+    for passages in tried if not stopping else []:
         passages.mend()
+    passages = min(tried, key=lambda passages: passages.cost)
     return passages.motion(problem, length, time)
 
 
@@ -173,13 +181,29 @@ class _Search:
         costs: FloatArray = np.where(np.isnan(asked), totals, LATE * np.maximum(totals - asked, 0.0))
         return costs
 
+    def relaxed(self, rates: Rates, share: float) -> Rates:
+        """The same, but joints that have to wait on both sides of a waypoint pass it at their mean speed."""
+        times = self.shortest(rates)
+        longest = times.max(axis=1, keepdims=True)
+        waits = (times[1:] < share * longest[1:]) & (times[:-1] < share * longest[:-1])
+        speeds = self._mean_speeds(longest)
+        velocity, acceleration = (rate.copy() for rate in rates)
+        velocity[1:-1] = np.where(waits, np.clip(speeds, -self.velocity, self.velocity), velocity[1:-1])
+        acceleration[1:-1] = np.where(waits, 0.0, acceleration[1:-1])
+        return Rates(velocity, acceleration)
+
+    def _mean_speeds(self, times: FloatArray) -> FloatArray:
+        """(inner waypoints, joints): harmonic means of the speeds before and after; 0 where a joint turns back."""
+        speeds = self.problem.travels / times
+        before, after = speeds[:-1], speeds[1:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean: FloatArray = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
+        return mean
+
     def _first_guess(self) -> FloatArray:
         """With the harmonic mean of the speeds before and after, where a joint goes on in the same direction."""
         times = np.where(np.isnan(self.asked), self.shortest(self.at_rest).max(axis=1) / 1.5, self.asked)
-        speeds = self.problem.travels / times[:, None]
-        before, after = speeds[:-1], speeds[1:]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            mean = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
+        mean = self._mean_speeds(times[:, None])
         share = np.clip(mean / self.velocity, -0.8, 0.8)
         x = np.zeros(self._shape)
         x[0] = np.arcsin(share)
