@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
+from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_pose
 from planner.polynomials import differentiate, horner
 
@@ -69,10 +70,11 @@ def figures(plan: Plan) -> Figures:
         limit = plan.path.limits.torque[np.repeat(trajectory.segments[pieces], len(POINTS))]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
-    by_check = {check.quantity: check for check in plan.certificate.checks}
+    jerks = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, 4)[3]
+    *_, peak_jerk = largest_magnitude(jerks, np.ones((len(trajectory.lengths), robot.dof)))
     return Figures(
         duration=trajectory.duration,
-        peak_jerk=by_check["jerk"].peak,
+        peak_jerk=abs(peak_jerk),
         rms_jerk=float(np.sqrt(weights @ (jerk**2).sum(axis=1) / trajectory.duration)),
         effort=effort,
         mechanical_energy=energy,

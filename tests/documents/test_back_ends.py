@@ -1,0 +1,37 @@
+"""docs/back_ends.md is what its script makes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from benchmarks.back_ends import document
+
+PAGE = (Path(__file__).parents[2] / "docs/back_ends.md").read_text(encoding="utf-8")
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
+SOLVER = "min_effort"
+"""What a nonlinear solver ends at differs from machine to machine, and takes most of the time: not compared."""
+
+
+def without_solver(text: str) -> list[str]:
+    """The lines of results that no nonlinear solver has to do with."""
+    cheapest = "- Cheapest"  # may be the solver's
+    return [line for line in text.splitlines() if line and SOLVER not in line and not line.startswith(cheapest)]
+
+
+def test_the_page_is_what_the_script_makes() -> None:
+    shown = without_solver(PAGE)
+    made = without_solver(document(skipped=[SOLVER]))
+    assert [NUMBER.sub("", line) for line in shown] == [NUMBER.sub("", line) for line in made]
+    for line, again in zip(shown, made, strict=True):
+        numbers, expected = ([float(text) for text in NUMBER.findall(row)] for row in (line, again))
+        assert numbers == pytest.approx(expected, rel=0.011), line
+
+
+def test_the_page_shows_the_published_durations_and_a_solver_that_saves_effort() -> None:
+    starts = re.findall(r"^\| published: .*?\| (\d+(?:\.\d+)?) \|", PAGE, flags=re.MULTILINE)
+    assert [float(duration) for duration in starts] == [37.6] * 4 + [30.0] * 2
+    (saved,) = re.findall(r"^- Cheapest .*`min_effort`, effort [\d.]+ \(x ([\d.]+)\)", PAGE, flags=re.MULTILINE)
+    assert float(saved) < 1.0
