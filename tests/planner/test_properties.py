@@ -18,8 +18,8 @@ CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effo
 DENSE = np.linspace(0.0, 1.0, 33)
 
 
-SLOW = {"min_effort"}
-"""Back ends of which a plan takes some tenths of a second: tried on fewer examples."""
+SLOW = {"auto", "min_effort", "ruckig", "toppra"}
+"""Back ends of which a plan takes some tens or hundreds of milliseconds: tried on fewer examples."""
 
 
 @pytest.mark.parametrize("kind", sorted(set(BACKENDS) - SLOW))
@@ -29,7 +29,7 @@ def test_every_plan_keeps_its_promises(kind: str, data: st.DataObject) -> None:
 
 
 @pytest.mark.parametrize("kind", sorted(SLOW))
-@settings(max_examples=settings.default.max_examples // 25)
+@settings(max_examples=max(20, settings.default.max_examples // 20))
 @given(data=st.data())
 def test_every_plan_of_a_slow_back_end_keeps_its_promises(kind: str, data: st.DataObject) -> None:
     keeps_its_promises(kind, data.draw(problems(kind)))

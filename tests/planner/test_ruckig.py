@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import ruckig
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends import Ruckig
@@ -235,6 +235,7 @@ def test_the_library_leaves_the_box_and_its_extrema_miss_it() -> None:
     assert_within_limits(result)
 
 
+@settings(max_examples=max(50, settings.default.max_examples // 20))
 @given(seed=st.integers(0, 2**32), data=st.data())
 def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataObject) -> None:
     """Asked durations are kept, or refused with others that are kept."""

@@ -6,7 +6,7 @@ from math import cbrt, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly, CubicSpline, PPoly, make_interp_spline
 from scipy.optimize import minimize
@@ -23,6 +23,8 @@ from planner.backends.splines import (
 from planner.limits import SegmentLimits
 
 DEGREES = (3, 5)
+fewer = settings(max_examples=max(100, settings.default.max_examples // 10))
+"""Each example is a search for durations."""
 INF = np.inf
 
 
@@ -105,6 +107,7 @@ def test_the_spline_is_scipys(segments, spread, degree) -> None:
     assert np.abs(values - expected).max() <= 1e-9 * np.abs(expected).max()
 
 
+@fewer
 @given(
     degree=st.sampled_from(DEGREES),
     durations=st.lists(st.floats(1e-2, 10.0), min_size=1, max_size=30),
@@ -128,6 +131,7 @@ def test_the_spline_meets_its_waypoints_smoothly_and_rests_at_its_ends(degree, d
             assert np.abs(values[[0, -1], [0, -1]]).max() <= tolerance
 
 
+@fewer
 @given(degree=st.sampled_from(DEGREES), seed=st.integers(0, 2**31), segments=st.integers(1, 7))
 def test_sensitivities_to_durations_are_those_of_differences(degree, seed, segments) -> None:
     rng = np.random.default_rng(seed)
@@ -163,6 +167,7 @@ def test_one_segment_is_the_law_from_rest_to_rest(degree) -> None:
     assert timed_spline(positions, limits, free(1), degree).durations == pytest.approx([needed], rel=1e-12)
 
 
+@fewer
 @given(problem=problems, degree=st.sampled_from(DEGREES))
 def test_the_shortest_spline_uses_its_limits_up_and_breaks_none(problem, degree) -> None:
     positions, limits = problem
@@ -220,6 +225,7 @@ def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed, deg
     assert start.sum() <= 1.02 * min(totals)
 
 
+@fewer
 @given(problem=problems, degree=st.sampled_from(DEGREES))
 def test_there_and_back_take_as_long(problem, degree) -> None:
     positions, limits = problem
@@ -259,6 +265,7 @@ def test_nothing_that_limits_is_said(degree) -> None:
 # At asked durations.
 
 
+@fewer
 @given(problem=problems, degree=st.sampled_from(DEGREES), data=st.data())
 def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree, data) -> None:
     positions, limits = problem

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 from scipy.optimize import linprog
@@ -210,6 +210,7 @@ def worst_ratio(result: Plan, count: int = 10_000) -> float:
     return max(float(np.max(ratio)) for ratio in (*ratios, tool))
 
 
+@settings(max_examples=max(50, settings.default.max_examples // 20))
 @given(
     robot_id=st.sampled_from(["ngv_refuelling_arm", "date_sorting_arm", KUKA]),
     seed=st.integers(0, 2**32),
