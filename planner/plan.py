@@ -9,12 +9,13 @@ import numpy as np
 
 from planner.backends.base import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
 from planner.certificate import Certificate, certify
-from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.errors import InvalidProblem, LimitsUnsatisfiable, PlanningError
 from planner.kinematics.wanted import waypoint_faults
 from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
 from planner.path_certificate import certify_tool_path
 from planner.paths import JointPath, solve_path
 from planner.problem import BlendTransition, JointMotion, StopTransition
+from planner.torque_remedies import torque_remedies
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,6 +51,23 @@ def plan(problem: PlanningProblem) -> Plan:
     """
     check_problem(problem)
     path = solve_path(problem)
+    try:
+        return _plan_along(problem, path)
+    except LimitsUnsatisfiable as refusal:
+        if not refusal.remedies:
+            refusal.remedies = tuple(torque_remedies(problem, path, _has_plan))
+        raise
+
+
+def _has_plan(problem: PlanningProblem) -> bool:
+    try:
+        _plan_along(problem, solve_path(problem))
+    except PlanningError:
+        return False
+    return True
+
+
+def _plan_along(problem: PlanningProblem, path: JointPath) -> Plan:
     trajectory = problem.backend.parametrize(path)
     blended = [isinstance(waypoint.transition, BlendTransition) for waypoint in problem.waypoints]
     certificate = certify(
