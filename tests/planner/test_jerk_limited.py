@@ -295,8 +295,8 @@ def test_limits_of_each_segment_count_there_and_nowhere_else() -> None:
     assert fast < 1.5 * free.lengths[free.segments > 0].sum()
 
 
-def test_a_blend_that_leaves_nothing_of_a_segment() -> None:
-    # Two blends met in the middle of a motion: a piece of the curve had no length, and its parts were counted as none.
+def test_two_blends_that_meet_leave_a_piece_between_them() -> None:
+    """Its length was zero once, which no law can be put on."""
     path, run = random_run("date_sorting_arm", "blend", 0)
-    assert run.curve.lengths.min() < 1e-12
+    assert run.curve.lengths.min() > 1e-4 * run.curve.lengths.max()
     assert_rest_to_rest(path, run, time_run(path, run))
