@@ -196,6 +196,7 @@ def _roboplan(robot: Robot) -> Solver:
 
         def sample(at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
             q, times, dq, ddq = table()
+            at = np.minimum(at, times[-1])  # the fine table may end a rounding error earlier
             return q(at), interp1d(times, dq, axis=0)(at), interp1d(times, ddq, axis=0)(at)
 
         return Motion(duration, sample)
