@@ -92,14 +92,17 @@ def measure(count: int) -> dict[str, Any]:
 
 
 def cases(robots: tuple[Robot, ...], count: int) -> list[Case]:
-    """The lists: 2 to 50 waypoints, near together or far apart, the robots by turns; the first ones of 200 always."""
+    """The lists: 2 to 50 waypoints, half of them at most 10, near together or far apart, the robots by turns.
+
+    A smaller count gives the first ones of the same lists.
+    """
     return [_case(robots[i % len(robots)], np.random.default_rng(i)) for i in range(count)]
 
 
 def _case(robot: Robot, rng: np.random.Generator) -> Case:
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     middle, half = 0.5 * (lower + upper), 0.35 * (upper - lower)
-    number, stride = int(rng.integers(2, 51)), float(rng.uniform(0.05, 1.0))
+    number, stride = int(2.0 * 25.5 ** rng.uniform()), float(rng.uniform(0.05, 1.0))
     positions = [rng.uniform(-1.0, 1.0, robot.dof)]
     while len(positions) < number:
         there = positions[-1] + stride * rng.uniform(-1.0, 1.0, robot.dof)
@@ -112,11 +115,11 @@ def _measure_all(lists: list[Case], transition: str) -> dict[str, Any]:
     solvers: dict[str, tuple[frozenset[str], dict[str, Solver]]] = {}
     for name, backend in OURS.items():
         made = {key: _planner(robot, backend, transition) for key, robot in robots.items()}
-        solvers[f"planner: {name}"] = (enforced(backend), made)
+        solvers[f"our {name}"] = (enforced(backend), made)
     for name, peer in PEERS.items():
         # One that stops is also what passing waypoints is compared with.
         if peer.installed and (peer.stops or transition == "through"):
-            made = {key: peer.make(robot) for key, robot in robots.items()}
+            made = {key: peer.solver(robot) for key, robot in robots.items()}
             solvers[name] = (frozenset(peer.promises), made)
     few = [k for k, case in enumerate(lists) if len(case.positions) <= MOST_FOR_SLOW][::EVERY_FOR_SLOW]
     rows: dict[str, list[dict[str, Any] | None]] = {name: [] for name in solvers}
@@ -128,7 +131,7 @@ def _measure_all(lists: list[Case], transition: str) -> dict[str, Any]:
         for name, (_, made) in solvers.items():
             asked = SLOW not in name or k in few
             rows[name].append(_judge(case, made[case.robot.id]) if asked else None)
-    reference = rows[f"planner: {REFERENCE}"]
+    reference = rows[f"our {REFERENCE}"]
     return {name: _summary(rows[name], reference, promised) for name, (promised, _) in solvers.items()}
 
 

@@ -65,6 +65,18 @@ class Peer:
     stops: bool = False
     promises: tuple[str, ...] = ("velocity", "acceleration")
 
+    def solver(self, robot: Robot) -> Solver:
+        """Its solver for a robot; an error of the library is a refusal."""
+        solve = self.make(robot)
+
+        def answer(positions: FloatArray) -> Motion | None:
+            try:
+                return solve(positions)
+            except (RuntimeError, ValueError):
+                return None
+
+        return answer
+
     @property
     def installed(self) -> bool:
         """Whether it is there."""
@@ -180,10 +192,7 @@ def _roboplan(robot: Robot) -> Solver:
     def solve(positions: FloatArray) -> Motion | None:
         path = JointPath()
         path.joint_names, path.positions = scene.getJointNames(), list(positions)
-        try:
-            duration = timer.generate(path, TOPPRAOptions(mode=passing)).times[-1]
-        except RuntimeError:
-            return None
+        duration = timer.generate(path, TOPPRAOptions(mode=passing)).times[-1]
 
         @cache
         def table() -> tuple[CubicHermiteSpline, FloatArray, FloatArray, FloatArray]:
@@ -243,12 +252,12 @@ def _tesseract(robot: Robot) -> Solver:
 
 
 PEERS = {
-    "Ruckig, stopping at each waypoint": Peer("ruckig", _ruckig, True, ("velocity", "acceleration", "jerk")),
-    "toppra, ParametrizeSpline": Peer("toppra", _toppra("ParametrizeSpline")),
-    "toppra, ParametrizeConstAccel": Peer("toppra", _toppra("ParametrizeConstAccel")),
+    "Ruckig, stopping": Peer("ruckig", _ruckig, True, ("velocity", "acceleration", "jerk")),
+    "toppra, spline": Peer("toppra", _toppra("ParametrizeSpline")),
+    "toppra, const. accel.": Peer("toppra", _toppra("ParametrizeConstAccel")),
     "Drake, Toppra": Peer("pydrake", _drake),
-    "roboplan, TOPP-RA (cubic)": Peer("roboplan.toppra", _roboplan),
-    "tesseract, time-optimal (dense spline)": Peer("tesseract_robotics", _tesseract),
+    "roboplan, cubic": Peer("roboplan.toppra", _roboplan),
+    "tesseract, dense spline": Peer("tesseract_robotics", _tesseract),
 }
 """By name. Tesseract joins its points by straight lines with rounded corners and hands out states at the points: it is
 given the spline that toppra is given as a dense list, and its states are joined by cubics."""

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 TITLES = {"through": "passing the waypoints", "stop": "stopping at each waypoint"}
-COLUMNS = ("solver", "time", "least", "most", "v", "a", "jerk", "over", "out", "missed by", "ms", "p99", "refused")
+WIDTH = 120
+COLUMNS = ("solver", "time", "least", "most", "v", "a", "jerk", "over", "out", "missed", "ms", "p99", "refused")
 
 
 def print_json(figures: dict[str, Any]) -> None:
@@ -25,18 +26,19 @@ def print_json(figures: dict[str, Any]) -> None:
 
 def print_table(figures: dict[str, Any]) -> None:
     console = terminal()
+    console.width = max(console.width, WIDTH)
     print_machine(console, figures["machine"])
     console.print(f"{figures['lists']} lists of 2 to 50 joint waypoints on {' and '.join(figures['arms'])}\n")
     for transition, solvers in figures["transitions"].items():
         table = plain_table(*COLUMNS, right=COLUMNS[1:], title=TITLES[transition])
         for name, row in solvers.items():
-            table.add_row(name, *_cells(row), style="bold" if name.startswith("planner") else "")
+            table.add_row(name, *_cells(row), style="bold" if name.startswith("our ") else "")
         console.print(table, "")
     for line in (
-        f"time, least, most: duration by that of the planner's {REFERENCE}: median, least and most",
+        f"time, least, most: duration by that of our {REFERENCE}: median, least and most",
         f"v, a, jerk: worst use of a limit, of {SAMPLES} samples of each motion; -: no promise is made",
         "over: motions beyond a promised limit by more than 1e-6; out: motions that leave the joints' ranges",
-        "missed by: largest distance in any joint from a waypoint; ms, p99: median and 99 of 100, processor time",
+        "missed: largest distance in any joint from a waypoint; ms, p99: median and 99 of 100, processor time",
         f"{SLOW}: only some lists of at most {MOST_FOR_SLOW} waypoints, with 16 knots; it does not minimise time",
     ):
         console.print(line, style="dim")
@@ -76,17 +78,17 @@ def draw(figures: dict[str, Any], file: Path) -> None:
     figure = Figure(figsize=(13.0, 6.0), layout="constrained")
     panels = figure.subplots(1, len(figures["transitions"]), sharey=True)
     for panel, (transition, solvers) in zip(panels, figures["transitions"].items(), strict=True):
-        reference = solvers[f"planner: {REFERENCE}"]["rows"]
+        reference = solvers[f"our {REFERENCE}"]["rows"]
         for name, solver in solvers.items():
             points = [
                 (row["duration"] / best["duration"], max(row["use"][quantity] for quantity in solver["promised"]))
                 for row, best in zip(solver["rows"], reference, strict=True)
                 if row and best and "duration" in row and "duration" in best
             ]
-            marker = "o" if name.startswith("planner") else "x"
+            marker = "o" if name.startswith("our ") else "x"
             panel.plot(*zip(*points, strict=True), marker, label=name, alpha=0.6) if points else None
         panel.axhline(1.0, color="black", linewidth=0.8)
-        panel.set(title=TITLES[transition], xlabel=f"duration / the planner's {REFERENCE}", xscale="log", yscale="log")
+        panel.set(title=TITLES[transition], xlabel=f"duration / our {REFERENCE}", xscale="log", yscale="log")
         panel.legend(fontsize="small")
     panels[0].set_ylabel("worst use of a promised limit")
     figure.savefig(file)

@@ -52,19 +52,19 @@ def test_a_sine_is_judged_as_it_is(off: float) -> None:
 
 def test_two_lists_become_figures(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     ours = {"quintic": Quintic(), "toppra": TimeOptimal()}
-    ruckig = "Ruckig, stopping at each waypoint"
+    ruckig = "Ruckig, stopping"
     monkeypatch.setattr(trajectories, "OURS", ours)
     monkeypatch.setattr(trajectories, "PEERS", {ruckig: trajectories_peers.PEERS[ruckig]})
     short = [trajectories.Case(case.robot, case.positions[:4]) for case in trajectories.cases((ARM,), 2)]
     monkeypatch.setattr(trajectories, "cases", lambda _robots, count: short[:count])
     figures = trajectories.measure(2)
     for solvers in figures["transitions"].values():
-        assert list(solvers) == ["planner: quintic", "planner: toppra", ruckig]
+        assert list(solvers) == ["our quintic", "our toppra", ruckig]
         for row in solvers.values():
             assert (row["asked"], row["refused"], row["over_limit"]) == (2, 0, 0)
             assert row["waypoint_error"] < 1e-9
-        assert solvers["planner: toppra"]["duration_ratio"]["most"] == 1.0
-        assert solvers["planner: quintic"]["duration_ratio"]["least"] > 1.0
+        assert solvers["our toppra"]["duration_ratio"]["most"] == 1.0
+        assert solvers["our quintic"]["duration_ratio"]["least"] > 1.0
     with redirect_stdout(io.StringIO()) as out:
         trajectories_report.print_json(figures)
     assert orjson.loads(out.getvalue())["lists"] == 2
@@ -77,7 +77,9 @@ def test_two_lists_become_figures(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
 def test_the_lists_are_always_the_same_and_within_the_range() -> None:
     lists = trajectories.cases((ARM,), 200)
-    assert {len(case.positions) for case in lists} <= set(range(2, 51))
+    counts = [len(case.positions) for case in lists]
+    assert min(counts) == 2
+    assert 45 <= max(counts) <= 50
     for case, again in zip(lists, trajectories.cases((ARM,), 5), strict=False):
         np.testing.assert_array_equal(case.positions, again.positions)
     assert all(((case.positions > ARM.limit("lower")) & (case.positions < ARM.limit("upper"))).all() for case in lists)
