@@ -1,7 +1,7 @@
 """Trajectories: fixed lists of waypoints through every back end, beside the peers that are installed.
 
-Every solver gets the same joint waypoints and the same limits, the robot's own, one list after the other in one
-process. What comes back is judged alike, by samples of it and not by its maker's word: velocities and accelerations at
+Every solver gets the same joint waypoints and the same limits, the robot's own but for torques, one list after the
+other in one process. What comes back is judged alike, by samples of it and not by its maker's word: velocities and accelerations at
 10,000 instants, the jerk from the differences of those accelerations (so that a jump of an acceleration counts), and
 the distance at which each waypoint is passed. Compute times are the processor's, which depend least on what else the
 machine does, without imports and first calls; ours are with the certificate, which the others do not have.
@@ -78,7 +78,7 @@ def measure(count: int) -> dict[str, Any]:
     """Durations, use of the limits, errors at the waypoints and compute times of every solver; SI units."""
     where = machine()
     seven = SEVEN_JOINTS if SEVEN_JOINTS in catalogue_ids() else WITHOUT_IT
-    lists = cases((load_robot(SIX_JOINTS), load_robot(seven)), count)
+    lists = cases((arm(SIX_JOINTS), arm(seven)), count)
     absent = [name for name, peer in PEERS.items() if not peer.installed]
     if seven != SEVEN_JOINTS:
         absent.append(f"the arm {SEVEN_JOINTS}: its package example-robot-data; {seven} was taken instead")
@@ -89,6 +89,12 @@ def measure(count: int) -> dict[str, Any]:
         "absent": absent,
         "transitions": {transition: _measure_all(lists, transition) for transition in ("through", "stop")},
     }
+
+
+def arm(name: str) -> Robot:
+    """An arm of the catalogue without torque limits, which the other libraries do not know."""
+    robot = load_robot(name)
+    return replace(robot, joints=tuple(replace(joint, torque=np.inf) for joint in robot.joints))
 
 
 def cases(robots: tuple[Robot, ...], count: int) -> list[Case]:
