@@ -52,7 +52,7 @@ def trajectories(
     lists: Annotated[int, typer.Option(help="Fixed lists of waypoints, the first ones of 200.", min=2, max=200)] = 200,
     plot: Annotated[Path | None, typer.Option(help="File to draw the durations and the use of the limits in.")] = None,
 ) -> None:
-    """Waypoint lists through every back end, beside the peers that are installed; half an hour with all 200 lists."""
+    """Waypoint lists through every back end, beside the peers that are installed; takes many minutes with all 200."""
     from benchmarks.trajectories import measure
     from benchmarks.trajectories_report import draw, print_json, print_table
 

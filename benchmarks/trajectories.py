@@ -1,10 +1,11 @@
 """Trajectories: fixed lists of waypoints through every back end, beside the peers that are installed.
 
 Every solver gets the same joint waypoints and the same limits, the robot's own but for torques, one list after the
-other in one process. What comes back is judged alike, by samples of it and not by its maker's word: velocities and accelerations at
-10,000 instants, the jerk from the differences of those accelerations (so that a jump of an acceleration counts), and
-the distance at which each waypoint is passed. Compute times are the processor's, which depend least on what else the
-machine does, without imports and first calls; ours are with the certificate, which the others do not have.
+other in one process. What comes back is judged alike, by samples of it and not by its maker's word: velocities and
+accelerations at 10,000 instants, the jerk from the differences of those accelerations (so that a jump of an
+acceleration counts), and the distance at which each waypoint is passed. Compute times are the processor's, which
+depend least on what else the machine does, without imports and first calls; ours are with the certificate, which the
+others do not have.
 """
 
 from __future__ import annotations
