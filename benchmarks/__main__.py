@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path  # noqa: TC003 - typer reads the annotations
 from typing import Annotated
 
 import typer
@@ -43,6 +44,22 @@ def ik(
 
     figures = measure(poses, checks)
     print_json(figures) if json else print_table(figures)
+
+
+@app.command()
+def trajectories(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    lists: Annotated[int, typer.Option(help="Fixed lists of waypoints, the first ones of 200.", min=2, max=200)] = 200,
+    plot: Annotated[Path | None, typer.Option(help="File to draw the durations and the use of the limits in.")] = None,
+) -> None:
+    """Waypoint lists through every back end, beside the peers that are installed; takes many minutes with all 200."""
+    from benchmarks.trajectories import measure
+    from benchmarks.trajectories_report import draw, print_json, print_table
+
+    figures = measure(lists)
+    print_json(figures) if json else print_table(figures)
+    if plot is not None:
+        draw(figures, plot)
 
 
 app()

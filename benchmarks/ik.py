@@ -166,7 +166,7 @@ def _optik(robot: Robot) -> Solver | None:
     import optik
 
     with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
-        file.write(_plain_urdf(robot))
+        file.write(plain_urdf(robot))
         file.flush()
         arm = optik.Robot.from_urdf_file(file.name, "link_0", "tool")
     arm.set_parallelism(1)
@@ -214,7 +214,7 @@ def _joints(robot: Robot) -> list[tuple[Any, FloatArray, pin.SE3]]:
     return joints
 
 
-def _plain_urdf(robot: Robot) -> str:
+def plain_urdf(robot: Robot) -> str:
     """The robot's kinematics and limits, for a peer that reads files."""
     last = robot.dof
     parts = [f'<link name="link_{i}"/>' for i in range(last + 1)] + ['<link name="tool"/>']
