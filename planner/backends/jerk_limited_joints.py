@@ -73,7 +73,7 @@ class Ruckig:
         refuse_impossible_ends(path, ends)
         lines = self._lines(path, ends)
         # The library divides by the number of joints: none at all would end the process.
-        parts = [_along_lines(lines)] if len(lines.segments) else []
+        parts = [along_lines(lines)] if len(lines.segments) else []
         on_lines = set(lines.segments.tolist())
         for run in path.every_run:
             if run.is_spline or run.first in path.straight.segments:
@@ -112,7 +112,7 @@ def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
     return time_run(path, run)
 
 
-def _along_lines(motions: StraightMotions) -> TimedPieces:
+def along_lines(motions: StraightMotions) -> TimedPieces:
     """Straight lines from rest to rest: the path parameter runs from 0 to 1 like a joint with the tightest limits.
 
     A longer duration stretches the law evenly.

@@ -13,6 +13,7 @@ from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.demands import SampledLimits, duration_of_run, infeasible_duration, nothing_limits
 from planner.backends.intervals import FEWEST, Intervals, cut, law_limits
 from planner.backends.jerk_limited import time_run
+from planner.backends.jerk_limited_joints import along_lines
 from planner.backends.reachability import fastest_law
 from planner.backends.smooth_curve import smooth_curve
 from planner.backends.trapezoidal import fastest_trapezoids
@@ -69,14 +70,15 @@ class TimeOptimal:
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """The fastest motion along the path; where a duration is asked, the same stretched evenly."""
-        if self.jerk_limited:
-            return assemble(path, [time_run(path, _smoothed(path, run)) for run in path.every_run])
         straight = path.straight
         easy = ~SampledLimits(path.robot, straight.limits).limited
-        parts = [fastest_trapezoids(straight.of(easy))] if easy.any() else []
+        closed_form = along_lines if self.jerk_limited else fastest_trapezoids
+        parts = [closed_form(straight.of(easy))] if easy.any() else []
         done = set(straight.segments[easy].tolist())
         runs = [run for run in path.every_run if run.first not in done]
-        if runs:
+        if self.jerk_limited:
+            parts += [time_run(path, _smoothed(path, run)) for run in runs]
+        elif runs:
             parts.append(_time(path, runs, enforced(self)))
         return assemble(path, parts)
 

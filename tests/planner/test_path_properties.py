@@ -26,7 +26,7 @@ ALONG_PATHS.append(TimeOptimal(jerk_limited=True))
 
 
 @pytest.mark.parametrize("backend", ALONG_PATHS, ids=repr)
-@settings(max_examples=settings.default.max_examples // 10, suppress_health_check=list(HealthCheck))
+@settings(max_examples=max(10, settings.default.max_examples // 20), suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_every_plan_along_a_path_keeps_its_promises(backend: BackEnd, data: st.DataObject) -> None:
     problem = data.draw(path_problems(backend))
