@@ -90,7 +90,7 @@ class BlendTransition(Schema):
     """Cut the corner without stopping; the tool leaves its paths only within the radius of the waypoint."""
 
     kind: Literal["blend"]
-    radius: Annotated[float, Field(ge=1e-6, le=LARGEST)]
+    radius: Annotated[float, Field(ge=1e-5, le=LARGEST)]
     """m."""
 
 

@@ -34,6 +34,9 @@ SAMPLES = 64
 SHARES = np.linspace(0.05, 0.95, 19)
 """Of the acceleration limits, what may go into the curvature; the rest is for gaining speed. The best one is taken."""
 
+STEP = 1.001
+"""Ratio of speeds that ramps lead between, at least."""
+
 NO_TIME = 1e-9
 """Share of an interval's time below which a piece of its trapezoid is rounding."""
 
@@ -134,6 +137,8 @@ def _fastest(path: JointPath, run: Run) -> CurveLaw:
 def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segments: np.ndarray) -> CurveLaw:
     """The fastest law whose speed on each interval is at most `most`, and its change at most `gain`."""
     most = np.where(np.isfinite(most) | np.isfinite(gain), most, 1.0)  # nothing limits: any law will do, stretched
+    # Speeds that hardly differ are made the same: a ramp between them would be too short to be put on the curve.
+    most = STEP ** np.floor(np.log(most) / np.log(STEP))
     # Without an acceleration limit the fastest law is a jump; ramps of a third of each interval stand in for it.
     gain = np.where(np.isfinite(gain), gain, 1.5 * most**2 / lengths)
     ends = np.minimum(np.append(most, 0.0), np.insert(most, 0, 0.0))

@@ -20,6 +20,9 @@ MOST = 0.48
 SAMPLES = 48
 """Points on a curve at which the tool's distance from the waypoint is looked at."""
 
+LOOKS = 3
+"""At the points, finer each time; more where the radius is tiny."""
+
 SHRINK = 0.8
 """What the way to the waypoint is cut by while the blend swings out beyond its radius."""
 
@@ -94,8 +97,9 @@ def _way_within(robot: Robot, curve: PiecewisePolynomial, direction: float, corn
         at = np.clip(origin + direction * ways, 0.0, length)
         return _distances(robot, curve.evaluate(at, [0])[0], corner) > radius
 
-    inside, beyond = 0.0, MOST * length
-    for _ in range(3):  # each time a finer look between the last point inside and the first outside
+    inside, beyond, looks = 0.0, MOST * length, 0
+    while looks < LOOKS or inside == 0.0:  # each time finer, between the last point inside and the first outside
+        looks += 1
         ways = np.linspace(inside, beyond, SAMPLES)
         out = np.flatnonzero(outside(ways))
         if not len(out):

@@ -193,6 +193,19 @@ def test_a_line_in_two_parts_is_passed_at_speed_and_as_fast_as_one(robot: Robot,
     assert two.trajectory.duration <= 1.05 * one.trajectory.duration
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("radius", [1e-6, 1e-4])
+def test_a_tiny_blend_costs_little_more_than_stopping(robot: Robot, kind: str, radius: float) -> None:
+    """Once it was a division by zero, and once half a minute."""
+    waypoints = [
+        JointWaypoint(position=HOME),
+        PoseWaypoint(pose=shifted(robot, (0, -0.4, 0)), motion=LinearMotion(), transition=BlendTransition(radius)),
+        PoseWaypoint(pose=shifted(robot, (0, -0.4, -0.3)), motion=LinearMotion()),
+    ]
+    stopping = planned(robot, [replace(waypoint, **STOP) for waypoint in waypoints], kind)
+    assert planned(robot, waypoints, kind).trajectory.duration < 2.0 * stopping.trajectory.duration
+
+
 def test_a_corner_cannot_be_passed_and_both_remedies_work(robot: Robot) -> None:
     waypoints = [
         JointWaypoint(position=HOME),
