@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import differentiate
+from planner.polynomials import bernstein_matrix, differentiate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,7 +81,7 @@ def derivatives_on_unit_time(coefficients: FloatArray, lengths: FloatArray, coun
         terms = coefficients.shape[2]
         unit[k, :, :, :terms] = coefficients * powers[:, :, :terms]
         coefficients = differentiate(coefficients)
-    bernstein = unit.reshape(-1, order) @ _bernstein_matrix(order)
+    bernstein = unit.reshape(-1, order) @ _bernstein_on_subintervals(order)
     return UnitPolynomials(unit, bernstein.reshape(*unit.shape[:-1], SUBINTERVALS, order))
 
 
@@ -150,18 +150,14 @@ def _quadratic_roots(c: float, b: float, a: float) -> list[float]:
 
 
 @lru_cache(maxsize=16)
-def _bernstein_matrix(order: int) -> FloatArray:
+def _bernstein_on_subintervals(order: int) -> FloatArray:
     """(order, SUBINTERVALS * order): power coefficients on [0, 1] to Bernstein coefficients on each subinterval."""
     blocks = []
-    degree = order - 1
-    to_bernstein = np.array(
-        [[comb(i, k) / comb(degree, k) if k <= i else 0.0 for i in range(order)] for k in range(order)]
-    )
     for part in range(SUBINTERVALS):
         start, width = part / SUBINTERVALS, 1.0 / SUBINTERVALS
         # p(start + width v) in powers of v
         shift = np.array(
             [[comb(k, m) * start ** (k - m) * width**m if m <= k else 0.0 for m in range(order)] for k in range(order)]
         )
-        blocks.append(shift @ to_bernstein)
+        blocks.append(shift @ bernstein_matrix(order))
     return np.hstack(blocks)

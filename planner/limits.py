@@ -50,6 +50,11 @@ class SegmentLimits:
         return SegmentLimits(lower=self.lower, upper=self.upper, **rows)
 
 
+def counted_velocity(limit: FloatArray) -> FloatArray:
+    """Velocity limits to measure motions of joints by: without a limit one counts as if it were 1 rad/s or m/s."""
+    return np.where(np.isfinite(limit), limit, 1.0)
+
+
 def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...]) -> SegmentLimits:
     """Resolve the limits of each segment.
 

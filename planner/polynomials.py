@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from math import comb
+from functools import cached_property, lru_cache
+from math import comb, factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,12 +77,19 @@ def joined(curves: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
     return PiecewisePolynomial(np.concatenate([curve.lengths for curve in curves]), coefficients)
 
 
-def shifted(coefficients: FloatArray, by: float) -> FloatArray:
-    """Coefficients (..., order) of p(x + by)."""
+def shifted(coefficients: FloatArray, by: FloatArray | float) -> FloatArray:
+    """Coefficients (..., order) of p(x + by), by Taylor's formula; `by` broadcasts against (...)."""
     order = coefficients.shape[-1]
-    shift = np.array([[comb(k, m) * by ** (k - m) if m <= k else 0.0 for m in range(order)] for k in range(order)])
-    result: FloatArray = coefficients @ shift
-    return result
+    at = np.asarray(by)
+    terms = [horner(differentiate(coefficients, k), at) / factorial(k) for k in range(order)]
+    return np.stack(terms, axis=-1)
+
+
+@lru_cache(maxsize=16)
+def bernstein_matrix(order: int) -> FloatArray:
+    """(order, order): rows of ascending power coefficients on [0, 1], times this, are Bernstein coefficients."""
+    degree = order - 1
+    return np.array([[comb(i, k) / comb(degree, k) if k <= i else 0.0 for i in range(order)] for k in range(order)])
 
 
 def cumulative_sums(lengths: FloatArray) -> FloatArray:

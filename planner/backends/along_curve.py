@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.assembly import TimedPieces
-from planner.backends.demands import SampledLimits
+from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
 from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
 
@@ -151,9 +153,9 @@ class Demand(NamedTuple):
     joint: str | None
 
 
-def by_factor(demand: Demand) -> float:
-    """Key to the most demanding."""
-    return demand.factor
+def most_demanding(needed: Iterable[Demand]) -> Demand:
+    """The one with the largest factor."""
+    return max(needed, key=lambda demand: demand.factor)
 
 
 def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, Demand]:
@@ -208,6 +210,31 @@ def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
     """The same motion in `factor` times the time; for all pieces, or (pieces,)."""
     powers = np.reshape(factor, (-1, 1, 1)) ** np.arange(pieces.coefficients.shape[2])
     return TimedPieces(pieces.lengths * factor, pieces.coefficients / powers, pieces.segments)
+
+
+def in_its_time(path: JointPath, run: Run, asked: float, pieces: TimedPieces, enforced: frozenset[str]) -> TimedPieces:
+    """The motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
+
+    Args:
+        path: With limits and durations.
+        run: Of the path.
+        asked: Its duration, s; NaN: the shortest.
+        pieces: Its motion, in any time.
+        enforced: The quantities whose limits are kept.
+
+    Raises:
+        InfeasibleDuration: The asked duration is too short.
+        LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+    """
+    own = float(pieces.lengths.sum())
+    demand = most_demanding(demands(path, pieces, enforced).values())
+    if not np.isnan(asked):
+        if asked < demand.factor * own * (1.0 - DURATION_TOLERANCE):
+            raise infeasible_duration(asked, {run.first: demand.factor * own}, demand.cause, demand.joint)
+        return stretched(pieces, asked / own)
+    if demand.factor <= 0.0:
+        raise nothing_limits(run.first)
+    return stretched(pieces, demand.factor)
 
 
 class ToolSpeeds:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from math import comb
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,7 +11,8 @@ import numpy as np
 from planner.backends.demands import refuse_what_gravity_exceeds
 from planner.dynamics import inverse_dynamics
 from planner.kinematics.forward import tool_speeds
-from planner.polynomials import differentiate, horner
+from planner.limits import counted_velocity
+from planner.polynomials import bernstein_matrix, differentiate, horner, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,7 +72,8 @@ class Intervals:
         rows = np.repeat(np.arange(len(parts)), parts)
         lengths = (self.lengths / parts)[rows]
         offsets = (np.arange(len(rows)) - (np.cumsum(parts) - parts)[rows]) * lengths
-        return Intervals(lengths, _shifted(self.coefficients[rows], offsets), self.segments[rows], self.runs[rows])
+        coefficients = shifted(self.coefficients[rows], offsets[:, None])
+        return Intervals(lengths, coefficients, self.segments[rows], self.runs[rows])
 
     def at(self, places: FloatArray) -> list[FloatArray]:
         """Positions and their first two derivatives, each (places, intervals, joints), at shares of every interval."""
@@ -100,7 +101,7 @@ def cut(
         runs=np.repeat(np.arange(len(runs)), [len(run.owners) for run in runs]),
     )
     limit = velocity[whole.segments]
-    _, first, second = (rows / np.where(np.isfinite(limit), limit, 1.0) for rows in whole.at(PROBES))
+    _, first, second = (rows / counted_velocity(limit) for rows in whole.at(PROBES))
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = np.linalg.norm(second, axis=2) / np.linalg.norm(first, axis=2)
     turns = np.nan_to_num(rates, posinf=np.inf).mean(axis=0) * whole.lengths
@@ -183,7 +184,7 @@ def _acceleration_rows(limits: SegmentLimits, intervals: Intervals) -> Rows:
         a[..., 1:] += 2.0 * second
         b[..., :-1] = second
     powers = intervals.lengths[:, None, None] ** np.arange(first.shape[2])
-    a, b = (part * powers @ _bernstein_matrix(first.shape[2]) / limit[..., None] for part in (a, b))
+    a, b = (part * powers @ bernstein_matrix(first.shape[2]) / limit[..., None] for part in (a, b))
     return Rows(*(part.transpose(0, 2, 1) for part in (a, b, np.zeros_like(a))))
 
 
@@ -242,20 +243,3 @@ def _most(robot: Robot, limits: SegmentLimits, intervals: Intervals, squares: Fl
     most[:-1] *= share
     most[1:] *= share
     return most
-
-
-@lru_cache(maxsize=16)
-def _bernstein_matrix(order: int) -> FloatArray:
-    """(order, order): ascending power coefficients on [0, 1] to Bernstein coefficients."""
-    degree = order - 1
-    return np.array([[comb(i, k) / comb(degree, k) if k <= i else 0.0 for i in range(order)] for k in range(order)])
-
-
-def _shifted(coefficients: FloatArray, by: FloatArray) -> FloatArray:
-    """Coefficients (rows, ..., order) of p(x + by), another shift (rows,) for each row."""
-    result = coefficients.copy()
-    order = coefficients.shape[-1]
-    for m in range(order):  # Taylor: the m-th derivative at the shift, over m!
-        for k in range(m + 1, order):
-            result[..., m] += comb(k, m) * coefficients[..., k] * (by ** (k - m))[:, None]
-    return result

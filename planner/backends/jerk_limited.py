@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.along_curve import (
-    DURATION_TOLERANCE,
-    NO_LENGTH,
     CurveLaw,
     broken_at,
-    by_factor,
-    demands,
     follow_curve,
-    stretched,
+    in_its_time,
 )
 from planner.backends.base import QUANTITIES
-from planner.backends.demands import SampledLimits, duration_of_run, infeasible_duration, nothing_limits
+from planner.backends.demands import SampledLimits, duration_of_run
 from planner.backends.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
 from planner.dynamics import inverse_dynamics
 from planner.kinematics.forward import tool_speeds
-from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite
+from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
 
 if TYPE_CHECKING:
     from planner.backends.assembly import TimedPieces
@@ -66,17 +61,7 @@ def time_run(path: JointPath, run: Run) -> TimedPieces:
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     asked = duration_of_run(path, run)
-    pieces = follow_curve(run, _fastest(path, run))
-    needed = demands(path, pieces, ENFORCED)
-    demand = max(needed.values(), key=by_factor)
-    factor, own = demand.factor, float(pieces.lengths.sum())
-    if not np.isnan(asked):
-        if asked < factor * own * (1.0 - DURATION_TOLERANCE):
-            raise infeasible_duration(asked, {run.first: factor * own}, demand.cause, demand.joint)
-        factor = asked / own
-    elif factor <= 0.0:
-        raise nothing_limits(run.first)
-    return stretched(pieces, factor)
+    return in_its_time(path, run, asked, follow_curve(run, _fastest(path, run)), ENFORCED)
 
 
 def _fastest(path: JointPath, run: Run) -> CurveLaw:
@@ -101,9 +86,7 @@ def _fastest(path: JointPath, run: Run) -> CurveLaw:
 def _quintic(run: Run) -> PiecewisePolynomial:
     """From rest to rest in 1 s, with a breakpoint where the curve has one."""
     places = run.curve.breakpoints
-    # A blend may leave next to nothing of what it cuts: where the curve has such a piece, the law has none.
-    inner = places[1:-1][np.diff(places[:-1]) > NO_LENGTH * places[-1]]
-    inner = inner[inner < places[-1] * (1.0 - NO_LENGTH)]
+    inner = places[1:-1]
     whole = PiecewisePolynomial(np.ones(1), places[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
     law = broken_at(whole, inner, np.zeros(len(inner) + 1, dtype=int)).law
     law.coefficients[1:, 0, 0] = inner
@@ -115,8 +98,7 @@ def _parted(law: PiecewisePolynomial, parts: np.ndarray) -> PiecewisePolynomial:
     lengths = np.repeat(law.lengths / parts, parts)
     number = np.arange(len(lengths)) - np.repeat(np.cumsum(parts) - parts, parts)
     whole = np.repeat(law.coefficients[:, 0], parts, axis=0)
-    terms = [horner(differentiate(whole, k), number * lengths) / factorial(k) for k in range(whole.shape[1])]
-    return PiecewisePolynomial(lengths, np.stack(terms, axis=1)[:, None])
+    return PiecewisePolynomial(lengths, shifted(whole, number * lengths)[:, None])
 
 
 def _retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from math import comb
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.durations import LinearisedLimits
-from planner.polynomials import differentiate, horner
+from planner.polynomials import bernstein_matrix, differentiate, horner
 
 if TYPE_CHECKING:
     from planner.backends.interpolation import InterpolatingSpline
@@ -176,8 +175,9 @@ def hold_against_limits(
     near = NEAR * max(float(ratios.max()) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1))
     matters = np.zeros(span.shape, bool)
     for order, measure in enumerate(allowed, start=1):
-        matters = matters | (np.abs(_bernstein(by_order[order])).max(axis=2) > measure * near**order)
-    control = _bernstein(spline.unit)
+        bounds = np.abs(by_order[order] @ bernstein_matrix(degree + 1 - order))
+        matters = matters | (bounds.max(axis=2) > measure * near**order)
+    control = spline.unit @ bernstein_matrix(degree + 1)
     may_leave = (control.max(axis=2) > limits.upper - NEAR_POSITION * span) | (
         control.min(axis=2) < limits.lower + NEAR_POSITION * span
     )
@@ -248,19 +248,6 @@ def _excess(
             excess[here] = np.log(np.abs(value[here]) / limit) / k
             weight[here] = 1.0 / (k * value[here])
     return excess, weight
-
-
-def _bernstein(coefficients: FloatArray) -> FloatArray:
-    """Bernstein coefficients on [0, 1], which bound the polynomials, of ascending powers on the last axis."""
-    degree = coefficients.shape[-1] - 1
-    return coefficients @ _to_bernstein(degree)
-
-
-@lru_cache
-def _to_bernstein(degree: int) -> FloatArray:
-    """(degree + 1, degree + 1): a power (row) in Bernstein polynomials (columns)."""
-    count = range(degree + 1)
-    return np.array([[comb(k, i) / comb(degree, i) for k in count] for i in count])
 
 
 def _roots(polynomials: FloatArray, brackets: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.along_curve import DURATION_TOLERANCE, MOST_HALVINGS, by_factor, demands, stretched
+from planner.backends.along_curve import DURATION_TOLERANCE, MOST_HALVINGS, demands, most_demanding, stretched
 from planner.backends.assembly import TimedPieces, assemble
 from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.demands import SampledLimits, duration_of_run, infeasible_duration, nothing_limits
@@ -112,7 +112,7 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPi
         raise nothing_limits(runs[k].first)
     short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE)).tolist()
     if short:
-        demand = max((needed[segment] for segment in runs[short[0]].segments.tolist()), key=by_factor)
+        demand = most_demanding(needed[segment] for segment in runs[short[0]].segments.tolist())
         too_short = {runs[k].first: float(shortest[k]) for k in short}
         raise infeasible_duration(float(asked[short[0]]), too_short, demand.cause, demand.joint)
     return stretched(pieces, np.where(free, factors, asked / times)[own])

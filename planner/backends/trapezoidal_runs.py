@@ -12,12 +12,12 @@ from planner.backends.along_curve import (
     Demand,
     ToolSpeeds,
     broken_at,
-    by_factor,
     demands,
     follow_curve,
-    stretched,
+    in_its_time,
+    most_demanding,
 )
-from planner.backends.demands import duration_of_run, infeasible_duration, nothing_limits
+from planner.backends.demands import duration_of_run, infeasible_duration
 from planner.errors import LimitsUnsatisfiable
 from planner.polynomials import PiecewisePolynomial
 
@@ -57,18 +57,7 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> TimedPieces
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     asked = duration_of_run(path, run)
-    pieces = follow_curve(run, _fastest(path, run))
-    needed = demands(path, pieces, enforced)
-    factor = max(demand.factor for demand in needed.values())
-    if not np.isnan(asked):
-        shortest = factor * float(pieces.lengths.sum())
-        if asked < shortest * (1.0 - DURATION_TOLERANCE):
-            demand = max(needed.values(), key=by_factor)
-            raise infeasible_duration(asked, {run.first: shortest}, demand.cause, demand.joint)
-        factor = asked / float(pieces.lengths.sum())
-    elif factor <= 0.0:
-        raise nothing_limits(run.first)
-    return stretched(pieces, factor)
+    return in_its_time(path, run, asked, follow_curve(run, _fastest(path, run)), enforced)
 
 
 def time_run_with_ramps(
@@ -95,7 +84,7 @@ def time_run_with_ramps(
         law = law_of(duration)
         whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
         pieces = follow_curve(run, broken_at(whole, places, run.segments))
-        return pieces, max(demands(path, pieces, enforced).values(), key=by_factor)
+        return pieces, most_demanding(demands(path, pieces, enforced).values())
 
     duration = ramps if np.isnan(asked) else max(asked, ramps)
     demand = Demand(1.0, "the acceleration and deceleration times ask", None)

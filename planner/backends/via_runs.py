@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.along_curve import demands, stretched
+from planner.backends.along_curve import DURATION_TOLERANCE, demands, stretched
 from planner.backends.assembly import TimedPieces
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from planner.backends.via_problem import ViaMotion
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath
-
-DURATION_TOLERANCE = 1e-9
-"""Relative shortfall of an asked duration that is taken for rounding."""
 
 EXCESS = 3e-10
 """Of a time, that is taken for rounding: the certificate allows a jerk three times that."""

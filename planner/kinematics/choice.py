@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import PlanningError
+from planner.limits import counted_velocity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -86,7 +87,7 @@ def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArra
         ends: (..., joints).
     """
     velocity = robot.limit("velocity")
-    times: FloatArray = np.abs(ends - starts) / np.where(np.isfinite(velocity), velocity, 1.0)
+    times: FloatArray = np.abs(ends - starts) / counted_velocity(velocity)
     return times
 
 

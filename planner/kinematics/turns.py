@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.limits import counted_velocity
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -60,7 +62,7 @@ def by_distance(robot: Robot, solutions: Sequence[FloatArray] | FloatArray, refe
     if len(solutions) == 0:
         return []
     velocity = robot.limit("velocity")
-    weights = 1.0 / np.where(np.isfinite(velocity), velocity, 1.0)
+    weights = 1.0 / counted_velocity(velocity)
     times = np.linalg.norm((np.array(solutions) - reference) * weights, axis=1)
     return [solutions[i] for i in np.argsort(times, kind="stable")]
 

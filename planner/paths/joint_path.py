@@ -83,13 +83,11 @@ class JointPath:
     @cached_property
     def every_run(self) -> tuple[Run, ...]:
         """The runs, and each straight motion as a run of its own, in order."""
-        own = {run.first: run for run in self.runs}
-        covered = {segment for run in self.runs for segment in run.segments.tolist()}
-        for segment in range(len(self.durations)):
-            if segment not in covered:
-                start, end = self.positions[segment], self.positions[segment + 1]
-                own[segment] = straight_run(segment, start, end, self.limits.velocity[segment])
-        return tuple(own[first] for first in sorted(own))
+        own = [
+            straight_run(segment, self.positions[segment], self.positions[segment + 1], self.limits.velocity[segment])
+            for segment in self.straight.segments.tolist()
+        ]
+        return tuple(sorted((*self.runs, *own), key=lambda run: run.first))
 
     @cached_property
     def straight(self) -> StraightMotions:

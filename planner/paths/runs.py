@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
-from planner.limits import passes_a_limit
+from planner.limits import counted_velocity, passes_a_limit
 from planner.paths.blends import blend, ways_within
 from planner.paths.cartesian import first_beyond
 from planner.polynomials import PiecewisePolynomial, joined, quintic_hermite
@@ -82,7 +82,7 @@ def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: Flo
         end: (joints,).
         velocity: (joints,), limits.
     """
-    time = float((np.abs(end - start) / _finite(velocity)).max())
+    time = float((np.abs(end - start) / counted_velocity(velocity)).max())
     coefficients = np.stack([start, (end - start) / time], axis=-1)[None]
     return Run(
         first=segment,
@@ -93,11 +93,6 @@ def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: Flo
         is_spline=False,
         tolerance=JOINT_TOLERANCE,
     )
-
-
-def _finite(velocity: FloatArray) -> FloatArray:
-    """Joints without a limit count as if it were 1 rad/s or m/s."""
-    return np.where(np.isfinite(velocity), velocity, 1.0)
 
 
 def build_run(
@@ -174,7 +169,7 @@ class _Builder:
         last: int,
     ) -> None:
         self.waypoints, self.positions, self.motions, self.first, self.last = waypoints, positions, motions, first, last
-        self.speeds = _finite(limits.velocity)
+        self.speeds = counted_velocity(limits.velocity)
         self.tool: dict[int, PiecewisePolynomial] = {}
         for segment in range(first, last):
             if not isinstance(waypoints[segment + 1].motion, JointMotion):
