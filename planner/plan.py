@@ -9,13 +9,13 @@ import numpy as np
 
 from planner.backends.base import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
 from planner.certificate import Certificate, certify
-from planner.errors import InvalidProblem, LimitsUnsatisfiable, PlanningError
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
 from planner.kinematics.wanted import waypoint_faults
 from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
 from planner.path_certificate import certify_tool_path
 from planner.paths import JointPath, solve_path
 from planner.problem import BlendTransition, JointMotion, StopTransition
-from planner.torque_remedies import torque_remedies
+from planner.remedies import remedies_for
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,18 +53,9 @@ def plan(problem: PlanningProblem) -> Plan:
     path = solve_path(problem)
     try:
         return _plan_along(problem, path)
-    except LimitsUnsatisfiable as refusal:
-        if not refusal.remedies:
-            refusal.remedies = tuple(torque_remedies(problem, path, _has_plan))
+    except (InfeasibleDuration, LimitsUnsatisfiable) as refusal:
+        refusal.remedies = tuple(remedies_for(refusal, problem, path, lambda it: _plan_along(it, solve_path(it))))
         raise
-
-
-def _has_plan(problem: PlanningProblem) -> bool:
-    try:
-        _plan_along(problem, solve_path(problem))
-    except PlanningError:
-        return False
-    return True
 
 
 def _plan_along(problem: PlanningProblem, path: JointPath) -> Plan:

@@ -1,0 +1,201 @@
+"""Where an asked duration is too short: a longer one, higher limits, a lighter payload."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.base import enforced
+from planner.dynamics import inverse_dynamics
+from planner.errors import InfeasibleDuration, PlanningError, Remedy
+from planner.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.kinematics.forward import tool_speeds
+from planner.limits import TCP_QUANTITIES
+from planner.polynomials import differentiate, horner
+from planner.problem import Limits
+from planner.remedies.higher_limits import limit_of, with_higher_limits
+from planner.remedies.lighter_payload import with_lighter_payload
+from planner.remedies.proved import first_proved
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from planner.kinematics.poses import FloatArray
+    from planner.limits import SegmentLimits
+    from planner.paths import JointPath
+    from planner.plan import Plan
+    from planner.problem import PlanningProblem
+    from planner.remedies.higher_limits import Change, Needs
+    from planner.remedies.proved import PlanOf
+    from planner.robots import Robot
+    from planner.trajectory import Trajectory
+
+SHARES = (1.0 - 1e-9, 0.995, 0.95)
+"""Of limits, what the motion may take; the first with which the back end finds one."""
+
+RATES = ("velocity", "acceleration", "jerk")
+"""The quantities that are derivatives of the joint positions, in order."""
+
+SAMPLES = 65
+"""Of torque and tool speeds on each piece."""
+
+HALVINGS = 4
+"""Of a change of limits that suffices, in search of the smallest."""
+
+LIMITS_EXPLAINED = "a higher limit with which the asked durations do; all changes of limits together"
+PAYLOAD_EXPLAINED = "the payload, kg, with which the asked durations do"
+
+
+def duration_remedies(
+    refusal: InfeasibleDuration, problem: PlanningProblem, path: JointPath, plan_of: PlanOf
+) -> list[Remedy]:
+    """Longer durations; and if limits asked by the request or its payload are what stands against it, these.
+
+    The motion with the longer durations, played faster, does what is asked but for the limits: what it needs of them
+    is the smallest change for a law of fixed shape, and a sufficient one for every other.
+    """
+    longer = _longer_durations(refusal, problem, plan_of)
+    if longer is None:
+        return []
+    told, plan = longer
+    limits, kept = path.limits, enforced(problem.backend)
+    faster = _faster(plan.trajectory, path)
+    needs = faster.needs(limits, kept)
+    others = (motion.needs(limits, kept) for motion in _within_own_limits(problem, plan_of))
+    told += _higher_limits(problem, limits, chain([needs], others), plan_of)
+    if {quantity for quantity, *_ in needs} == {"torque"}:
+        told += first_proved(_lighter_payload(problem, limits, faster), plan_of)
+    return told
+
+
+def _longer_durations(
+    refusal: InfeasibleDuration, problem: PlanningProblem, plan_of: PlanOf
+) -> tuple[list[Remedy], Plan] | None:
+    """The durations that back ends name, until there is a plan; where they do not help, none asked."""
+    asked = [k for k, waypoint in enumerate(problem.waypoints) if waypoint.duration is not None]
+    told: dict[int, Remedy] = {}
+    while True:
+        named = {int(remedy.change.split("/")[2]): remedy for remedy in refusal.remedies}
+        if not named.keys() - told.keys():
+            break
+        told |= named
+        try:
+            return list(told.values()), plan_of(_with_durations(problem, told))
+        except InfeasibleDuration as another:
+            refusal = another
+        except PlanningError:
+            break
+    for left_out in (list(told), asked):
+        told = {k: Remedy(f"/waypoints/{k}/duration", None, "as fast as the limits allow") for k in left_out}
+        try:
+            return list(told.values()), plan_of(_with_durations(problem, told))
+        except PlanningError:
+            continue
+    return None
+
+
+def _with_durations(problem: PlanningProblem, told: Mapping[int, Remedy]) -> PlanningProblem:
+    waypoints = (
+        replace(waypoint, duration=told[k].value) if k in told else waypoint
+        for k, waypoint in enumerate(problem.waypoints)
+    )
+    return replace(problem, waypoints=tuple(waypoints))
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """Pieces of joint polynomials in time, as those of a trajectory."""
+
+    robot: Robot
+    lengths: FloatArray
+    coefficients: FloatArray
+    segments: np.ndarray
+
+    def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
+        """What it takes of the kept limits, where that is more than they are."""
+        needs: Needs = {}
+
+        def note(quantity: str, piece: int, joint: int, value: float) -> None:
+            key = quantity, int(self.segments[piece]), joint
+            if quantity in kept and value > limit_of(limits, *key):
+                needs[key] = max(value, needs.get(key, 0.0))
+
+        derivatives = derivatives_on_unit_time(self.coefficients, self.lengths, len(RATES) + 1)
+        for order, quantity in enumerate(RATES, 1):
+            bounds = np.abs(derivatives.bernstein[order]).max(axis=(2, 3))
+            for piece, joint in np.argwhere(bounds > getattr(limits, quantity)[self.segments]).tolist():
+                only = np.full((1, self.robot.dof), np.inf)
+                only[0, joint] = 1.0
+                *_, value = largest_magnitude(derivatives[order].of(np.array([piece])), only)
+                note(quantity, piece, joint, abs(value))
+        sampled = {}
+        if self.robot.has_dynamics and np.isfinite(limits.torque).any():
+            sampled["torque"] = np.abs(self.torques(self.robot))
+        if np.isfinite(limits.tcp_linear_velocity).any() or np.isfinite(limits.tcp_angular_velocity).any():
+            sampled |= dict(zip(TCP_QUANTITIES, tool_speeds(self.robot, *self.samples()[:2]), strict=True))
+        for quantity, values in sampled.items():
+            largest = values.reshape(len(self.segments), SAMPLES, -1).max(axis=1)
+            for piece, joint in np.ndindex(largest.shape):
+                note(quantity, piece, joint, float(largest[piece, joint]))
+        return needs
+
+    def samples(self) -> list[FloatArray]:
+        """Positions, velocities and accelerations, each (pieces x SAMPLES, joints)."""
+        tau = (np.linspace(0.0, 1.0, SAMPLES) * self.lengths[:, None])[..., None]
+        return [horner(differentiate(self.coefficients, k)[:, None], tau).reshape(-1, self.robot.dof) for k in range(3)]
+
+    def torques(self, robot: Robot) -> FloatArray:
+        """(pieces x SAMPLES, joints)."""
+        return inverse_dynamics(robot, *self.samples())
+
+
+def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
+    """The segments of a trajectory that take longer than asked, played in the time that is asked."""
+    took = trajectory.arrivals[1:] - trajectory.departures[:-1]
+    ratio = np.where(path.durations < took, path.durations / took, 1.0)[trajectory.segments]
+    pieces = np.flatnonzero(ratio < 1.0)
+    ratio = ratio[pieces]
+    powers = ratio[:, None, None] ** np.arange(trajectory.coefficients.shape[2])
+    coefficients = trajectory.coefficients[pieces] / powers
+    return _Motion(path.robot, trajectory.lengths[pieces] * ratio, coefficients, trajectory.segments[pieces])
+
+
+def _within_own_limits(problem: PlanningProblem, plan_of: PlanOf) -> Iterator[_Motion]:
+    """The motion that is asked, but for the limits that are asked; none where the robot's own are too narrow for it."""
+    waypoints = tuple(replace(waypoint, limits=None) for waypoint in problem.waypoints)
+    try:
+        plan = plan_of(replace(problem, limits=Limits(), waypoints=waypoints))
+    except PlanningError:
+        return
+    trajectory = plan.trajectory
+    yield _Motion(plan.path.robot, trajectory.lengths, trajectory.coefficients, trajectory.segments)
+
+
+def _higher_limits(
+    problem: PlanningProblem, limits: SegmentLimits, needs: Iterable[Needs], plan_of: PlanOf
+) -> list[Remedy]:
+    """What the first of some motions needs that can be had, and if it suffices, a smaller part of that."""
+    for all_of_it in needs:
+        changes = with_higher_limits(problem, all_of_it, SHARES, LIMITS_EXPLAINED)
+        enough = first_proved(changes, plan_of)
+        if not enough:
+            continue
+        too_little, sufficient = 0.0, 1.0
+        for _ in range(HALVINGS):
+            part = (too_little + sufficient) / 2.0
+            less = {key: part * value + (1.0 - part) * limit_of(limits, *key) for key, value in all_of_it.items()}
+            changes = with_higher_limits(problem, less, (1.0,), LIMITS_EXPLAINED)
+            if smaller := first_proved(changes, plan_of):
+                enough, sufficient = smaller, part
+            else:
+                too_little = part
+        return enough
+    return []
+
+
+def _lighter_payload(problem: PlanningProblem, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
+    limit = np.repeat(limits.torque[motion.segments], SAMPLES, axis=0)
+    return with_lighter_payload(problem, motion.torques, limit, SHARES, PAYLOAD_EXPLAINED)

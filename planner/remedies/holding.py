@@ -1,0 +1,70 @@
+"""Where holding the arm still takes more torque than allowed: higher limits, a lighter payload."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.dynamics import inverse_dynamics
+from planner.remedies.higher_limits import with_higher_limits
+from planner.remedies.lighter_payload import with_lighter_payload
+from planner.remedies.proved import first_proved
+
+if TYPE_CHECKING:
+    from planner.errors import Remedy
+    from planner.kinematics.poses import FloatArray
+    from planner.paths import JointPath
+    from planner.problem import PlanningProblem
+    from planner.remedies.higher_limits import Needs
+    from planner.remedies.proved import PlanOf
+    from planner.robots import Robot
+
+SHARES = (0.99, 0.9, 0.5)
+"""Of a torque limit, what gravity may take; the first that leaves enough for the motion."""
+
+PLACES = 200
+"""On each run, where gravity is looked at."""
+
+
+MOVED = "a torque limit that holds the arm and leaves some to move it"
+HELD = "the payload, kg, that is held with torque left to move it"
+
+
+def holding_remedies(problem: PlanningProblem, path: JointPath, plan_of: PlanOf) -> list[Remedy]:
+    """Remedies where gravity alone exceeds a torque limit on a path; none where it does not.
+
+    Args:
+        problem: That is refused.
+        path: Of the problem.
+        plan_of: A changed problem; only what can be planned is offered.
+    """
+    if not path.robot.has_dynamics:
+        return []
+    positions, segments = _places(path)
+    still = np.zeros_like(positions)
+
+    def gravity(robot: Robot) -> FloatArray:
+        return inverse_dynamics(robot, positions, still, still)
+
+    limit, taken = path.limits.torque[segments], np.abs(gravity(path.robot))
+    needs: Needs = {}
+    for row, joint in np.argwhere(taken >= limit).tolist():
+        key = "torque", int(segments[row]), joint
+        needs[key] = max(float(taken[row, joint]), needs.get(key, 0.0))
+    if not needs:
+        return []
+    higher = first_proved(with_higher_limits(problem, needs, SHARES, MOVED), plan_of)
+    return higher + first_proved(with_lighter_payload(problem, gravity, limit, SHARES, HELD), plan_of)
+
+
+def _places(path: JointPath) -> tuple[FloatArray, np.ndarray]:
+    """Positions (N, joints) all along the path, and their segments (N,); places between two segments are of both."""
+    positions, segments = [], []
+    for run in path.every_run:
+        curve = run.curve
+        s = np.linspace(0.0, curve.breakpoints[-1], PLACES)
+        owners = run.owners[curve.locate(s)[0]]
+        positions += [curve.evaluate(s, [0])[0], curve.evaluate(curve.breakpoints[1:], [0])[0]]
+        segments += [owners, run.owners]
+    return np.concatenate(positions), np.concatenate(segments)
