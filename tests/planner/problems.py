@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,12 @@ from planner.problem import (
     Transition,
 )
 from planner.robots import Robot, load_robot
+
+REQUESTS = int(os.environ.get("REQUESTS") or (5000 if os.environ.get("CI") else 100))
+"""Random requests a back end that its properties are tried on, a tenth of them along paths of the tool."""
+
+PARTS = range(4)
+"""Tests that they are spread over, which can run side by side."""
 
 ARMS = ("ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "kuka_kr16_l6_2")
 

@@ -14,7 +14,7 @@ from planner.kinematics import FloatArray, Pose
 from planner.plan import Plan, plan
 from planner.polynomials import differentiate, horner
 from planner.problem import BlendTransition, CircularMotion, JointMotion
-from tests.planner.problems import path_problems
+from tests.planner.problems import PARTS, REQUESTS, path_problems
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 DENSE = np.linspace(0.0, 1.0, 17)
@@ -25,10 +25,11 @@ ALONG_PATHS: list[BackEnd] = [BACKENDS[kind]() for kind in sorted(set(BACKENDS) 
 ALONG_PATHS.append(TimeOptimal(jerk_limited=True))
 
 
+@pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("backend", ALONG_PATHS, ids=repr)
-@settings(max_examples=max(10, settings.default.max_examples // 20), suppress_health_check=list(HealthCheck))
+@settings(max_examples=max(5, REQUESTS // 10 // len(PARTS)), suppress_health_check=list(HealthCheck))
 @given(data=st.data())
-def test_every_plan_along_a_path_keeps_its_promises(backend: BackEnd, data: st.DataObject) -> None:
+def test_every_plan_along_a_path_keeps_its_promises(backend: BackEnd, part: int, data: st.DataObject) -> None:
     problem = data.draw(path_problems(backend))
     try:
         result = plan(problem)
