@@ -74,7 +74,12 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
                 acceleration_scale=draw(st.floats(0.05, 1.0)),
             )
             waypoints[i] = replace(waypoints[i], limits=own)
-    limits = Limits(velocity_scale=draw(st.floats(0.01, 1.0)), acceleration_scale=draw(st.floats(0.01, 1.0)))
+    limits = Limits(
+        velocity_scale=draw(st.floats(0.01, 1.0)),
+        acceleration_scale=draw(st.floats(0.01, 1.0)),
+        tcp_linear_velocity=draw(st.sampled_from([None, None, None, 0.05, 0.5])),
+        tcp_angular_velocity=draw(st.sampled_from([None, None, None, 0.2, 2.0])),
+    )
     return replace(problem, waypoints=tuple(waypoints), limits=limits)
 
 
