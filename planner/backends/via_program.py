@@ -155,7 +155,7 @@ class _Program:
         point, widened = self.start, self.widened
         slacks, late = self._slacks(point, widened), point.times - self.shortest
         count = slacks.size + late.size
-        barrier = FIRST_SHARE * (self.costs @ point.times) / count
+        barrier = FIRST_SHARE * float(self.costs @ point.times) / count
         duals, late_duals = barrier / slacks, barrier / late
         centring = 0.2
         for _ in range(MOST_STEPS):

@@ -1,9 +1,8 @@
 """With which velocities and accelerations to pass waypoints, so that the whole takes the least time.
 
 Between two waypoints each joint moves from state to state as fast as it can, and waits for the slowest: a segment
-takes the longest of its joints' shortest times. Their sum is made small by L-BFGS (Nocedal and Wright, Numerical
-Optimization, 2006, ch. 7.2), with norms in the place of the maxima that come nearer to them step by step. The
-joints' times depend on their own states only, so all slopes come from one batch of single-joint motions.
+takes the longest of its joints' shortest times. States near to the best come from the program of `via_program`, whose
+pieces of constant jerk have fixed ends; the exact times then move each joint's state at each waypoint a little.
 
 Two things that these times do not show are mended afterwards, by slowing single joints at single waypoints: a joint may
 be unable to arrive later than its shortest time but for a range of durations (then all wait longer), and it may leave
@@ -33,6 +32,9 @@ AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in np.
 WIDEST, MOST_SWEEPS, LEAST_GAIN = 0.1, 3, 1e-6
 """Their size; how often all waypoints are moved; the relative gain that is worth a move."""
 
+ROUNDS = 3
+"""Of the fixed point of a speed from which a joint can stop; odd: it is neared from the safe side, or ends there."""
+
 INSIDE = 1.0 - 1e-4
 """Share of the possible velocities and accelerations that a waypoint is passed with."""
 
@@ -54,14 +56,15 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
     scaled = problem.in_units(length, time)
     search = _Search(scaled)
     if stopping or len(times) == 1:
-        choices = [search.at_rest]
-    else:
-        found = search.nearest(passing_states(scaled))
-        choices = [found, search.polished(found)]
-    tried = [MendedPassages(scaled, rates, search.shortest(rates)) for rates in choices]
-    for passages in tried if not stopping else []:
+        return search.passages(search.at_rest).motion(problem, length, time)
+    found = search.nearest(passing_states(scaled))
+    polished = search.polished(found)
+    passages = search.passages(polished)
+    if (faulty := passages.faulty_joints).any():
+        passages = search.passages(
+            Rates(*(np.where(faulty, own, new) for own, new in zip(found, polished, strict=True)))
+        )
         passages.mend()
-    passages = min(tried, key=lambda passages: passages.cost)
     return passages.motion(problem, length, time)
 
 
@@ -83,11 +86,9 @@ class _Search:
         velocity = velocity * INSIDE
         self.acceleration = np.minimum(acceleration, np.sqrt(2.0 * jerk * velocity)) * INSIDE
         self.acceleration = np.where(np.isfinite(jerk), self.acceleration, 0.0)
-        self.velocity, self.jerk = velocity, jerk
+        self.velocity, self.most, self.jerk = velocity, acceleration, jerk
         inner = problem.positions[1:-1]
-        self.up = _stopping_speed(problem.upper - inner, acceleration, jerk)
-        self.down = _stopping_speed(inner - problem.lower, acceleration, jerk)
-        self._own = ShortestTimes(travels, limits)
+        self.above, self.below = problem.upper - inner, inner - problem.lower
         self._shape = (2, count - 1, joints)
 
     @property
@@ -111,13 +112,36 @@ class _Search:
         return Rates(velocity * self._highest(acceleration, velocity), acceleration)
 
     def _highest(self, acceleration: FloatArray, velocity: FloatArray) -> FloatArray:
-        """The speed in the direction of a velocity that must not have been beyond its limit just before, nor be after."""
-        highest = self.velocity - acceleration**2 / (2.0 * self.jerk)
-        return np.minimum(highest, np.where(velocity > 0.0, self.up, self.down))
+        """The highest speed in the direction of a velocity.
 
-    def shortest(self, rates: Rates) -> FloatArray:
-        """(segments, joints), s."""
-        return self._own.between(Rates(*(r[:-1] for r in rates)), Rates(*(r[1:] for r in rates)))
+        It must not have been beyond its limit just before, nor be so just after; and the joint must be able to stop
+        before its position limit, and to have come from rest within them.
+        """
+        up = velocity > 0.0
+        onward = np.where(up, acceleration, -acceleration)
+        ahead, behind = np.where(up, self.above, self.below), np.where(up, self.below, self.above)
+        highest: FloatArray = self.velocity - acceleration**2 / (2.0 * self.jerk)
+        for room, gain in ((ahead, onward), (behind, -onward)):
+            highest = np.minimum(highest, self._viable_speed(room, gain))
+        return highest
+
+    def _viable_speed(self, room: FloatArray, gain: FloatArray) -> FloatArray:
+        """A speed from which a joint stops within its room, although it gains (or because it loses) speed at first.
+
+        The acceleration ends, or began, a time t = gain / jerk later (or earlier): after a way of v t + j t^3 / 3, with
+        a speed of v + j t^2 / 2, t^2 and t^3 having the sign of t.
+        """
+        t = np.abs(gain) / self.jerk
+        change = gain * t / 2.0
+        speed = _stopping_speed(room, self.most, self.jerk)
+        for _ in range(ROUNDS):
+            way = np.sign(gain) * speed * t + change * t * 2.0 / 3.0
+            speed = np.maximum(_stopping_speed(room - way, self.most, self.jerk) - change, 0.0)
+        return speed
+
+    def passages(self, rates: Rates) -> MendedPassages:
+        """The motions with these rates (waypoints, joints)."""
+        return MendedPassages(self.problem, rates)
 
     def nearest(self, rates: Rates) -> Rates:
         """The nearest rates that are possible."""
@@ -145,7 +169,8 @@ class _Search:
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(np.nan_to_num(acceleration / self.acceleration), -1.0, 1.0)
             shares = np.stack([velocity / self._highest(share * self.acceleration, velocity), share])
-        return np.clip(np.nan_to_num(shares), -1.0, 1.0)
+        shares = np.nan_to_num(shares)
+        return np.clip(shares, -1.0, 1.0, out=shares)
 
     def _moved(self, x: FloatArray, group: np.ndarray, batch: ShortestTimes, radius: FloatArray) -> FloatArray:
         """The variables with these waypoints moved, and the radius (inner waypoints, joints) adapted for the next."""
