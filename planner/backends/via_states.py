@@ -58,13 +58,8 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
     if stopping or len(times) == 1:
         return search.passages(search.at_rest).motion(problem, length, time)
     found = search.nearest(passing_states(scaled))
-    polished = search.polished(found)
-    passages = search.passages(polished)
-    if (faulty := passages.faulty_joints).any():
-        passages = search.passages(
-            Rates(*(np.where(faulty, own, new) for own, new in zip(found, polished, strict=True)))
-        )
-        passages.mend()
+    passages = search.polished(found)
+    passages.mend()
     return passages.motion(problem, length, time)
 
 
@@ -147,21 +142,27 @@ class _Search:
         """The nearest rates that are possible."""
         return self.rates(self._variables(rates))
 
-    def polished(self, rates: Rates) -> Rates:
+    def polished(self, rates: Rates) -> MendedPassages:
         """The same, each joint's state at each waypoint moved to the best of those around it, as long as that helps.
 
         The shortest times have cliffs, where a joint can just not reach a speed in its segment, and no slope leads
-        along them. Every other waypoint is moved at once, as its segments depend on no other that moves.
+        along them. Every other waypoint is moved at once, as its segments depend on no other that moves. A joint whose
+        motions are at fault then returns to where it was, and stays there.
         """
-        x = self._variables(rates)
         count = self._shape[1]
-        radius = np.full(self._shape[1:], WIDEST)
         groups = [group for first in (0, 1) if len(group := np.arange(first, count, 2))]
         batches = [self._batch(np.tile(np.concatenate([group, group + 1]), len(AROUND))) for group in groups]
+        x, radius = self._variables(rates), np.full(self._shape[1:], WIDEST)
         for _ in range(MOST_SWEEPS):
+            moved = x
             for group, batch in zip(groups, batches, strict=True):
-                x = self._moved(x, group, batch, radius)
-        return self.rates(x)
+                moved = self._moved(moved, group, batch, radius)
+            passages = self.passages(self.rates(moved))
+            if (faulty := passages.faulty_joints).any():
+                moved[..., faulty], radius[:, faulty] = x[..., faulty], 0.0
+                passages = self.passages(self.rates(moved))
+            x = moved
+        return passages
 
     def _variables(self, rates: Rates) -> FloatArray:
         """(2, inner waypoints, joints): those of rates, or of the nearest that are possible."""
