@@ -29,7 +29,7 @@ class MendedPassages:
         self._room = problem.lower - problem.positions[:-1], problem.upper - problem.positions[:-1]
         self._times = ShortestTimes(travels, problem.limits)
         self.shortest = self._shortest()
-        self.passages = [self._passage(segment, rates) for segment in range(len(travels))]
+        self.passages = self._passages.of(range(len(travels)), *_ends(rates))
 
     @property
     def cost(self) -> float:
@@ -37,8 +37,8 @@ class MendedPassages:
         return sum(self._cost(segment, passage) for segment, passage in enumerate(self.passages))
 
     def _passage(self, segment: int, rates: Rates) -> Passage | None:
-        start, end = (Rates(*(rate[k] for rate in rates)) for k in (segment, segment + 1))
-        return self._passages.of(segment, start, end)
+        (passage,) = self._passages.of([segment], *_ends(Rates(*(rate[segment : segment + 2] for rate in rates))))
+        return passage
 
     def _cost(self, segment: int, passage: Passage | None) -> float:
         if passage is None:
@@ -117,7 +117,7 @@ class MendedPassages:
 
     def _shortest(self) -> FloatArray:
         """(segments, joints)."""
-        return self._times.between(Rates(*(r[:-1] for r in self.rates)), Rates(*(r[1:] for r in self.rates)))
+        return self._times.between(*_ends(self.rates))
 
     def motion(self, problem: ViaProblem, length: FloatArray, time: float) -> ViaMotion | None:
         """In SI units; None where one of the motions is impossible."""
@@ -145,3 +145,8 @@ class MendedPassages:
             starts + length * np.array([passage.highest for passage in passages]),
             self.shortest.argmax(axis=1),
         )
+
+
+def _ends(rates: Rates) -> tuple[Rates, Rates]:
+    """(segments, joints), at the start and at the end of each, of those at waypoints."""
+    return Rates(*(rate[:-1] for rate in rates)), Rates(*(rate[1:] for rate in rates))

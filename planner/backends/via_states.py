@@ -19,6 +19,7 @@ from planner.backends.state_to_state import Rates, ShortestTimes, least_times
 from planner.backends.via_passages import MendedPassages
 from planner.backends.via_problem import LATE, ROUNDING, ViaMotion, ViaProblem
 from planner.backends.via_program import passing_states
+from planner.backends.viable_speeds import ViableSpeeds
 
 if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
@@ -31,9 +32,6 @@ AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in np.
 
 WIDEST, MOST_SWEEPS, LEAST_GAIN = 0.1, 3, 1e-6
 """Their size; how often all waypoints are moved; the relative gain that is worth a move."""
-
-ROUNDS = 3
-"""Of the fixed point of a speed from which a joint can stop; odd: it is neared from the safe side, or ends there."""
 
 INSIDE = 1.0 - 1e-4
 """Share of the possible velocities and accelerations that a waypoint is passed with."""
@@ -66,7 +64,7 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
 class _Search:
     """Over velocities and accelerations at the inner waypoints; in units in which everything is about 1.
 
-    The sines of the variables are shares of the velocities and accelerations that are possible.
+    The variables are shares of the velocities and accelerations that are possible.
     """
 
     def __init__(self, problem: ViaProblem) -> None:
@@ -81,9 +79,8 @@ class _Search:
         velocity = velocity * INSIDE
         self.acceleration = np.minimum(acceleration, np.sqrt(2.0 * jerk * velocity)) * INSIDE
         self.acceleration = np.where(np.isfinite(jerk), self.acceleration, 0.0)
-        self.velocity, self.most, self.jerk = velocity, acceleration, jerk
         inner = problem.positions[1:-1]
-        self.above, self.below = problem.upper - inner, inner - problem.lower
+        self._viable = ViableSpeeds(problem.upper - inner, inner - problem.lower, velocity, acceleration, jerk)
         self._shape = (2, count - 1, joints)
 
     @property
@@ -104,35 +101,7 @@ class _Search:
         share = np.clip(x, -1.0, 1.0)
         acceleration = share[..., 1, :, :] * self.acceleration
         velocity = share[..., 0, :, :]
-        return Rates(velocity * self._highest(acceleration, velocity), acceleration)
-
-    def _highest(self, acceleration: FloatArray, velocity: FloatArray) -> FloatArray:
-        """The highest speed in the direction of a velocity.
-
-        It must not have been beyond its limit just before, nor be so just after; and the joint must be able to stop
-        before its position limit, and to have come from rest within them.
-        """
-        up = velocity > 0.0
-        onward = np.where(up, acceleration, -acceleration)
-        ahead, behind = np.where(up, self.above, self.below), np.where(up, self.below, self.above)
-        highest: FloatArray = self.velocity - acceleration**2 / (2.0 * self.jerk)
-        for room, gain in ((ahead, onward), (behind, -onward)):
-            highest = np.minimum(highest, self._viable_speed(room, gain))
-        return highest
-
-    def _viable_speed(self, room: FloatArray, gain: FloatArray) -> FloatArray:
-        """A speed from which a joint stops within its room, although it gains (or because it loses) speed at first.
-
-        The acceleration ends, or began, a time t = gain / jerk later (or earlier): after a way of v t + j t^3 / 3, with
-        a speed of v + j t^2 / 2, t^2 and t^3 having the sign of t.
-        """
-        t = np.abs(gain) / self.jerk
-        change = gain * t / 2.0
-        speed = _stopping_speed(room, self.most, self.jerk)
-        for _ in range(ROUNDS):
-            way = np.sign(gain) * speed * t + change * t * 2.0 / 3.0
-            speed = np.maximum(_stopping_speed(room - way, self.most, self.jerk) - change, 0.0)
-        return speed
+        return Rates(velocity * self._viable.highest(acceleration, velocity), acceleration)
 
     def passages(self, rates: Rates) -> MendedPassages:
         """The motions with these rates (waypoints, joints)."""
@@ -169,9 +138,9 @@ class _Search:
         velocity, acceleration = (rate[1:-1] for rate in rates)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(np.nan_to_num(acceleration / self.acceleration), -1.0, 1.0)
-            shares = np.stack([velocity / self._highest(share * self.acceleration, velocity), share])
-        shares = np.nan_to_num(shares)
-        return np.clip(shares, -1.0, 1.0, out=shares)
+            shares = np.stack([velocity / self._viable.highest(share * self.acceleration, velocity), share])
+        limited: FloatArray = np.clip(np.nan_to_num(shares), -1.0, 1.0)
+        return limited
 
     def _moved(self, x: FloatArray, group: np.ndarray, batch: ShortestTimes, radius: FloatArray) -> FloatArray:
         """The variables with these waypoints moved, and the radius (inner waypoints, joints) adapted for the next."""
@@ -206,15 +175,3 @@ class _Search:
         asked = self.asked[segments][:, None]
         costs: FloatArray = np.where(np.isnan(asked), totals, LATE * np.maximum(totals - asked, 0.0))
         return costs
-
-
-def _stopping_speed(distance: FloatArray, acceleration: FloatArray, jerk: FloatArray) -> FloatArray:
-    """The speed without acceleration from which a joint can stop within a distance."""
-    room = np.maximum(distance, 0.0)
-    with np.errstate(invalid="ignore"):
-        ramp = np.where(np.isfinite(acceleration), acceleration**2 / (2.0 * jerk), 0.0)
-        braked = np.where(np.isfinite(acceleration), np.sqrt(ramp**2 + 2.0 * acceleration * room) - ramp, np.inf)
-        eased = np.cbrt(room**2 * jerk)
-    braked = np.where(np.isfinite(jerk) & ~(eased > 2.0 * ramp), eased, braked)
-    speed: FloatArray = np.where(np.isfinite(distance), braked, np.inf)
-    return speed
