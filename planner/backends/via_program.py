@@ -13,8 +13,8 @@ of the whole, are first widened and then drawn in as the motion leaves room.
 Given the durations, the joints do not know of each other, and given the states at its ends, neither do the segments:
 the Newton systems are condensed, segment by segment and then joint by joint, to one for the durations.
 
-An interior-point method that is ended early keeps its distance from what does not limit it: joints that have to wait
-for others pass the waypoints at speeds at which they can.
+Ended early, an interior-point method keeps its distance from what does not limit it: joints that have to wait for
+others pass the waypoints at speeds at which they can, where a joint as fast as can be had to come to rest first.
 """
 
 from __future__ import annotations
@@ -34,17 +34,18 @@ if TYPE_CHECKING:
 PIECES = 8
 """Of constant jerk in each segment."""
 
-MOST_STEPS, GAP = 40, 0.1
+MOST_STEPS, GAP = 30, 0.15
 """Newton steps; the gap to the optimum, relative, at which the search ends: near enough for what comes after."""
 
-FIRST_SHARE, LEAST_CENTRING = 0.5, 0.1
-"""What the barrier is of the duration at first; what is left of it in a Newton step that could be made in full."""
+FIRST_SHARE, FIRST_CENTRING, LEAST_CENTRING = 0.5, 0.2, 0.1
+"""The barrier, of the duration, at first; what is left of it in the first Newton step, and in one made in full."""
 
 TO_THE_WALL, KEPT, SHORTER, MOST_SHORTENINGS = 0.98, 0.01, 0.7, 20
 """Of the way to where a limit is reached, what a step goes; what must be left of the distance; shorter steps if not."""
 
-SLOWER_AT_FIRST, MARGIN, NO_ROOM = 1.05, 0.05, 1e-3
-"""Of the durations; of the limits that are widened at first; and the room there always is beside a position limit."""
+SLOWER, MARGIN, NO_ROOM = 1.05, 0.05, 1e-3
+"""Than the fastest from rest to rest, the start. What a limit that leaves less than a share of it is widened to leave:
+a part of the limit; of the travel, where it is a position limit."""
 
 NO_LIMIT = 1e6
 """In the place of infinite, in units in which everything is about 1."""
@@ -91,8 +92,7 @@ def passing_states(problem: ViaProblem) -> Rates:
     Args:
         problem: In units in which everything is about 1.
     """
-    program = _Program(problem)
-    point = program.solve()
+    point = _Program(problem).solve()
     return Rates(point.states[..., 0], point.states[..., 1])
 
 
@@ -121,7 +121,7 @@ class _Program:
         self.widened = np.where(slacks < NO_ROOM * margin, margin - slacks, 0.0)
 
     def _start(self, problem: ViaProblem) -> _Point:
-        """At rest at all waypoints, but for the ends of the whole."""
+        """At rest at all waypoints, but for the ends of the whole: the jerks are the least there are."""
         count, joints = problem.travels.shape
         times = np.zeros(count)
         for power in (1, 2, 3):
@@ -132,7 +132,7 @@ class _Program:
         for at, rates in ((0, problem.start), (-1, problem.end)):
             states[at] = np.stack(rates, axis=-1)
         free = np.zeros((count, joints, self.grid.rows.shape[1] - FIXED))
-        return _Point(np.maximum(times, self.shortest) * SLOWER_AT_FIRST, states, free)
+        return _Point(np.maximum(times, self.shortest) * SLOWER, states, free)
 
     def _scales(self, times: FloatArray) -> FloatArray:
         """(segments, 1, unknowns): what the unknowns of duration 1 are by those of the segment."""
@@ -153,23 +153,27 @@ class _Program:
     def solve(self) -> _Point:
         """The point at which the search ends."""
         point, widened = self.start, self.widened
-        slacks, late = self._slacks(point, widened), point.times - self.shortest
-        count = slacks.size + late.size
+        slacks, spare = self._slacks(point, widened), point.times - self.shortest
+        count = slacks.size + spare.size
         barrier = FIRST_SHARE * float(self.costs @ point.times) / count
-        duals, late_duals = barrier / slacks, barrier / late
-        centring = 0.2
+        duals, spare_duals = barrier / slacks, barrier / spare
+        centring = FIRST_CENTRING
         for _ in range(MOST_STEPS):
-            gap = float((duals * slacks).sum() + late_duals @ late)
-            if gap < GAP * (self.costs @ point.times):
+            gap = float((duals * slacks).sum() + spare_duals @ spare)
+            if gap < GAP * float(self.costs @ point.times):
                 break
             barrier = centring * gap / count
-            push, late_push = barrier / slacks, barrier / late
-            stiff, late_stiff = duals / slacks, late_duals / late
-            step, change = self._newton(point, stiff, push, late_stiff, self.costs - late_push)
+            push, spare_push = barrier / slacks, barrier / spare
+            stiff, spare_stiff = duals / slacks, spare_duals / spare
+            try:
+                step, change = self._newton(point, stiff, push, spare_stiff, self.costs - spare_push)
+            except np.linalg.LinAlgError:  # too near to a limit for the numbers
+                break
             dual_step = push - duals - stiff * change
-            late_dual_step = late_push - late_duals - late_stiff * step.times
-            length = _longest((slacks, change), (late, step.times))
-            dual_length = _longest((duals, dual_step), (late_duals, late_dual_step))
+            spare_dual_step = spare_push - spare_duals - spare_stiff * step.times
+            length = _longest((slacks, change), (spare, step.times))
+            dual_length = _longest((duals, dual_step), (spare_duals, spare_dual_step))
+            # What is left is not linear in the durations: the step is shortened until enough is.
             for _ in range(MOST_SHORTENINGS):
                 there = point.moved(step, length)
                 left = self._slacks(there, widened)
@@ -178,17 +182,25 @@ class _Program:
                 length *= SHORTER
             else:
                 break
-            point, slacks, late = there, left, there.times - self.shortest
-            duals, late_duals = duals + dual_length * dual_step, late_duals + dual_length * late_dual_step
+            duals, spare_duals = duals + dual_length * dual_step, spare_duals + dual_length * spare_dual_step
             centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
-            drawn = np.minimum(widened, slacks / 2.0)
-            widened, slacks = widened - drawn, slacks - drawn
+            drawn_in = np.minimum(widened, left / 2.0)
+            widened = widened - drawn_in
+            point, slacks, spare = there, left - drawn_in, there.times - self.shortest
         return point
 
     def _newton(
-        self, point: _Point, stiff: FloatArray, push: FloatArray, late_stiff: FloatArray, costs: FloatArray
+        self, point: _Point, stiff: FloatArray, push: FloatArray, spare_stiff: FloatArray, costs: FloatArray
     ) -> tuple[_Point, FloatArray]:
-        """The step, and the change of what is left of the limits, to first order."""
+        """The step, and the change of what is left of the limits, to first order.
+
+        Args:
+            point: Where it starts.
+            stiff: The duals by what is left.
+            push: The barrier by what is left.
+            spare_stiff: (segments,), the stiffness of the least durations.
+            costs: (segments,), of the durations, their barrier included.
+        """
         rows, powers, times = self.grid.rows, self.grid.powers, point.times[:, None, None]
         count, joints = point.times.size, point.free.shape[1]
         by_time = np.concatenate([point.states[:-1], point.states[1:]], axis=-1)
@@ -200,7 +212,7 @@ class _Program:
         mixed = ((pulled[1] - pulled[0]) @ rows) * scales
         gradient = ((push[0] - push[1]) @ rows) * scales
         right = np.stack([mixed, gradient], axis=-1)
-        by_durations = (pulled * growth).sum(axis=(0, 2, 3)) + late_stiff
+        by_durations = (pulled * growth).sum(axis=(0, 2, 3)) + spare_stiff
         durations_gradient = costs - (push * growth).sum(axis=(0, 2, 3))
 
         columns = np.concatenate([system[..., :FIXED], right], axis=-1)

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 EXPONENT = 200.0
 """Of the norm that stands for the longest time: joints that hardly wait are not to hold up the others."""
 
-AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in np.arange(0.1, 6.28, np.pi / 5.0))])
+AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in 0.1 + np.arange(6) * np.pi / 3.0)])
 """Changes of the two variables of a joint at a waypoint that are tried; none first."""
 
-WIDEST, MOST_SWEEPS, LEAST_GAIN = 0.1, 3, 1e-6
+WIDEST, MOST_SWEEPS, LEAST_GAIN = 0.15, 3, 1e-6
 """Their size; how often all waypoints are moved; the relative gain that is worth a move."""
 
 INSIDE = 1.0 - 1e-4
