@@ -200,7 +200,7 @@ def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArra
     ends = p
     p, v, a = p[:, :-1], v[:, :-1], a[:, :-1]
     # Both roots of v + a t + j t^2 / 2 without cancellation; what lies beyond the phase counts as its end.
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         q = -a - np.copysign(np.sqrt(np.maximum(a**2 - 2.0 * v * j, 0.0)), a)
         roots = np.nan_to_num(np.stack([q / j, 2.0 * v / q]))
     roots = np.clip(roots, 0.0, t)

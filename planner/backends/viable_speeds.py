@@ -38,9 +38,9 @@ class ViableSpeeds:
     def highest(self, acceleration: FloatArray, velocity: FloatArray) -> FloatArray:
         """The highest speed with an acceleration, in the direction of a velocity.
 
-        It must not have been beyond its limit just before, nor be so just after. With acceleration, as long as it takes
-        to end, or has taken from none: t = acceleration / jerk, the way is v t + j t^3 / 3 and the speed then is
-        v + j t^2 / 2; all of that is backwards where the acceleration opposes the motion.
+        It must not have been beyond its limit just before, nor be so just after. With an acceleration, the joint has a
+        speed v + j t^2 / 2 when that ends, or had it when that began, t = |acceleration| / j later, or earlier where
+        the acceleration opposes the motion, and v t + j t^3 / 3 onward, or back.
 
         Args:
             acceleration: (..., places, joints).
@@ -49,14 +49,13 @@ class ViableSpeeds:
         up = velocity > 0.0
         onward = np.where(up, acceleration, -acceleration)
         t = onward / self._jerk
-        change = onward * np.abs(t) / 2.0
-        speed = self._velocity - np.abs(change)
+        change = np.abs(onward * t) / 2.0
+        speed = self._velocity
         for side, sign in ((0, 1.0), (1, -1.0)):
             room, own = (np.where(up, x[side], x[1 - side]) for x in (self._rooms, self._at_rest))
             # One step to the fixed point that the speed is, from without acceleration: it ends on the safe side.
-            way = sign * t * (own + np.abs(change) / 1.5)
-            speed = np.minimum(speed, self._stopping(room - way) - sign * change)
-        return np.maximum(speed, 0.0, out=speed)
+            speed = np.minimum(speed, self._stopping(room - sign * t * (own + change / 1.5)))
+        return np.maximum(speed - change, 0.0)
 
     def _stopping(self, room: FloatArray) -> FloatArray:
         """The highest speed without acceleration from which a joint stops within its room."""

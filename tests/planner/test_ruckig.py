@@ -293,7 +293,7 @@ def test_the_library_leaves_the_box_and_its_extrema_miss_it() -> None:
 @settings(max_examples=max(50, settings.default.max_examples // 20))
 @given(seed=st.integers(0, 2**32), data=st.data())
 def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataObject) -> None:
-    """Asked durations are kept, or refused with others that are kept."""
+    """Asked durations are kept, or refused with others that are kept; whether the ends are at rest or not."""
     count = data.draw(st.integers(3, 5))
     stops = problem_of(data.draw(st.sampled_from(ARMS)), "ruckig", seed, count, 10.0 ** data.draw(st.floats(-4.0, 0.0)))
     shares = data.draw(
@@ -303,8 +303,18 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
         k + 1: s * t for k, (s, t) in enumerate(zip(shares, durations_of(plan(stops)), strict=True)) if s is not None
     }
     problem = with_durations(passing(stops), asked)
+    if data.draw(st.booleans()):
+        share = st.lists(st.floats(-0.1, 0.1), min_size=stops.robot.dof, max_size=stops.robot.dof)
+        own = {
+            "initial_velocity": np.array(data.draw(share)) * stops.robot.limit("velocity"),
+            "initial_acceleration": np.array(data.draw(share)) * stops.robot.limit("acceleration"),
+            "final_velocity": np.array(data.draw(share)) * stops.robot.limit("velocity"),
+        }
+        problem = replace(problem, backend=Ruckig(**{name: tuple(rates.tolist()) for name, rates in own.items()}))
     try:
         result = plan(problem)
+    except JointPositionLimit:
+        return
     except InfeasibleDuration as refusal:
         assert refusal.remedies
         changed = {int(remedy.change.split("/")[2]): remedy.value for remedy in refusal.remedies}
@@ -312,7 +322,8 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
         result = plan(with_durations(problem, changed))
     assert_within_limits(result)
     for waypoint, duration in asked.items():
-        assert durations_of(result)[waypoint - 1] == pytest.approx(duration, rel=1e-9)
+        if duration is not None:
+            assert durations_of(result)[waypoint - 1] == pytest.approx(duration, rel=1e-9)
 
 
 def test_a_motion_may_begin_and_end_in_motion() -> None:
