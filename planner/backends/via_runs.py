@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.backends.along_curve import DURATION_TOLERANCE, demands, stretched
 from planner.backends.assembly import TimedPieces
+from planner.backends.base import END_OPTIONS
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
 from planner.backends.state_to_state import RateLimits, Rates, least_times, with_ramps
@@ -232,19 +233,16 @@ class _JointRun:
         """The refusal where the motion at the ends leaves no way, or none within the position limits."""
         motion = pass_waypoints(self.problem, stopping=True)
         beyond = None if motion is None else self._outside(motion)
-        options = [
-            option
-            for option, moving in (("initial_velocity", self.starts_moving), ("final_velocity", self.ends_moving))
-            if moving
-        ]
-        remedies = [Remedy(f"/backend/{option}", None, "at rest there") for option in options]
+        rates = (*self.problem.start, self.problem.end.velocity)
+        options = [option for option, rate in zip(END_OPTIONS, rates, strict=True) if rate.any()]
+        remedies = [Remedy(f"/backend/{option}", None, "none there") for option in options]
         if beyond is None:
-            message = "no motion was found from the velocities at the ends that keeps the torque and tool speed limits"
+            message = "with the motion at the ends no other was found that keeps the torque and tool speed limits"
             return LimitsUnsatisfiable(message, segment=int(self.segments[0]), remedies=remedies)
         k, joint, value, limit = beyond
         name = self.path.robot.joint_names[joint]
         return JointPositionLimit(
-            f"with the velocities at the ends, {name} would pass its limit {limit:.6g} on segment {self.segments[k]}",
+            f"with the motion at the ends, {name} would pass its limit {limit:.6g} on segment {self.segments[k]}",
             segment=int(self.segments[k]),
             joint=name,
             value=value,

@@ -398,6 +398,17 @@ def test_running_into_a_position_limit_is_refused() -> None:
     assert plan(replace(problem, backend=Ruckig())).certificate.satisfied
 
 
+def test_an_acceleration_out_of_a_position_limit_is_refused_by_its_own_name() -> None:
+    robot = load_robot("kuka_kr16_2")
+    at_limit = (float(robot.limit("upper")[0]), -1.0, 1.0, 0.0, 0.0, 0.0)
+    waypoints = tuple(JointWaypoint(position=position) for position in (at_limit, (0.0, -1.0, 1.0, 0.0, 0.0, 0.0)))
+    backend = Ruckig(initial_acceleration=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    with pytest.raises(JointPositionLimit) as refusal:
+        plan(PlanningProblem(robot, waypoints, backend))
+    (remedy,) = refusal.value.remedies
+    assert (remedy.change, remedy.value) == ("/backend/initial_acceleration", None)
+
+
 @pytest.mark.parametrize("transition", ["stop", "through"])
 @pytest.mark.parametrize("synchronization", ["phase", "time"])
 def test_tool_speed_and_torque_limits_are_kept(transition: str, synchronization: str) -> None:
