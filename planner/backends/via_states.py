@@ -4,9 +4,9 @@ Between two waypoints each joint moves from state to state as fast as it can, an
 takes the longest of its joints' shortest times. States near to the best come from the program of `via_program`, whose
 pieces of constant jerk have fixed ends; the exact times then move each joint's state at each waypoint a little.
 
-Two things that these times do not show are mended afterwards, by slowing single joints at single waypoints: a joint may
-be unable to arrive later than its shortest time but for a range of durations (then all wait longer), and it may leave
-its position limits on the way.
+Two things these times do not show: a joint may be unable to arrive later than its shortest time but for a range of
+durations (then all wait longer), and it may leave its position limits on the way. Such a joint keeps the program's
+states, which are away from both; what is left is mended by slowing single joints at single waypoints.
 """
 
 from __future__ import annotations
