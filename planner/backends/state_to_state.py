@@ -155,12 +155,21 @@ class Passages:
             own.minimum_duration = None if np.isnan(seconds) else seconds
         self._library = ruckig.Ruckig(travels.shape[1])
 
-    def of(self, row: int, start: Rates, end: Rates) -> Passage | None:
-        """One motion, from the rates (joints,) at its start to those at its end; None: there is none."""
-        output = ruckig.Trajectory(len(start.velocity))
-        if not _calculate(self._library, self._inputs[row], output, start, end):
-            return None
-        return Passage(output.duration, *_extremes(output.profiles[0]), output.profiles[0])
+    def of(self, rows: Sequence[int], starts: Rates, ends: Rates) -> list[Passage | None]:
+        """Some of the motions, from the rates (motions, joints) at their starts to those at their ends; None: none."""
+        outputs: list[ruckig.Trajectory | None] = []
+        for row, *rates in zip(rows, *starts, *ends, strict=True):
+            output = ruckig.Trajectory(len(rates[0]))
+            found = _calculate(self._library, self._inputs[row], output, Rates(*rates[:2]), Rates(*rates[2:]))
+            outputs.append(output if found else None)
+        profiles = [profile for output in outputs if output is not None for profile in output.profiles[0]]
+        if not profiles:
+            return [None] * len(outputs)
+        lowest, highest = (iter(x.reshape(-1, starts.velocity.shape[1])) for x in _extremes(profiles))
+        return [
+            None if output is None else Passage(output.duration, next(lowest), next(highest), output.profiles[0])
+            for output in outputs
+        ]
 
 
 def _input(
@@ -186,12 +195,12 @@ def _calculate(
 
 
 def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArray]:
-    """The least and the greatest position (joints,) on the way; the library's `position_extrema` misses many."""
+    """The least and the greatest position (profiles,) on the way; the library's `position_extrema` misses many."""
     p, v, a, j, t = (np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t"))
     ends = p
     p, v, a = p[:, :-1], v[:, :-1], a[:, :-1]
     # Both roots of v + a t + j t^2 / 2 without cancellation; what lies beyond the phase counts as its end.
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         q = -a - np.copysign(np.sqrt(np.maximum(a**2 - 2.0 * v * j, 0.0)), a)
         roots = np.nan_to_num(np.stack([q / j, 2.0 * v / q]))
     roots = np.clip(roots, 0.0, t)
@@ -264,7 +273,7 @@ def _correction(lengths: FloatArray, coefficients: FloatArray, travel: FloatArra
             lengths,
         ]
     )
-    jerk = np.linalg.pinv(effect) @ missing
+    jerk = np.linalg.lstsq(effect, missing)[0]
 
     def from_zero(change: FloatArray) -> FloatArray:
         return np.concatenate([np.zeros((1, change.shape[1])), np.cumsum(change, axis=0)[:-1]])

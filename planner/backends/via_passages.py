@@ -22,13 +22,14 @@ MOST_MENDINGS = 24
 class MendedPassages:
     """The synchronised motions between the waypoints, in the units of the search."""
 
-    def __init__(self, problem: ViaProblem, rates: Rates, shortest: FloatArray) -> None:
-        self.problem, self.rates, self.shortest = problem, rates, shortest
+    def __init__(self, problem: ViaProblem, rates: Rates) -> None:
+        self.problem, self.rates = problem, rates
         travels = problem.travels
         self._passages = Passages(travels, problem.limits, problem.asked, problem.synchronization)
         self._room = problem.lower - problem.positions[:-1], problem.upper - problem.positions[:-1]
         self._times = ShortestTimes(travels, problem.limits)
-        self.passages = [self._passage(segment, rates) for segment in range(len(travels))]
+        self.shortest = self._shortest()
+        self.passages = self._passages.of(range(len(travels)), *_ends(rates))
 
     @property
     def cost(self) -> float:
@@ -36,8 +37,8 @@ class MendedPassages:
         return sum(self._cost(segment, passage) for segment, passage in enumerate(self.passages))
 
     def _passage(self, segment: int, rates: Rates) -> Passage | None:
-        start, end = (Rates(*(rate[k] for rate in rates)) for k in (segment, segment + 1))
-        return self._passages.of(segment, start, end)
+        (passage,) = self._passages.of([segment], *_ends(Rates(*(rate[segment : segment + 2] for rate in rates))))
+        return passage
 
     def _cost(self, segment: int, passage: Passage | None) -> float:
         if passage is None:
@@ -47,10 +48,10 @@ class MendedPassages:
         return float(time + OUTSIDE * self._outside(segment, passage).sum())
 
     def _outside(self, segment: int, passage: Passage) -> FloatArray:
-        """(joints,), how far each joint leaves its limits."""
+        """(joints,), how far each joint leaves its limits, and 1 for doing so at all."""
         below, above = self._room[0][segment] - passage.lowest, passage.highest - self._room[1][segment]
         outside: FloatArray = np.maximum(np.maximum(below, above), 0.0)
-        return np.where(outside > ROUNDING, outside, 0.0)
+        return np.where(outside > ROUNDING, 1.0 + outside, 0.0)
 
     def _faults(self, segment: int) -> tuple[float, np.ndarray]:
         """How much could be gained by mending a segment, and which joints might be to blame."""
@@ -64,6 +65,16 @@ class MendedPassages:
         if late <= 1e-6 * least:
             late = 0.0
         return late + OUTSIDE * outside.sum(), everyone if late > 0.0 else np.flatnonzero(outside)
+
+    @property
+    def faulty_joints(self) -> np.ndarray:
+        """(joints,): which might be to blame for what is to be mended."""
+        faulty = np.zeros(self.shortest.shape[1], dtype=bool)
+        for segment in range(len(self.passages)):
+            worth, joints = self._faults(segment)
+            if worth > 0.0:
+                faulty[joints] = True
+        return faulty
 
     def mend(self) -> None:
         """Slow one joint at one waypoint or at two, the best choice each time, until nothing can be gained."""
@@ -101,8 +112,12 @@ class MendedPassages:
         self.rates = best[0]
         for s, passage in best[1].items():
             self.passages[s] = passage
-        self.shortest = self._times.between(Rates(*(r[:-1] for r in self.rates)), Rates(*(r[1:] for r in self.rates)))
+        self.shortest = self._shortest()
         return True
+
+    def _shortest(self) -> FloatArray:
+        """(segments, joints)."""
+        return self._times.between(*_ends(self.rates))
 
     def motion(self, problem: ViaProblem, length: FloatArray, time: float) -> ViaMotion | None:
         """In SI units; None where one of the motions is impossible."""
@@ -130,3 +145,8 @@ class MendedPassages:
             starts + length * np.array([passage.highest for passage in passages]),
             self.shortest.argmax(axis=1),
         )
+
+
+def _ends(rates: Rates) -> tuple[Rates, Rates]:
+    """(segments, joints), at the start and at the end of each, of those at waypoints."""
+    return Rates(*(rate[:-1] for rate in rates)), Rates(*(rate[1:] for rate in rates))

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.backends.along_curve import DURATION_TOLERANCE, demands, stretched
 from planner.backends.assembly import TimedPieces
+from planner.backends.base import END_OPTIONS
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
 from planner.backends.state_to_state import RateLimits, Rates, least_times, with_ramps
@@ -126,17 +127,18 @@ class _JointRun:
             if through is not None and through.durations.sum() <= self._least_stopping():
                 return through.pieces
         stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
+        stop_times = None if stopping is None else stopping.shortest
         if through is None and (len(self.segments) > 1 or not self.at_rest):
-            through = self._slowed(self.asked, stopping=False, stop_times=stopping.shortest if stopping else None)
+            through = self._slowed(self.asked, stopping=False, stop_times=stop_times)
         if stopping is not None and not self.at_rest:
-            stopping = self._slowed(self.asked, stopping=True, stop_times=stopping.shortest)
+            stopping = self._slowed(self.asked, stopping=True, stop_times=stop_times)
         candidates = [candidate for candidate in (stopping, through) if candidate is not None]
         feasible = [candidate for candidate in candidates if not self._too_short(candidate).any()]
         if feasible:
             return min(feasible, key=lambda candidate: float(candidate.durations.sum())).pieces
         if not candidates:
             raise self._leaves_limits()
-        raise self._infeasible(candidates[-1], stopping)
+        raise self._infeasible(candidates[-1], stop_times)
 
     def _too_short(self, candidate: _Candidate) -> np.ndarray:
         too_short: np.ndarray = candidate.durations > self.asked * (1.0 + DURATION_TOLERANCE)
@@ -231,19 +233,16 @@ class _JointRun:
         """The refusal where the motion at the ends leaves no way, or none within the position limits."""
         motion = pass_waypoints(self.problem, stopping=True)
         beyond = None if motion is None else self._outside(motion)
-        options = [
-            option
-            for option, moving in (("initial_velocity", self.starts_moving), ("final_velocity", self.ends_moving))
-            if moving
-        ]
-        remedies = [Remedy(f"/backend/{option}", None, "at rest there") for option in options]
+        rates = (*self.problem.start, self.problem.end.velocity)
+        options = [option for option, rate in zip(END_OPTIONS, rates, strict=True) if rate.any()]
+        remedies = [Remedy(f"/backend/{option}", None, "none there") for option in options]
         if beyond is None:
-            message = "no motion was found from the velocities at the ends that keeps the torque and tool speed limits"
+            message = "with the motion at the ends no other was found that keeps the torque and tool speed limits"
             return LimitsUnsatisfiable(message, segment=int(self.segments[0]), remedies=remedies)
         k, joint, value, limit = beyond
         name = self.path.robot.joint_names[joint]
         return JointPositionLimit(
-            f"with the velocities at the ends, {name} would pass its limit {limit:.6g} on segment {self.segments[k]}",
+            f"with the motion at the ends, {name} would pass its limit {limit:.6g} on segment {self.segments[k]}",
             segment=int(self.segments[k]),
             joint=name,
             value=value,
@@ -251,10 +250,10 @@ class _JointRun:
             remedies=remedies,
         )
 
-    def _infeasible(self, candidate: _Candidate, stopping: _Candidate | None) -> InfeasibleDuration:
+    def _infeasible(self, candidate: _Candidate, stop_times: FloatArray | None) -> InfeasibleDuration:
         """The refusal of asked durations, with such instead that are found by trying them."""
         short = self._too_short(candidate)
-        needed = self._longer_durations(candidate.durations, stopping)
+        needed = self._longer_durations(candidate.durations, stop_times)
         first = int(np.flatnonzero(short)[0])
         segment = int(self.segments[first])
         if needed is None:
@@ -280,9 +279,8 @@ class _JointRun:
         joint = self.path.robot.joint_names[int(candidate.motion.slowest[first])]
         return infeasible_duration(float(self.asked[first]), longer, f"the limits of {joint} ask", joint)
 
-    def _longer_durations(self, durations: FloatArray, stopping: _Candidate | None) -> FloatArray | None:
+    def _longer_durations(self, durations: FloatArray, stop_times: FloatArray | None) -> FloatArray | None:
         """Durations (segments,) with which there is a motion: as asked, but longer where that is too short."""
-        stop_times = None if stopping is None else stopping.shortest
         needed = self.asked
         if len(self.asked) > 1 or not self.at_rest:
             for _ in range(MOST_TRIALS):
