@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS, BackEnd
@@ -32,7 +34,10 @@ REQUESTS = int(os.environ.get("REQUESTS") or (5000 if os.environ.get("CI") else 
 """Random requests a back end that its properties are tried on, a tenth of them along paths of the tool."""
 
 PARTS = range(4)
-"""Tests that they are spread over, which can run side by side."""
+"""Tests that they are spread over, which can run side by side, each with random numbers of its own."""
+
+Check = Callable[[PlanningProblem], None]
+"""Fails where something does not hold of a problem's plan."""
 
 ARMS = ("ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "kuka_kr16_l6_2")
 
@@ -41,6 +46,18 @@ ARMS_OF = {"min_effort": ("kuka_kr16_l6_2",)}
 
 OPTIONS_OF: dict[str, dict[str, object]] = {"min_effort": {"knots": 8}}
 """Of a back end that takes longer than others with its defaults."""
+
+
+def try_on_random(examples: int, part: int, problem: st.SearchStrategy[PlanningProblem], check: Check) -> None:
+    """Try what must hold on some of the requests of a part, the same ones each time."""
+
+    @seed(part)
+    @settings(max_examples=examples, suppress_health_check=list(HealthCheck))
+    @given(problem=problem)
+    def trial(problem: PlanningProblem) -> None:
+        check(problem)
+
+    trial()
 
 
 def random_position(robot: Robot, rng: np.random.Generator) -> tuple[float, ...]:

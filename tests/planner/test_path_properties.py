@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume
 
 from planner.backends import BACKENDS, BackEnd, Guarantee, TimeOptimal
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose
 from planner.plan import Plan, plan
 from planner.polynomials import differentiate, horner
-from planner.problem import BlendTransition, CircularMotion, JointMotion
-from tests.planner.problems import PARTS, REQUESTS, path_problems
+from planner.problem import BlendTransition, CircularMotion, JointMotion, PlanningProblem
+from tests.planner.problems import PARTS, REQUESTS, path_problems, try_on_random
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 DENSE = np.linspace(0.0, 1.0, 17)
@@ -27,10 +26,13 @@ ALONG_PATHS.append(TimeOptimal(jerk_limited=True))
 
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("backend", ALONG_PATHS, ids=repr)
-@settings(max_examples=max(5, REQUESTS // 10 // len(PARTS)), suppress_health_check=list(HealthCheck))
-@given(data=st.data())
-def test_every_plan_along_a_path_keeps_its_promises(backend: BackEnd, part: int, data: st.DataObject) -> None:
-    problem = data.draw(path_problems(backend))
+def test_every_plan_along_a_path_keeps_its_promises(backend: BackEnd, part: int) -> None:
+    examples = max(5, REQUESTS // 10 // len(PARTS))
+    try_on_random(examples, part, path_problems(backend), keeps_its_promises_along_a_path)
+
+
+def keeps_its_promises_along_a_path(problem: PlanningProblem) -> None:
+    backend = problem.backend
     try:
         result = plan(problem)
     except REFUSALS:
