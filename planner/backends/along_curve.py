@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.backends.assembly import TimedPieces
 from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
-from planner.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
 
@@ -36,6 +36,9 @@ SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
 
 FEWEST_ON_A_PIECE = 5
 """Where a segment is cut into many short pieces."""
+
+RATES = ("position", "velocity", "acceleration", "jerk")
+"""The derivatives of a motion, by their order."""
 
 DURATION_TOLERANCE = 1e-9
 """Relative shortfall of an asked duration that is taken for rounding."""
@@ -171,39 +174,43 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, 4)
+    segments, groups = np.unique(pieces.segments, return_inverse=True)
+    causes: list[tuple[str, FloatArray, np.ndarray | None]] = []
+    orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, max(orders, default=0) + 1)
+    for order in orders:
+        limit = getattr(path.limits, RATES[order])[pieces.segments]
+        found = largest_magnitudes(derivatives[order], limit, groups)
+        use = np.abs(found.values) / limit[found.pieces, found.joints]
+        causes.append((f"the {RATES[order]} limit of", use ** (1.0 / order), found.joints))
     sampled = SampledLimits(path.robot, path.limits)
+    if sampled.limited[segments].any():
+        owners, *states = _samples(pieces, groups)
+        factors = np.zeros(len(segments))
+        np.maximum.at(factors, owners, sampled.stretch(segments[owners], segments[owners], *states))
+        causes.append(("the torque or tool speed limits", factors, None))
     result = {}
-    for segment in np.unique(pieces.segments).tolist():
-        own = np.flatnonzero(pieces.segments == segment)
-        worst = Demand(0.0, "nothing asks", None)
-        for order, quantity in enumerate(("velocity", "acceleration", "jerk"), 1):
-            limit = getattr(path.limits, quantity)[segment]
-            if quantity not in guarantees or not np.isfinite(limit).any():
-                continue
-            _, joint, _, value = largest_magnitude(derivatives[order].of(own), np.tile(limit, (len(own), 1)))
-            factor = float((abs(value) / limit[joint]) ** (1.0 / order))
-            if factor > worst.factor:
-                name = path.robot.joint_names[joint]
-                worst = Demand(factor, f"the {quantity} limit of {name} asks", name)
-        if sampled.limited[segment]:
-            factor = sampled.stretch(segment, segment, *_samples(pieces, own))
-            if factor > worst.factor:
-                worst = Demand(factor, "the torque or tool speed limits ask", None)
-        result[segment] = worst
+    for row, segment in enumerate(segments.tolist()):
+        cause, needed, joints = max(causes, key=lambda each: each[1][row])
+        name = None if joints is None else path.robot.joint_names[joints[row]]
+        if needed[row] <= 0.0:
+            result[segment] = Demand(0.0, "nothing asks", None)
+        else:
+            asks = f"{cause} ask" if name is None else f"{cause} {name} asks"
+            result[segment] = Demand(float(needed[row]), asks, name)
     return result
 
 
-def _samples(pieces: TimedPieces, own: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    coefficients, lengths = pieces.coefficients[own], pieces.lengths[own]
-    travels = np.abs(horner(coefficients, lengths[:, None]) - coefficients[..., 0]).max(axis=1)
-    fewest = max(FEWEST_SAMPLES // len(own), FEWEST_ON_A_PIECE)
+def _samples(pieces: TimedPieces, groups: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
+    """Group (N,) of each sample, and position, velocity and acceleration (N, joints) there."""
+    travels = np.abs(horner(pieces.coefficients, pieces.lengths[:, None]) - pieces.coefficients[..., 0]).max(axis=1)
+    fewest = np.maximum(FEWEST_SAMPLES // np.bincount(groups)[groups], FEWEST_ON_A_PIECE)
     counts = np.clip(SAMPLES_PER_RADIAN * travels, fewest, MOST_SAMPLES).astype(int)
     index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    tau = index / np.repeat(counts - 1, counts) * np.repeat(lengths, counts)
-    coefficients = np.repeat(coefficients, counts, axis=0)
+    tau = index / np.repeat(counts - 1, counts) * np.repeat(pieces.lengths, counts)
+    coefficients = np.repeat(pieces.coefficients, counts, axis=0)
     q, dq, ddq = (horner(differentiate(coefficients, k), tau[:, None]) for k in range(3))
-    return q, dq, ddq
+    return np.repeat(groups, counts), q, dq, ddq
 
 
 def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
