@@ -259,4 +259,5 @@ def _parts(trajectory: Trajectory, derivatives: UnitPolynomials) -> np.ndarray:
     peaks = bounds[2].max(axis=0)
     peaks = np.maximum(peaks, LEAST_SHARE * peaks.max()) + np.finfo(float).tiny
     steps = trajectory.lengths * np.sqrt((bounds[4] / peaks).max(axis=1) / (8.0 * BENT))
-    return np.clip(np.ceil(np.maximum(SAMPLES_PER_RADIAN * travels, steps) / 2.0), 1, MOST_PARTS).astype(int)
+    parts: np.ndarray = np.clip(np.ceil(np.maximum(SAMPLES_PER_RADIAN * travels, steps) / 2.0), 1, MOST_PARTS)
+    return parts.astype(int)

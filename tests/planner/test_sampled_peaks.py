@@ -101,9 +101,7 @@ def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) 
     knots = np.array([random_position(robot, rng) for _ in range(count + 1)])
     rates = rng.uniform(-3.0, 3.0, knots.shape), rng.uniform(-20.0, 20.0, knots.shape)
     states = (knots, *rates)
-    coefficients = quintic_hermite(
-        lengths, tuple(state[:-1] for state in states), tuple(state[1:] for state in states)
-    )
+    coefficients = quintic_hermite(lengths, tuple(state[:-1] for state in states), tuple(state[1:] for state in states))
     ends = cumulative_sums(lengths)[[0, -1]]
     trajectory = Trajectory(lengths, coefficients, np.zeros(count, dtype=int), ends, ends)
     worst = brute_force(trajectory, robot)
