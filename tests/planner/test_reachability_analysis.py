@@ -10,7 +10,6 @@ from scipy.optimize import linprog
 
 from planner.backends.reachability import fastest_law
 
-
 Problem = tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarray, np.ndarray]
 
 
