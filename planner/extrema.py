@@ -19,11 +19,11 @@ from planner.polynomials import bernstein_matrix, differentiate, horner
 if TYPE_CHECKING:
     from planner.kinematics.poses import FloatArray
 
-PARTS = 4
+PARTS = 8
 """That an interval is cut into."""
 
-MOST_CUTS = 20
-"""Times that intervals are cut: 4^-20 of a piece is less than the spacing of floating-point numbers allows."""
+MOST_CUTS = 16
+"""Times that intervals are cut: 8^-16 of a piece is less than the spacing of floating-point numbers allows."""
 
 ROUNDING = 1e-12
 """Relative difference of a bound from a value that is not worth looking into."""

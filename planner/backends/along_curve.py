@@ -34,7 +34,7 @@ NO_LENGTH = 1e-9
 SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
 """At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
 
-FEWEST_ON_A_PIECE = 5
+FEWEST_ON_A_PIECE = 3
 """Where a segment is cut into many short pieces."""
 
 RATES = ("position", "velocity", "acceleration", "jerk")
