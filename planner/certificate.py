@@ -254,10 +254,9 @@ def _parts(trajectory: Trajectory, derivatives: UnitPolynomials) -> np.ndarray:
 
     Over a step h a function is off its chord by at most h^2 / 8 times its second derivative.
     """
-    bounds = np.abs(derivatives.bernstein).max(axis=-1)  # (derivatives, pieces, joints)
-    travels = bounds[1].max(axis=1) * trajectory.lengths
-    peaks = bounds[2].max(axis=0)
-    peaks = np.maximum(peaks, LEAST_SHARE * peaks.max()) + np.finfo(float).tiny
-    steps = trajectory.lengths * np.sqrt((bounds[4] / peaks).max(axis=1) / (8.0 * BENT))
+    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
+    travels = speeds.max(axis=1) * trajectory.lengths
+    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
+    steps = trajectory.lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))
     parts: np.ndarray = np.clip(np.ceil(np.maximum(SAMPLES_PER_RADIAN * travels, steps) / 2.0), 1, MOST_PARTS)
     return parts.astype(int)

@@ -16,6 +16,7 @@ from planner.polynomials import PiecewisePolynomial, differentiate, horner, quin
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from planner.extrema import UnitPolynomials
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
 
@@ -177,7 +178,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
     segments, groups = np.unique(pieces.segments, return_inverse=True)
     causes: list[tuple[str, FloatArray, np.ndarray | None]] = []
     orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, max(orders, default=0) + 1)
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES))
     for order in orders:
         limit = getattr(path.limits, RATES[order])[pieces.segments]
         found = largest_magnitudes(derivatives[order], limit, groups)
@@ -185,7 +186,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
         causes.append((f"the {RATES[order]} limit of", use ** (1.0 / order), found.joints))
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
-        owners, *states = _samples(pieces, groups)
+        owners, *states = _samples(derivatives, groups)
         factors = np.zeros(len(segments))
         np.maximum.at(factors, owners, sampled.stretch(segments[owners], segments[owners], *states))
         causes.append(("the torque or tool speed limits", factors, None))
@@ -201,16 +202,15 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
     return result
 
 
-def _samples(pieces: TimedPieces, groups: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
+def _samples(derivatives: UnitPolynomials, groups: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
     """Group (N,) of each sample, and position, velocity and acceleration (N, joints) there."""
-    travels = np.abs(horner(pieces.coefficients, pieces.lengths[:, None]) - pieces.coefficients[..., 0]).max(axis=1)
+    travels = np.abs(derivatives.ends[0] - derivatives.starts[0]).max(axis=1)
     fewest = np.maximum(FEWEST_SAMPLES // np.bincount(groups)[groups], FEWEST_ON_A_PIECE)
     counts = np.clip(SAMPLES_PER_RADIAN * travels, fewest, MOST_SAMPLES).astype(int)
-    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    tau = index / np.repeat(counts - 1, counts) * np.repeat(pieces.lengths, counts)
-    coefficients = np.repeat(pieces.coefficients, counts, axis=0)
-    q, dq, ddq = (horner(differentiate(coefficients, k), tau[:, None]) for k in range(3))
-    return np.repeat(groups, counts), q, dq, ddq
+    pieces = np.repeat(np.arange(len(counts)), counts)
+    unit = (np.arange(len(pieces)) - (np.cumsum(counts) - counts)[pieces]) / (counts - 1)[pieces]
+    q, dq, ddq = (horner(derivatives.coefficients[k][pieces], unit[:, None]) for k in range(3))
+    return groups[pieces], q, dq, ddq
 
 
 def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
