@@ -32,11 +32,15 @@ BISECTIONS = 55
 NO_LENGTH = 1e-9
 """Share of an interval below which a part of it is rounding."""
 
-SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
+SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 3, 512
 """At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
 
-FEWEST_ON_A_PIECE = 3
-"""Where a segment is cut into many short pieces."""
+BENT, LEAST_SHARE = 1e-3, 0.01
+"""Between two of them, what an acceleration may be off a straight line, as a share of its peak; or of this share of the
+largest peak."""
+
+SPEED_SAMPLES = 17
+"""On each piece of a curve, of the tool's speed."""
 
 RATES = ("position", "velocity", "acceleration", "jerk")
 """The derivatives of a motion, by their order."""
@@ -178,7 +182,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
     segments, groups = np.unique(pieces.segments, return_inverse=True)
     causes: list[tuple[str, FloatArray, np.ndarray | None]] = []
     orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES))
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES) + 1)
     for order in orders:
         limit = getattr(path.limits, RATES[order])[pieces.segments]
         found = largest_magnitudes(derivatives[order], limit, groups)
@@ -186,7 +190,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
         causes.append((f"the {RATES[order]} limit of", use ** (1.0 / order), found.joints))
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
-        owners, *states = _samples(derivatives, groups)
+        owners, *states = _samples(derivatives, pieces.lengths, groups)
         factors = np.zeros(len(segments))
         np.maximum.at(factors, owners, sampled.stretch(segments[owners], segments[owners], *states))
         causes.append(("the torque or tool speed limits", factors, None))
@@ -202,11 +206,15 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
     return result
 
 
-def _samples(derivatives: UnitPolynomials, groups: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
+def _samples(
+    derivatives: UnitPolynomials, lengths: FloatArray, groups: np.ndarray
+) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
     """Group (N,) of each sample, and position, velocity and acceleration (N, joints) there."""
-    travels = np.abs(derivatives.ends[0] - derivatives.starts[0]).max(axis=1)
-    fewest = np.maximum(FEWEST_SAMPLES // np.bincount(groups)[groups], FEWEST_ON_A_PIECE)
-    counts = np.clip(SAMPLES_PER_RADIAN * travels, fewest, MOST_SAMPLES).astype(int)
+    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
+    travels = speeds.max(axis=1) * lengths
+    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
+    steps = lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))  # between two, off a chord by h^2 f'' / 8
+    counts = np.clip(np.maximum(SAMPLES_PER_RADIAN * travels, steps), FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
     pieces = np.repeat(np.arange(len(counts)), counts)
     unit = (np.arange(len(pieces)) - (np.cumsum(counts) - counts)[pieces]) / (counts - 1)[pieces]
     q, dq, ddq = (horner(derivatives.coefficients[k][pieces], unit[:, None]) for k in range(3))
@@ -253,10 +261,10 @@ class ToolSpeeds:
         self.places = np.zeros(1)
         self.use = np.zeros(1)
         if np.isfinite(linear).any() or np.isfinite(angular).any():
-            unit = (np.arange(FEWEST_SAMPLES) + 0.5) / FEWEST_SAMPLES
+            unit = (np.arange(SPEED_SAMPLES) + 0.5) / SPEED_SAMPLES
             self.places = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
             speeds = tool_speeds(path.robot, *curve.evaluate(self.places, [0, 1]))
-            limit = np.repeat(linear, FEWEST_SAMPLES), np.repeat(angular, FEWEST_SAMPLES)
+            limit = np.repeat(linear, SPEED_SAMPLES), np.repeat(angular, SPEED_SAMPLES)
             self.use = np.maximum(speeds[0] / limit[0], speeds[1] / limit[1])
 
     def excess(self, places: FloatArray) -> FloatArray:

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
 from planner.backends.base import QUANTITIES, Guarantee
 from planner.certificate import Check, certify
 from planner.dynamics import inverse_dynamics
+from planner.errors import PlanningError
 from planner.kinematics import tool_speeds
 from planner.limits import SegmentLimits, segment_limits
 from planner.plan import plan
@@ -126,3 +127,29 @@ def test_what_no_limited_joint_feels_is_no_use_of_a_limit() -> None:
     )["torque"]
     assert check.satisfied
     assert check.peak == pytest.approx(0.0, abs=1e-9)
+
+
+@settings(max_examples=40)
+@given(
+    kind=st.sampled_from(["cubic", "quintic", "trapezoidal", "toppra"]),
+    seed=st.integers(0, 2**32),
+    exponent=st.floats(-2.0, 0.0),
+    strength=st.floats(1.02, 2.0),
+)
+@example("cubic", 33, -0.4, 1.1)
+@example("trapezoidal", 5, -0.5, 1.3)
+def test_no_plan_is_refused_for_a_torque_between_the_samples_of_its_back_end(
+    kind: str, seed: int, exponent: float, strength: float
+) -> None:
+    """Seventeen samples a segment were too few: one in twenty plans with tight torques ran over them."""
+    made = through(KUKA, seed, 4, 10.0**exponent)
+    positions = np.array([waypoint.position for waypoint in made.waypoints])
+    still = np.zeros_like(positions)
+    gravity = np.abs(inverse_dynamics(made.robot, positions, still, still)).max(axis=0)
+    own = made.robot.limit("torque")
+    torque = np.minimum(own, np.maximum(strength * gravity, 0.02 * own))
+    tight = replace(made, backend=BACKENDS[kind](), limits=Limits(torque=tuple(torque.tolist())))
+    try:
+        assert plan(tight).certificate.satisfied
+    except PlanningError as refusal:  # gravity, or a spline beyond a position limit
+        assert "would reach" not in str(refusal)
