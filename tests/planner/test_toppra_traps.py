@@ -153,7 +153,7 @@ def test_trap_no_overshoot_of_a_position_limit() -> None:
 
 
 def test_trap_neither_scipy_nor_matplotlib_is_imported() -> None:
-    """Trap 8: the package takes a second and a half and 84 MB; and what is left of it does not get in its own way."""
+    """Trap 8: the package takes a second and a half and 84 MB; none of it is loaded."""
     code = """
 import sys
 from planner.backends import TimeOptimal
