@@ -1,9 +1,7 @@
 """The exact check of a trajectory against its limits. Shares no code with the back ends.
 
-Positions, velocities, accelerations and jerks are polynomials, so their extrema are found, not sampled:
-Bernstein coefficients bound each polynomial on each of a few subintervals, and only where that bound could
-beat the best value seen are the roots of the derivative computed. Torque and tool speed are not polynomials:
-they are sampled, and the check says so.
+Positions, velocities, accelerations and jerks are polynomials, so their extrema are found, not sampled. Torque and tool
+speed are not polynomials: they are sampled, and the check says so.
 """
 
 from __future__ import annotations
@@ -18,7 +16,8 @@ from planner.backends.base import QUANTITIES, EndStates, Guarantee
 from planner.dynamics import inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_speeds
-from planner.polynomials import differentiate, horner
+from planner.polynomials import horner
+from planner.sampled_peaks import sampled_peaks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,8 +36,10 @@ CONTINUITY_TOLERANCE = 1e-8
 MOST_CONTINUOUS = 4
 """Continuity is looked into up to this derivative."""
 
-SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 150, 65, 1001
-"""Samples of torque and tool speed on one piece, by the travel of its busiest joint (rad, or m)."""
+SAMPLES_PER_RADIAN, BENT, LEAST_SHARE, MOST_PARTS = 25, 0.05, 0.01, 512
+"""Samples of torque and tool speed to begin with: by the travel of the busiest joint (rad, or m); so many that between
+two an acceleration departs from a straight line by at most this share of its peak, or this share of the largest; and
+the most parts of a piece, of two samples each. There are more where a peak may be."""
 
 ORDER_OF = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
 """Derivative of the polynomials that each exactly checked quantity is."""
@@ -133,7 +134,7 @@ def certify(
         _polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced[quantity], smooth)
         for quantity in ORDER_OF
     ]
-    checks += _sampled_checks(trajectory, robot, limits, enforced)
+    checks += _sampled_checks(trajectory, derivatives, robot, limits, enforced)
     checks += more_checks
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return Certificate(
@@ -199,7 +200,11 @@ def _polynomial_check(
 
 
 def _sampled_checks(
-    trajectory: Trajectory, robot: Robot, limits: SegmentLimits, enforced: Mapping[str, bool]
+    trajectory: Trajectory,
+    derivatives: UnitPolynomials,
+    robot: Robot,
+    limits: SegmentLimits,
+    enforced: Mapping[str, bool],
 ) -> list[Check]:
     """The checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
     limited = [quantity for quantity in SAMPLED if np.isfinite(getattr(limits, quantity)).any()]
@@ -207,27 +212,35 @@ def _sampled_checks(
         limited.remove("torque")
     if not limited:
         return []
-    pieces, tau = _dense_times(trajectory)
-    coefficients, column = trajectory.coefficients[pieces], tau[:, None]
-    positions, velocities, accelerations = (horner(differentiate(coefficients, k), column) for k in range(3))
-    values = {}
-    if "torque" in limited:
-        values["torque"] = np.abs(inverse_dynamics(robot, positions, velocities, accelerations))
-    if limited != ["torque"]:
-        linear, angular = tool_speeds(robot, positions, velocities)
-        values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
+    torque, tool = "torque" in limited, limited != ["torque"]
+    columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
+
+    def limit_of(pieces: np.ndarray) -> FloatArray:
+        rows = trajectory.segments[pieces]
+        return np.hstack([getattr(limits, quantity)[rows].reshape(len(rows), -1) for quantity in limited])
+
+    def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
+        q, dq, ddq = (horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3))
+        values: dict[str, FloatArray] = {}
+        if torque:
+            values["torque"] = inverse_dynamics(robot, q, dq, ddq)
+        if tool:
+            linear, angular = tool_speeds(robot, q, dq)
+            values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
+        return np.hstack([values[quantity] for quantity in limited]) / limit_of(pieces)
+
+    quantities = np.array([limited.index(quantity) for quantity in columns])
     checks = []
-    for quantity in limited:
-        limit = getattr(limits, quantity)[trajectory.segments[pieces]].reshape(len(pieces), -1)
-        ratios = values[quantity] / limit
-        row, joint = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
+    for quantity, peak in zip(limited, sampled_peaks(use, _parts(trajectory, derivatives), quantities), strict=True):
+        limit = float(limit_of(np.array([peak.piece]))[0, peak.column])
+        known = np.isfinite(limit)  # if not, nothing is used anywhere that is limited
         check = Check(
             quantity=quantity,
-            joint=robot.joint_names[joint] if quantity == "torque" else None,
-            peak=float(values[quantity][row, joint]),
-            limit=float(limit[row, joint]),
-            ratio=float(ratios[row, joint]),
-            time=float(trajectory.breakpoints[pieces[row]] + tau[row]),
+            joint=robot.joint_names[peak.column - columns.index(quantity)] if quantity == "torque" else None,
+            peak=peak.use * limit if known else 0.0,
+            limit=limit if known else None,
+            ratio=peak.use if known else None,
+            time=float(trajectory.breakpoints[peak.piece] + peak.unit * trajectory.lengths[peak.piece]),
             method="sampled",
             enforced=enforced[quantity],
             bounded=True,
@@ -236,11 +249,14 @@ def _sampled_checks(
     return checks
 
 
-def _dense_times(trajectory: Trajectory) -> tuple[np.ndarray, FloatArray]:
-    """Piece (N,) and local time (N,) of samples that see both ends of every piece."""
-    ends = horner(trajectory.coefficients, trajectory.lengths[:, None])
-    travel = np.abs(ends - trajectory.coefficients[..., 0]).max(axis=1)
-    counts = np.clip(SAMPLES_PER_RADIAN * travel, FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
-    pieces = np.repeat(np.arange(len(counts)), counts)
-    tau = np.concatenate([np.linspace(0.0, h, n) for h, n in zip(trajectory.lengths, counts, strict=True)])
-    return pieces, tau
+def _parts(trajectory: Trajectory, derivatives: UnitPolynomials) -> np.ndarray:
+    """(pieces,): parts to begin with, in the halves of which no joint travels far, and accelerations are about linear.
+
+    Over a step h a function is off its chord by at most h^2 / 8 times its second derivative.
+    """
+    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
+    travels = speeds.max(axis=1) * trajectory.lengths
+    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
+    steps = trajectory.lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))
+    parts: np.ndarray = np.clip(np.ceil(np.maximum(SAMPLES_PER_RADIAN * travels, steps) / 2.0), 1, MOST_PARTS)
+    return parts.astype(int)

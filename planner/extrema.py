@@ -1,33 +1,32 @@
 """Extrema of polynomials, found and not sampled.
 
-Bernstein coefficients bound a polynomial on each of a few subintervals, and their first and last are values of
-it. Only where that bound could beat the best value seen are the roots of the derivative computed.
+Bernstein coefficients bound a polynomial on an interval, and their first and last are values of it. Where that bound
+could beat the best value seen, the interval is cut into parts; with each cut the gap between bound and value shrinks by
+the square of their number (Lane and Riesenfeld, Bounds on a polynomial, BIT 21, 1981).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import comb, copysign, sqrt
-from typing import TYPE_CHECKING
+from math import comb
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.polynomials import bernstein_matrix, differentiate
+from planner.polynomials import bernstein_matrix, differentiate, horner
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from planner.kinematics.poses import FloatArray
 
-SUBINTERVALS = 8
-"""Parts of [0, 1] on which a polynomial is bounded by its Bernstein coefficients."""
+PARTS = 8
+"""That an interval is cut into."""
+
+MOST_CUTS = 16
+"""Times that intervals are cut: 8^-16 of a piece is less than the spacing of floating-point numbers allows."""
 
 ROUNDING = 1e-12
 """Relative difference of a bound from a value that is not worth looking into."""
-
-NEARLY_REAL = 1e-6
-"""Imaginary part, on unit time, up to which a computed root is taken for a real one: a double root splits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +35,7 @@ class UnitPolynomials:
 
     Attributes:
         coefficients: (..., pieces, joints, order), ascending powers on [0, 1].
-        bernstein: (..., pieces, joints, SUBINTERVALS, order): Bernstein coefficients on each subinterval.
+        bernstein: The same shape: Bernstein coefficients on [0, 1].
     """
 
     coefficients: FloatArray
@@ -45,25 +44,21 @@ class UnitPolynomials:
     def __getitem__(self, index: int) -> UnitPolynomials:
         return UnitPolynomials(self.coefficients[index], self.bernstein[index])
 
-    def of(self, pieces: np.ndarray) -> UnitPolynomials:
-        """Some of the pieces."""
-        return UnitPolynomials(self.coefficients[..., pieces, :, :], self.bernstein[..., pieces, :, :, :])
-
     def minus(self, constants: FloatArray) -> UnitPolynomials:
         """The same polynomials less a constant (joints,) each."""
         coefficients = self.coefficients.copy()
         coefficients[..., 0] -= constants
-        return UnitPolynomials(coefficients, self.bernstein - constants[:, None, None])
+        return UnitPolynomials(coefficients, self.bernstein - constants[:, None])
 
     @property
     def starts(self) -> FloatArray:
         """(..., pieces, joints): values at the start of each piece."""
-        return self.bernstein[..., 0, 0]
+        return self.bernstein[..., 0]
 
     @property
     def ends(self) -> FloatArray:
         """(..., pieces, joints): values at the end of each piece."""
-        return self.bernstein[..., -1, -1]
+        return self.bernstein[..., -1]
 
 
 def derivatives_on_unit_time(coefficients: FloatArray, lengths: FloatArray, count: int) -> UnitPolynomials:
@@ -81,8 +76,23 @@ def derivatives_on_unit_time(coefficients: FloatArray, lengths: FloatArray, coun
         terms = coefficients.shape[2]
         unit[k, :, :, :terms] = coefficients * powers[:, :, :terms]
         coefficients = differentiate(coefficients)
-    bernstein = unit.reshape(-1, order) @ _bernstein_on_subintervals(order)
-    return UnitPolynomials(unit, bernstein.reshape(*unit.shape[:-1], SUBINTERVALS, order))
+    return UnitPolynomials(unit, (unit.reshape(-1, order) @ bernstein_matrix(order)).reshape(unit.shape))
+
+
+class Extrema(NamedTuple):
+    """The extremum of each group of pieces.
+
+    Attributes:
+        pieces: (groups,), where it is.
+        joints: (groups,), whose it is.
+        units: (groups,), when, on unit time.
+        values: (groups,), of the polynomial there.
+    """
+
+    pieces: np.ndarray
+    joints: np.ndarray
+    units: FloatArray
+    values: FloatArray
 
 
 def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tuple[int, int, float, float]:
@@ -95,69 +105,57 @@ def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tupl
     Returns:
         Piece, joint, unit time and value of p there.
     """
-    pieces, joints, parts, order = polynomials.bernstein.shape
-    weight = measure.reshape(-1)
-    ratios = np.abs(polynomials.bernstein).reshape(pieces * joints, parts * order) / weight[:, None]
-    # Values at the starts of the subintervals, then at the end of the last.
-    values = np.column_stack([ratios[:, ::order], ratios[:, -1]])
-    best, at = divmod(int(np.argmax(values)), parts + 1)
-    u, ratio = at / parts, float(values[best, at])
-    for i in np.flatnonzero(ratios.max(axis=1) > ratio * (1.0 + ROUNDING)).tolist():
-        polynomial = polynomials.coefficients[divmod(i, joints)].tolist()
-        bounds = ratios[i].reshape(parts, order).max(axis=1).tolist()
-        for part, bound in enumerate(bounds):
-            if bound <= ratio * (1.0 + ROUNDING):
-                continue
-            for root in _roots_of_derivative(polynomial, part / parts, (part + 1) / parts):
-                there = abs(_value(polynomial, root)) / float(weight[i])
-                if there > ratio:
-                    best, u, ratio = i, root, there
-    piece, joint = divmod(best, joints)
-    return piece, joint, u, _value(polynomials.coefficients[piece, joint].tolist(), u)
+    found = largest_magnitudes(polynomials, measure, np.zeros(len(measure), dtype=int))
+    return int(found.pieces[0]), int(found.joints[0]), float(found.units[0]), float(found.values[0])
 
 
-def _value(polynomial: Sequence[float], u: float) -> float:
-    value = 0.0
-    for coefficient in reversed(polynomial):
-        value = value * u + coefficient
-    return value
+def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups: np.ndarray) -> Extrema:
+    """Where |p| / measure is largest over the pieces and joints of each group, exactly.
 
-
-def _roots_of_derivative(polynomial: Sequence[float], start: float, end: float) -> list[float]:
-    """Real roots in [start, end] of the derivative of a polynomial; ascending powers."""
-    slope = [k * coefficient for k, coefficient in enumerate(polynomial)][1:]
-    while slope and slope[-1] == 0.0:
-        slope.pop()
-    if len(slope) < 2:
-        return []
-    if len(slope) == 2:
-        roots = [-slope[0] / slope[1]]
-    elif len(slope) == 3:
-        roots = _quadratic_roots(*slope)
-    else:
-        complex_roots = np.polynomial.polynomial.polyroots(slope)
-        roots = complex_roots.real[np.abs(complex_roots.imag) < NEARLY_REAL].tolist()
-    return [root for root in roots if start <= root <= end]
-
-
-def _quadratic_roots(c: float, b: float, a: float) -> list[float]:
-    """Real roots of a x^2 + b x + c, without cancellation; a != 0."""
-    discriminant = b * b - 4.0 * a * c
-    if discriminant < 0.0:
-        return []
-    q = -0.5 * (b + copysign(sqrt(discriminant), b))
-    return [q / a, c / q] if q != 0.0 else [0.0]
+    Args:
+        polynomials: Of every piece and joint.
+        measure: (pieces, joints), positive; infinite entries never win against finite ones.
+        groups: (pieces,), from 0 on without gaps.
+    """
+    joints, order = polynomials.bernstein.shape[1:]
+    owners = np.repeat(groups, joints)
+    best = np.full(int(groups.max()) + 1, -1.0)
+    at_row, at_unit = np.zeros(len(best), dtype=int), np.zeros(len(best))
+    rows, starts, width = np.arange(measure.size), np.zeros(measure.size), 1.0
+    ratios = np.abs(polynomials.bernstein).reshape(-1, order) / measure.reshape(-1, 1)
+    signed = polynomials.bernstein.reshape(-1, order)
+    for _ in range(MOST_CUTS):
+        own = owners[rows]
+        values = np.maximum(ratios[:, 0], ratios[:, -1])
+        reached = best.copy()
+        np.maximum.at(reached, own, values)
+        # Of equal ones the first, which is written last.
+        better = np.flatnonzero((values == reached[own]) & (values > best[own]))[::-1]
+        at_row[own[better]] = rows[better]
+        at_unit[own[better]] = starts[better] + np.where(ratios[better, 0] == values[better], 0.0, width)
+        best = reached
+        open_ones = np.flatnonzero(ratios.max(axis=1) > best[own] * (1.0 + ROUNDING))
+        if not len(open_ones):
+            break
+        width /= PARTS
+        starts = (starts[open_ones, None] + width * np.arange(PARTS)).ravel()
+        rows = np.repeat(rows[open_ones], PARTS)
+        signed = (signed[open_ones] @ _cut(order)).reshape(-1, order)
+        ratios = np.abs(signed) / measure.reshape(-1)[rows, None]
+    pieces, of_joints = np.divmod(at_row, joints)
+    return Extrema(pieces, of_joints, at_unit, horner(polynomials.coefficients[pieces, of_joints], at_unit))
 
 
 @lru_cache(maxsize=16)
-def _bernstein_on_subintervals(order: int) -> FloatArray:
-    """(order, SUBINTERVALS * order): power coefficients on [0, 1] to Bernstein coefficients on each subinterval."""
+def _cut(order: int) -> FloatArray:
+    """(order, PARTS * order): Bernstein coefficients on [0, 1] to those on each of its parts."""
+    to_powers = np.linalg.inv(bernstein_matrix(order))
     blocks = []
-    for part in range(SUBINTERVALS):
-        start, width = part / SUBINTERVALS, 1.0 / SUBINTERVALS
+    for part in range(PARTS):
+        start, width = part / PARTS, 1.0 / PARTS
         # p(start + width v) in powers of v
         shift = np.array(
             [[comb(k, m) * start ** (k - m) * width**m if m <= k else 0.0 for m in range(order)] for k in range(order)]
         )
-        blocks.append(shift @ bernstein_matrix(order))
+        blocks.append(to_powers @ shift @ bernstein_matrix(order))
     return np.hstack(blocks)

@@ -9,13 +9,14 @@ import numpy as np
 
 from planner.backends.assembly import TimedPieces
 from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
-from planner.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from planner.extrema import UnitPolynomials
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
 
@@ -31,11 +32,18 @@ BISECTIONS = 55
 NO_LENGTH = 1e-9
 """Share of an interval below which a part of it is rounding."""
 
-SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
+SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 3, 512
 """At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
 
-FEWEST_ON_A_PIECE = 5
-"""Where a segment is cut into many short pieces."""
+BENT, LEAST_SHARE = 1e-3, 0.01
+"""Between two of them, what an acceleration may be off a straight line, as a share of its peak; or of this share of the
+largest peak."""
+
+SPEED_SAMPLES = 17
+"""On each piece of a curve, of the tool's speed."""
+
+RATES = ("position", "velocity", "acceleration", "jerk")
+"""The derivatives of a motion, by their order."""
 
 DURATION_TOLERANCE = 1e-9
 """Relative shortfall of an asked duration that is taken for rounding."""
@@ -171,39 +179,46 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, 4)
+    segments, groups = np.unique(pieces.segments, return_inverse=True)
+    causes: list[tuple[str, FloatArray, np.ndarray | None]] = []
+    orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES) + 1)
+    for order in orders:
+        limit = getattr(path.limits, RATES[order])[pieces.segments]
+        found = largest_magnitudes(derivatives[order], limit, groups)
+        use = np.abs(found.values) / limit[found.pieces, found.joints]
+        causes.append((f"the {RATES[order]} limit of", use ** (1.0 / order), found.joints))
     sampled = SampledLimits(path.robot, path.limits)
+    if sampled.limited[segments].any():
+        owners, *states = _samples(derivatives, pieces.lengths, groups)
+        factors = np.zeros(len(segments))
+        np.maximum.at(factors, owners, sampled.stretch(segments[owners], segments[owners], *states))
+        causes.append(("the torque or tool speed limits", factors, None))
     result = {}
-    for segment in np.unique(pieces.segments).tolist():
-        own = np.flatnonzero(pieces.segments == segment)
-        worst = Demand(0.0, "nothing asks", None)
-        for order, quantity in enumerate(("velocity", "acceleration", "jerk"), 1):
-            limit = getattr(path.limits, quantity)[segment]
-            if quantity not in guarantees or not np.isfinite(limit).any():
-                continue
-            _, joint, _, value = largest_magnitude(derivatives[order].of(own), np.tile(limit, (len(own), 1)))
-            factor = float((abs(value) / limit[joint]) ** (1.0 / order))
-            if factor > worst.factor:
-                name = path.robot.joint_names[joint]
-                worst = Demand(factor, f"the {quantity} limit of {name} asks", name)
-        if sampled.limited[segment]:
-            factor = sampled.stretch(segment, segment, *_samples(pieces, own))
-            if factor > worst.factor:
-                worst = Demand(factor, "the torque or tool speed limits ask", None)
-        result[segment] = worst
+    for row, segment in enumerate(segments.tolist()):
+        cause, needed, joints = max(causes, key=lambda each: each[1][row])
+        name = None if joints is None else path.robot.joint_names[joints[row]]
+        if needed[row] <= 0.0:
+            result[segment] = Demand(0.0, "nothing asks", None)
+        else:
+            asks = f"{cause} ask" if name is None else f"{cause} {name} asks"
+            result[segment] = Demand(float(needed[row]), asks, name)
     return result
 
 
-def _samples(pieces: TimedPieces, own: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    coefficients, lengths = pieces.coefficients[own], pieces.lengths[own]
-    travels = np.abs(horner(coefficients, lengths[:, None]) - coefficients[..., 0]).max(axis=1)
-    fewest = max(FEWEST_SAMPLES // len(own), FEWEST_ON_A_PIECE)
-    counts = np.clip(SAMPLES_PER_RADIAN * travels, fewest, MOST_SAMPLES).astype(int)
-    index = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    tau = index / np.repeat(counts - 1, counts) * np.repeat(lengths, counts)
-    coefficients = np.repeat(coefficients, counts, axis=0)
-    q, dq, ddq = (horner(differentiate(coefficients, k), tau[:, None]) for k in range(3))
-    return q, dq, ddq
+def _samples(
+    derivatives: UnitPolynomials, lengths: FloatArray, groups: np.ndarray
+) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
+    """Group (N,) of each sample, and position, velocity and acceleration (N, joints) there."""
+    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
+    travels = speeds.max(axis=1) * lengths
+    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
+    steps = lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))  # between two, off a chord by h^2 f'' / 8
+    counts = np.clip(np.maximum(SAMPLES_PER_RADIAN * travels, steps), FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
+    pieces = np.repeat(np.arange(len(counts)), counts)
+    unit = (np.arange(len(pieces)) - (np.cumsum(counts) - counts)[pieces]) / (counts - 1)[pieces]
+    q, dq, ddq = (horner(derivatives.coefficients[k][pieces], unit[:, None]) for k in range(3))
+    return groups[pieces], q, dq, ddq
 
 
 def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
@@ -246,10 +261,10 @@ class ToolSpeeds:
         self.places = np.zeros(1)
         self.use = np.zeros(1)
         if np.isfinite(linear).any() or np.isfinite(angular).any():
-            unit = (np.arange(FEWEST_SAMPLES) + 0.5) / FEWEST_SAMPLES
+            unit = (np.arange(SPEED_SAMPLES) + 0.5) / SPEED_SAMPLES
             self.places = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
             speeds = tool_speeds(path.robot, *curve.evaluate(self.places, [0, 1]))
-            limit = np.repeat(linear, FEWEST_SAMPLES), np.repeat(angular, FEWEST_SAMPLES)
+            limit = np.repeat(linear, SPEED_SAMPLES), np.repeat(angular, SPEED_SAMPLES)
             self.use = np.maximum(speeds[0] / limit[0], speeds[1] / limit[1])
 
     def excess(self, places: FloatArray) -> FloatArray:

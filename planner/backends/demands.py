@@ -36,13 +36,18 @@ class SampledLimits:
         self.limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
 
     def stretch(
-        self, row: int, segment: int, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
-    ) -> float:
-        """The factor on all times with which a motion keeps these limits, less than 1 where it could be faster.
+        self,
+        rows: np.ndarray,
+        segments: np.ndarray,
+        positions: FloatArray,
+        velocities: FloatArray,
+        accelerations: FloatArray,
+    ) -> FloatArray:
+        """(N,): the factor on all times with which a sample keeps these limits, less than 1 where it could be faster.
 
         Args:
-            row: Of the limits.
-            segment: Its index, for the refusal.
+            rows: (N,), of the limits.
+            segments: (N,), indices for the refusal.
             positions: (N, joints), samples of the motion.
             velocities: (N, joints).
             accelerations: (N, joints).
@@ -50,27 +55,32 @@ class SampledLimits:
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
-        needed = [0.0]
-        if np.isfinite(self.linear[row]) or np.isfinite(self.angular[row]):
-            linear, angular = tool_speeds(self.robot, positions, velocities)
-            needed += [linear.max() / self.linear[row], angular.max() / self.angular[row]]
-        if np.isfinite(self.torque[row]).any():
-            needed.append(self._stretch_for_torque(row, segment, positions, velocities, accelerations))
-        return float(max(needed)) * SAMPLED_MARGIN
+        linear, angular, torque = self.linear[rows], self.angular[rows], self.torque[rows]
+        needed = np.zeros(len(rows))
+        if np.isfinite(linear).any() or np.isfinite(angular).any():
+            speeds = tool_speeds(self.robot, positions, velocities)
+            needed = np.maximum(speeds[0] / linear, speeds[1] / angular)
+        if np.isfinite(torque).any():
+            states = positions, velocities, accelerations
+            needed = np.maximum(needed, self._stretch_for_torque(torque, segments, *states))
+        return needed * SAMPLED_MARGIN
 
     def _stretch_for_torque(
-        self, row: int, segment: int, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
-    ) -> float:
+        self,
+        limit: FloatArray,
+        segments: np.ndarray,
+        positions: FloatArray,
+        velocities: FloatArray,
+        accelerations: FloatArray,
+    ) -> FloatArray:
         """With q(t / T) the torque is g(q) + b / T^2, b being the torque of T = 1 without gravity."""
-        robot, limit = self.robot, self.torque[row]
         still = np.zeros_like(positions)
-        gravity = inverse_dynamics(robot, positions, still, still)
-        refuse_what_gravity_exceeds(
-            robot, np.full(len(gravity), segment), gravity, np.broadcast_to(limit, gravity.shape)
-        )
-        inertial = inverse_dynamics(robot, positions, velocities, accelerations) - gravity
+        gravity = inverse_dynamics(self.robot, positions, still, still)
+        refuse_what_gravity_exceeds(self.robot, segments, gravity, limit)
+        inertial = inverse_dynamics(self.robot, positions, velocities, accelerations) - gravity
         headroom = limit - np.sign(inertial) * gravity
-        return float(np.sqrt((np.abs(inertial) / headroom).max()))
+        factors: FloatArray = np.sqrt((np.abs(inertial) / headroom).max(axis=1))
+        return factors
 
 
 def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:

@@ -13,7 +13,7 @@ from planner.backends.along_curve import (
     in_its_time,
 )
 from planner.backends.base import QUANTITIES
-from planner.backends.demands import SampledLimits, duration_of_run
+from planner.backends.demands import duration_of_run, refuse_what_gravity_exceeds
 from planner.backends.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
 from planner.dynamics import inverse_dynamics
 from planner.kinematics.forward import tool_speeds
@@ -189,10 +189,8 @@ class _Sampled:
         if self.has_torque:
             still = np.zeros_like(q)
             segments = run.owners[curve.locate(self.places)[0]]
-            for segment in run.segments.tolist():  # refuses where gravity alone is too much
-                own = segments == segment
-                SampledLimits(robot, path.limits).stretch(segment, segment, q[own], still[own], still[own])
             gravity = inverse_dynamics(robot, q, still, still)
+            refuse_what_gravity_exceeds(robot, segments, gravity, path.limits.torque[segments])
             by_gain = inverse_dynamics(robot, q, still, dq) - gravity
             by_speed = inverse_dynamics(robot, q, dq, ddq) - gravity
             self.torques = np.concatenate([by_gain, by_speed, gravity], axis=1).T

@@ -165,16 +165,24 @@ def _stretched(
         before, laws = laws, laws_of(durations)
         if laws is before or not sampled.limited.any():
             break
+        owners, states = _samples(motions, laws, np.flatnonzero(sampled.limited))
         needed = np.zeros(len(durations))
-        for row in np.flatnonzero(sampled.limited).tolist():
-            travel = motions.travels[row]
-            count = int(np.clip(SAMPLES_PER_RADIAN * np.abs(travel).max(), FEWEST_SAMPLES, MOST_SAMPLES))
-            s, ds, dds = laws.sample(row, count)
-            states = motions.starts[row] + s * travel, ds * travel, dds * travel
-            needed[row] = sampled.stretch(row, int(motions.segments[row]), *states)
+        np.maximum.at(needed, owners, sampled.stretch(owners, motions.segments[owners], *states))
         limited = needed > durations * (1.0 + DURATION_TOLERANCE)
         durations = np.where(limited, needed, durations)
     return durations
+
+
+def _samples(motions: StraightMotions, laws: UnitLaws, rows: np.ndarray) -> tuple[np.ndarray, list[FloatArray]]:
+    """Row (N,) of each sample, and position, velocity and acceleration (N, joints) there."""
+    owners, states = [], []
+    for row in rows.tolist():
+        travel = motions.travels[row]
+        count = int(np.clip(SAMPLES_PER_RADIAN * np.abs(travel).max(), FEWEST_SAMPLES, MOST_SAMPLES))
+        s, ds, dds = laws.sample(row, count)
+        owners.append(np.full(len(s), row))
+        states.append((motions.starts[row] + s * travel, ds * travel, dds * travel))
+    return np.concatenate(owners), [np.concatenate(parts) for parts in zip(*states, strict=True)]
 
 
 def _infeasible(

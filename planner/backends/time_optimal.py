@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -11,20 +11,22 @@ from planner.backends.along_curve import DURATION_TOLERANCE, MOST_HALVINGS, dema
 from planner.backends.assembly import TimedPieces, assemble
 from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.demands import SampledLimits, duration_of_run, infeasible_duration, nothing_limits
-from planner.backends.intervals import FEWEST, Intervals, cut, law_limits
+from planner.backends.intervals import FEWEST, cut, law_limits
 from planner.backends.jerk_limited import time_run
 from planner.backends.jerk_limited_joints import along_lines
 from planner.backends.reachability import fastest_law
 from planner.backends.smooth_curve import smooth_curve
 from planner.backends.trapezoidal import fastest_trapezoids
-from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
+from planner.polynomials import horner, quintic_hermite
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.backends.along_curve import Demand
+    from planner.backends.intervals import Intervals
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
+    from planner.polynomials import PiecewisePolynomial
     from planner.trajectory import Trajectory
 
 LOOSE, WASTE = 0.025, 0.03
@@ -34,9 +36,9 @@ an interval is wasted. A third to a half of it is lost in time."""
 MOST_REFINEMENTS, MOST_PARTS = 3, 4
 """Times that intervals are cut, and parts that one is cut into at once."""
 
-COMPARISONS = ((8, 0, 1.13), (FEWEST, MOST_REFINEMENTS, 1.0))
-"""Of two curves through waypoints: fewest intervals between waypoints, times that intervals are cut, and by what factor
-the less smooth one may be slower and yet stay in the race; it loses more by few intervals, 4 to 12 %."""
+FEW, HANDICAP = 8, 1.15
+"""Intervals between waypoints for a first look at how fast another curve is, and the factor by which it may be slower
+then and yet be compared in earnest: so few intervals lose 4 to 13 %."""
 
 MOST_REPAIRS, REPAIR = 3, 1.003
 """Times that limits are tightened on segments that break them by a factor on time; less is left to all segments."""
@@ -97,8 +99,7 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPi
     asked = np.array([duration_of_run(path, run) for run in runs])
     owner = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
     segments = np.concatenate([run.segments for run in runs])
-    intervals = cut(runs, _faster_curves(path, runs), path.limits.velocity)
-    pieces, needed = _within_limits(path, intervals, np.array([run.tolerance for run in runs]), kept)
+    pieces, needed = _within_limits(path, _fastest(path, runs), np.array([run.tolerance for run in runs]), kept)
     rows = np.searchsorted(segments, pieces.segments)
     own = owner[rows]
     factors = np.zeros(len(runs))
@@ -118,8 +119,63 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPi
     return stretched(pieces, np.where(free, factors, asked / times)[own])
 
 
+class Law(NamedTuple):
+    """Constant s'' on each interval of curves.
+
+    Attributes:
+        intervals: Of the curves.
+        x: (intervals + 1,), s'^2 at their breakpoints.
+        u: (intervals,), s'' on each.
+    """
+
+    intervals: Intervals
+    x: FloatArray
+    u: FloatArray
+
+    @property
+    def times(self) -> FloatArray:
+        """(intervals,), s."""
+        speeds = np.sqrt(self.x)
+        times: FloatArray = 2.0 * self.intervals.lengths / (speeds[:-1] + speeds[1:])
+        return times
+
+    @property
+    def durations(self) -> FloatArray:
+        """(runs,), s."""
+        durations: FloatArray = np.bincount(self.intervals.runs, self.times).astype(np.float64)
+        return durations
+
+
+def _fastest(path: JointPath, runs: Sequence[Run]) -> Law:
+    """The fastest law along the runs; where what lies between waypoints is free, along the faster of two curves.
+
+    That is nearly always the smoother one, and a look at the other on few intervals settles it.
+    """
+
+    def fastest(
+        of: Sequence[Run],
+        curves: Sequence[PiecewisePolynomial],
+        fewest: int = FEWEST,
+        refinements: int = MOST_REFINEMENTS,
+    ) -> Law:
+        intervals = cut(of, curves, path.limits.velocity, fewest)
+        return fastest_on(path, intervals, np.ones(len(path.durations)), refinements)
+
+    curves = [smooth_curve(path, run) if run.is_spline else run.curve for run in runs]
+    law = fastest(runs, curves)
+    durations = law.durations
+    rivals = [k for k, run in enumerate(runs) if run.is_spline and curves[k] is not run.curve]
+    for fewest, refinements, handicap in ((FEW, 0, HANDICAP), (FEWEST, MOST_REFINEMENTS, 1.0)):
+        if rivals:
+            own = fastest([runs[k] for k in rivals], [runs[k].curve for k in rivals], fewest, refinements).durations
+            rivals = [k for k, duration in zip(rivals, own, strict=True) if duration < handicap * durations[k]]
+    if not rivals:
+        return law
+    return fastest(runs, [run.curve if k in rivals else curves[k] for k, run in enumerate(runs)])
+
+
 def _within_limits(
-    path: JointPath, intervals: Intervals, tolerances: FloatArray, kept: frozenset[str]
+    path: JointPath, law: Law, tolerances: FloatArray, kept: frozenset[str]
 ) -> tuple[TimedPieces, dict[int, Demand]]:
     """The fastest motion, and what its segments still demand: hardly anything.
 
@@ -127,9 +183,10 @@ def _within_limits(
     tightened on that segment only.
     """
     factors = np.ones(len(path.durations))
-    for _ in range(MOST_REPAIRS):
-        intervals, x, u = fastest_on(path, intervals, factors)
-        pieces = _pieces(intervals, x, u, tolerances)
+    for repair in range(MOST_REPAIRS):
+        if repair:
+            law = fastest_on(path, law.intervals, factors)
+        pieces = _pieces(law, tolerances)
         needed = demands(path, pieces, kept)
         if max(demand.factor for demand in needed.values()) <= REPAIR:
             break
@@ -138,21 +195,17 @@ def _within_limits(
     return pieces, needed
 
 
-def fastest_on(
-    path: JointPath, intervals: Intervals, factors: FloatArray, refinements: int = MOST_REFINEMENTS
-) -> tuple[Intervals, FloatArray, FloatArray]:
-    """The fastest law with constant s'' on each interval, where they are cut until little is lost by that.
-
-    Returns:
-        The intervals, s'^2 at their breakpoints, s'' on each.
-    """
+def fastest_on(path: JointPath, intervals: Intervals, factors: FloatArray, refinements: int = MOST_REFINEMENTS) -> Law:
+    """The fastest law with constant s'' on each interval, where they are cut until little is lost by that."""
     for refinement in range(refinements + 1):
         limits = law_limits(path.robot, path.limits, intervals, factors)
-        x, u = fastest_law(intervals.lengths, limits.rows, limits.most, intervals.rests)
-        times = _times(intervals, x)
-        lost = times * limits.looseness(x, u)
+        law = Law(intervals, *fastest_law(intervals.lengths, limits.rows, limits.most, intervals.rests))
+        if refinement == refinements:
+            break
+        times = law.times
+        lost = times * limits.looseness(law.x, law.u)
         loose = np.bincount(intervals.runs, lost) / np.bincount(intervals.runs, times) > LOOSE
-        if refinement == refinements or not loose.any():
+        if not loose.any():
             break
         mean = np.bincount(intervals.runs, times) / np.bincount(intervals.runs)
         worth = np.where(loose, 1.0 / (WASTE * mean), 0.0)[intervals.runs]
@@ -160,16 +213,17 @@ def fastest_on(
         if (parts == 1).all():
             break
         intervals = intervals.split(parts)
-    return intervals, x, u
+    return law
 
 
-def _pieces(intervals: Intervals, x: FloatArray, u: FloatArray, tolerances: FloatArray) -> TimedPieces:
+def _pieces(law: Law, tolerances: FloatArray) -> TimedPieces:
     """Quintics in time that meet the curves, their velocity and acceleration at both ends of each interval.
 
     Intervals are halved until the quintics keep to the curves within their tolerances (runs,).
     """
     for _ in range(MOST_HALVINGS):
-        speeds, d, times = np.sqrt(x), intervals.lengths, _times(intervals, x)
+        intervals, x, u = law
+        speeds, d, times = np.sqrt(x), intervals.lengths, law.times
         q, first, second = intervals.at(np.array([0.0, 1.0]))
         v = np.array([speeds[:-1], speeds[1:]])[..., None]
         states = q, first * v, second * v**2 + first * u[:, None]
@@ -180,41 +234,7 @@ def _pieces(intervals: Intervals, x: FloatArray, u: FloatArray, tolerances: Floa
         rough = missed > tolerances[intervals.runs]
         if not rough.any():
             break
-        intervals, u = intervals.split(1 + rough), np.repeat(u, 1 + rough)
         # Within an interval x is linear in s.
         x = np.insert(x, np.flatnonzero(rough) + 1, (x[:-1] + x[1:])[rough] / 2.0)
+        law = Law(intervals.split(1 + rough), x, np.repeat(u, 1 + rough))
     return TimedPieces(times, coefficients, intervals.segments)
-
-
-def _faster_curves(path: JointPath, runs: Sequence[Run]) -> list[PiecewisePolynomial]:
-    """The curve of each run; where what lies between the waypoints is free, the faster of its own and a smoother one.
-
-    A comparison on few intervals settles most cases.
-    """
-    curves = [smooth_curve(path, run) if run.is_spline else run.curve for run in runs]
-    undecided = [k for k, run in enumerate(runs) if run.is_spline]
-    for fewest, refinements, handicap in COMPARISONS:
-        if undecided:
-            rivals = [runs[k] for k in undecided]
-            own, smooth = (
-                _durations(path, cut(rivals, options, path.limits.velocity, fewest), refinements)
-                for options in ([run.curve for run in rivals], [curves[k] for k in undecided])
-            )
-            undecided = np.array(undecided)[own < smooth * handicap].tolist()
-    for k in undecided:
-        curves[k] = runs[k].curve
-    return curves
-
-
-def _durations(path: JointPath, intervals: Intervals, refinements: int) -> FloatArray:
-    """The shortest of each run, about."""
-    intervals, x, _ = fastest_on(path, intervals, np.ones(len(path.durations)), refinements)
-    durations: FloatArray = np.bincount(intervals.runs, _times(intervals, x)).astype(np.float64)
-    return durations
-
-
-def _times(intervals: Intervals, x: FloatArray) -> FloatArray:
-    """(intervals,), s, at constant s''."""
-    speeds = np.sqrt(x)
-    times: FloatArray = 2.0 * intervals.lengths / (speeds[:-1] + speeds[1:])
-    return times

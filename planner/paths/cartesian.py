@@ -15,7 +15,7 @@ from planner.errors import (
     SingularPath,
     UnreachableWaypoint,
 )
-from planner.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import all_solutions, inverse_kinematics
 from planner.kinematics.poses import Pose, poses_as_dicts
@@ -226,13 +226,16 @@ def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, Float
         return None
     middle, half = np.where(limited, (lower + upper) / 2.0, 0.0), np.where(limited, (upper - lower) / 2.0, np.inf)
     polynomials = derivatives_on_unit_time(curve.coefficients, curve.lengths, 1)[0].minus(middle)
-    for piece in range(len(curve.lengths)):
-        _, joint, unit, value = largest_magnitude(polynomials.of(np.array([piece])), half[None])
-        if abs(value) > half[joint] * (1.0 + BEYOND):
-            break
-    else:
+    if (np.abs(polynomials.bernstein).max(axis=2) <= half).all():  # these bound the curve: mostly they settle it
         return None
-    start, end = float(curve.breakpoints[piece]), float(curve.breakpoints[piece] + unit * curve.lengths[piece])
+    count = len(curve.lengths)
+    found = largest_magnitudes(polynomials, np.broadcast_to(half, (count, len(half))), np.arange(count))
+    beyond = np.flatnonzero(np.abs(found.values) > half[found.joints] * (1.0 + BEYOND))
+    if not len(beyond):
+        return None
+    piece, joint = int(beyond[0]), int(found.joints[beyond[0]])
+    start = float(curve.breakpoints[piece])
+    end = start + float(found.units[piece] * curve.lengths[piece])
     for _ in range(50):  # the crossing, by bisection
         u = (start + end) / 2.0
         position = curve.evaluate(np.array([u]), [0])[0][0]

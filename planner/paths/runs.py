@@ -131,7 +131,8 @@ def build_run(
             parts.append(leaving.leaving)
             start = leaving.end
             corners.append(len(owners) + 1)
-        own = curve.between(start, end if arriving is None else arriving.start)
+        whole_segment = leaving is None and arriving is None
+        own = curve if whole_segment else curve.between(start, end if arriving is None else arriving.start)
         parts.append(own)
         owners += [segment] * (len(own.lengths) + (leaving is not None) + (arriving is not None))
         if arriving is not None:
@@ -178,9 +179,29 @@ class _Builder:
         self.times = (travels / self.speeds).max(axis=1)
 
     def curves(self) -> list[PiecewisePolynomial]:
-        """Of each segment from the first to the last, in order."""
-        segments = range(self.first, self.last)
-        return [self.tool[segment] if segment in self.tool else self._joint_motion(segment) for segment in segments]
+        """Of each segment from the first to the last, in order.
+
+        Joint motions are straight; where a waypoint at their end is passed exactly, quintics. Between two of them each
+        joint passes with the harmonic mean of its slopes, zero where it turns back, so that none overshoots (Fritsch
+        and Butland 1984). Beside a motion of the tool they go on like that.
+        """
+        first, last = self.first, self.last
+        lengths, positions = self.times[first:last], self.positions[first : last + 1]
+        means = np.diff(positions, axis=0) / lengths[:, None]
+        starts, ends = np.stack([means, np.zeros_like(means)]), np.stack([means, np.zeros_like(means)])
+        passed = [isinstance(waypoint.transition, ThroughTransition) for waypoint in self.waypoints[first + 1 : last]]
+        starts[0, 1:][passed] = ends[0, :-1][passed] = _slopes_between(means[:-1], means[1:])[passed]
+        for segment, curve in self.tool.items():
+            k = segment - first
+            if segment > first and passed[k - 1]:
+                ends[:, k - 1] = np.concatenate(curve.evaluate(np.zeros(1), [1, 2]))
+            if segment < last - 1 and passed[k]:
+                starts[:, k + 1] = np.concatenate(curve.evaluate(curve.breakpoints[-1:], [1, 2]))
+        coefficients = quintic_hermite(lengths, (positions[:-1], *starts), (positions[1:], *ends))
+        return [
+            self.tool[first + k] if first + k in self.tool else PiecewisePolynomial(lengths[k : k + 1], own[None])
+            for k, own in enumerate(coefficients)
+        ]
 
     def _tool_motion(self, segment: int) -> PiecewisePolynomial:
         """A motion of the tool, as long as its joints take at full speed; one that continues another, at its pace."""
@@ -206,37 +227,13 @@ class _Builder:
             raise InvalidProblem([(pointer, message)], remedies)
         return curve.stretched(factor)
 
-    def _joint_motion(self, segment: int) -> PiecewisePolynomial:
-        """Straight; where a waypoint at its end is passed exactly, a quintic that meets what comes there."""
-        length = np.array([self.times[segment]])
-        start, end = self.positions[segment : segment + 1], self.positions[segment + 1 : segment + 2]
-        slopes = [self._derivatives(k, segment) for k in (segment, segment + 1)]
-        return PiecewisePolynomial(length, quintic_hermite(length, (start, *slopes[0]), (end, *slopes[1])))
 
-    def _derivatives(self, k: int, segment: int) -> tuple[FloatArray, FloatArray]:
-        """First and second derivative (1, joints) of a joint motion at waypoint k.
-
-        Towards a motion of the tool they are that motion's. Between two joint motions each joint passes with the
-        harmonic mean of its slopes, zero where it turns back, so that none overshoots (Fritsch and Butland 1984).
-        """
-        mean = self._slope(segment)
-        if k in (self.first, self.last) or not isinstance(self.waypoints[k].transition, ThroughTransition):
-            return mean, np.zeros_like(mean)
-        if k - 1 in self.tool:
-            first, second = self.tool[k - 1].evaluate(self.tool[k - 1].breakpoints[-1:], [1, 2])
-            return first, second
-        if k in self.tool:
-            first, second = self.tool[k].evaluate(np.zeros(1), [1, 2])
-            return first, second
-        before, after = self._slope(k - 1), self._slope(k)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            harmonic = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
-        steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))
-        return np.clip(harmonic, -steepest, steepest), np.zeros_like(mean)
-
-    def _slope(self, segment: int) -> FloatArray:
-        mean: FloatArray = (self.positions[segment + 1] - self.positions[segment])[None] / self.times[segment]
-        return mean
+def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
+    """(N, joints), at waypoints between motions of these mean slopes."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        harmonic = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
+    steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))
+    return np.clip(harmonic, -steepest, steepest)
 
 
 def _leaves_the_limits(

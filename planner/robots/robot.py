@@ -118,6 +118,11 @@ class Robot:
         """Pinocchio's scratch space. One per process: planning is single-threaded."""
         return self.model.createData()
 
+    @cached_property
+    def pool(self) -> pin.ModelPool:
+        """The same for what Pinocchio computes of many states at once, on one thread."""
+        return pin.ModelPool(self.model, 1)
+
     @property
     def dof(self) -> int:
         """Degrees of freedom."""

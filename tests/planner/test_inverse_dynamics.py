@@ -107,6 +107,15 @@ def test_torques_obey_lagrange(robot_id: str) -> None:
     assert inverse_dynamics(robot, q, v, a) == pytest.approx(expected, abs=1e-4)
 
 
+@pytest.mark.parametrize("count", [0, 1, 2, 200])
+@pytest.mark.parametrize("robot", [two_links(), load_robot("kuka_kr16_l6_2")], ids=lambda robot: robot.id)
+def test_many_states_at_once_are_each_by_itself(robot: Robot, count: int) -> None:
+    robot = robot.with_payload(Payload(4.0, (0.05, -0.02, 0.12), (0.02, 0.03, 0.04)))
+    q, v, a = np.random.default_rng(3).uniform(-2.0, 2.0, (3, count, 2 * robot.dof))[..., ::2]  # not contiguous
+    each = [pin.rnea(robot.model, robot.data, *state) for state in zip(q, v, a, strict=True)]
+    assert np.array_equal(inverse_dynamics(robot, q, v, a), np.reshape(each, (count, robot.dof)))
+
+
 def test_without_masses_there_are_no_torques() -> None:
     still = np.zeros((1, 6))
     with pytest.raises(MissingDynamics):
