@@ -11,7 +11,7 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
-from planner.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES
 from planner.polynomials import differentiate, horner
@@ -117,29 +117,28 @@ class _Motion:
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
         """What it takes of the kept limits, where that is more than they are."""
         needs: Needs = {}
+        segments, groups = np.unique(self.segments, return_inverse=True)
 
-        def note(quantity: str, piece: int, joint: int, value: float) -> None:
-            key = quantity, int(self.segments[piece]), joint
-            if quantity in kept and value > limit_of(limits, *key):
-                needs[key] = max(value, needs.get(key, 0.0))
+        def note(quantity: str, segments: np.ndarray, joint: int, values: FloatArray) -> None:
+            for segment, value in zip(segments.tolist(), np.abs(values).tolist(), strict=True):
+                key = quantity, segment, joint
+                if quantity in kept and value > limit_of(limits, *key):
+                    needs[key] = max(value, needs.get(key, 0.0))
 
         derivatives = derivatives_on_unit_time(self.coefficients, self.lengths, len(RATES) + 1)
         for order, quantity in enumerate(RATES, 1):
-            bounds = np.abs(derivatives.bernstein[order]).max(axis=(2, 3))
-            for piece, joint in np.argwhere(bounds > getattr(limits, quantity)[self.segments]).tolist():
-                only = np.full((1, self.robot.dof), np.inf)
-                only[0, joint] = 1.0
-                *_, value = largest_magnitude(derivatives[order].of(np.array([piece])), only)
-                note(quantity, piece, joint, abs(value))
+            for joint in range(self.robot.dof):
+                only = np.full((len(groups), self.robot.dof), np.inf)
+                only[:, joint] = 1.0
+                note(quantity, segments, joint, largest_magnitudes(derivatives[order], only, groups).values)
         sampled = {}
         if self.robot.has_dynamics and np.isfinite(limits.torque).any():
             sampled["torque"] = np.abs(self.torques(self.robot))
         if np.isfinite(limits.tcp_linear_velocity).any() or np.isfinite(limits.tcp_angular_velocity).any():
             sampled |= dict(zip(TCP_QUANTITIES, tool_speeds(self.robot, *self.samples()[:2]), strict=True))
         for quantity, values in sampled.items():
-            largest = values.reshape(len(self.segments), SAMPLES, -1).max(axis=1)
-            for piece, joint in np.ndindex(largest.shape):
-                note(quantity, piece, joint, float(largest[piece, joint]))
+            for joint, column in enumerate(values.reshape(len(self.segments) * SAMPLES, -1).T):
+                note(quantity, self.segments, joint, column.reshape(-1, SAMPLES).max(axis=1))
         return needs
 
     def samples(self) -> list[FloatArray]:
