@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.assembly import TimedPieces
-from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
+from planner.backends.demands import SampledLimits, infeasible_duration, largest_of_each, nothing_limits
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
@@ -180,30 +180,28 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
     segments, groups = np.unique(pieces.segments, return_inverse=True)
-    causes: list[tuple[str, FloatArray, np.ndarray | None]] = []
+    worst = [Demand(0.0, "nothing asks", None)] * len(segments)
+
+    def note(group: int, factor: float, cause: str, joint: str | None) -> None:
+        if factor > worst[group].factor:
+            worst[group] = Demand(factor, cause, joint)
+
     orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
     derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES) + 1)
     for order in orders:
         limit = getattr(path.limits, RATES[order])[pieces.segments]
         found = largest_magnitudes(derivatives[order], limit, groups)
-        use = np.abs(found.values) / limit[found.pieces, found.joints]
-        causes.append((f"the {RATES[order]} limit of", use ** (1.0 / order), found.joints))
+        factors = (np.abs(found.values) / limit[found.pieces, found.joints]) ** (1.0 / order)
+        for group, (factor, joint) in enumerate(zip(factors.tolist(), found.joints.tolist(), strict=True)):
+            name = path.robot.joint_names[joint]
+            note(group, factor, f"the {RATES[order]} limit of {name} asks", name)
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
         owners, *states = _samples(derivatives, pieces.lengths, groups)
-        factors = np.zeros(len(segments))
-        np.maximum.at(factors, owners, sampled.stretch(segments[owners], segments[owners], *states))
-        causes.append(("the torque or tool speed limits", factors, None))
-    result = {}
-    for row, segment in enumerate(segments.tolist()):
-        cause, needed, joints = max(causes, key=lambda each: each[1][row])
-        name = None if joints is None else path.robot.joint_names[joints[row]]
-        if needed[row] <= 0.0:
-            result[segment] = Demand(0.0, "nothing asks", None)
-        else:
-            asks = f"{cause} ask" if name is None else f"{cause} {name} asks"
-            result[segment] = Demand(float(needed[row]), asks, name)
-    return result
+        factors, causes = sampled.stretch(segments[owners], segments[owners], *states)
+        for group, at in enumerate(largest_of_each(factors, owners).tolist()):
+            note(group, float(factors[at]), *sampled.causes[causes[at]])
+    return dict(zip(segments.tolist(), worst, strict=True))
 
 
 def _samples(

@@ -27,6 +27,7 @@ class SampledLimits:
 
     Attributes:
         limited: (segments,), where there is any.
+        causes: The limits there are: for a message, with a verb, and the joint's name if it is one of a joint.
     """
 
     def __init__(self, robot: Robot, limits: SegmentLimits) -> None:
@@ -34,6 +35,11 @@ class SampledLimits:
         self.linear, self.angular = limits.tcp_linear_velocity, limits.tcp_angular_velocity
         self.torque = limits.torque if robot.has_dynamics else np.full_like(limits.torque, np.inf)
         self.limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
+        self.causes: list[tuple[str, str | None]] = [
+            *((f"the torque limit of {name} asks", name) for name in robot.joint_names),
+            ("the limit of the tool's speed asks", None),
+            ("the limit of the tool's angular speed asks", None),
+        ]
 
     def stretch(
         self,
@@ -42,8 +48,10 @@ class SampledLimits:
         positions: FloatArray,
         velocities: FloatArray,
         accelerations: FloatArray,
-    ) -> FloatArray:
-        """(N,): the factor on all times with which a sample keeps these limits, less than 1 where it could be faster.
+    ) -> tuple[FloatArray, np.ndarray]:
+        """(N,): factors on all times with which samples keep these limits, less than 1 where they could be faster.
+
+        And (N,): index of the cause of each.
 
         Args:
             rows: (N,), of the limits.
@@ -56,14 +64,13 @@ class SampledLimits:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
         linear, angular, torque = self.linear[rows], self.angular[rows], self.torque[rows]
-        needed = np.zeros(len(rows))
+        needed = np.zeros((len(rows), len(self.causes)))
         if np.isfinite(linear).any() or np.isfinite(angular).any():
             speeds = tool_speeds(self.robot, positions, velocities)
-            needed = np.maximum(speeds[0] / linear, speeds[1] / angular)
+            needed[:, -2], needed[:, -1] = speeds[0] / linear, speeds[1] / angular
         if np.isfinite(torque).any():
-            states = positions, velocities, accelerations
-            needed = np.maximum(needed, self._stretch_for_torque(torque, segments, *states))
-        return needed * SAMPLED_MARGIN
+            needed[:, :-2] = self._stretch_for_torque(torque, segments, positions, velocities, accelerations)
+        return needed.max(axis=1) * SAMPLED_MARGIN, needed.argmax(axis=1)
 
     def _stretch_for_torque(
         self,
@@ -73,14 +80,22 @@ class SampledLimits:
         velocities: FloatArray,
         accelerations: FloatArray,
     ) -> FloatArray:
-        """With q(t / T) the torque is g(q) + b / T^2, b being the torque of T = 1 without gravity."""
+        """(N, joints). With q(t / T) the torque is g(q) + b / T^2, b being the torque of T = 1 without gravity."""
         still = np.zeros_like(positions)
         gravity = inverse_dynamics(self.robot, positions, still, still)
         refuse_what_gravity_exceeds(self.robot, segments, gravity, limit)
         inertial = inverse_dynamics(self.robot, positions, velocities, accelerations) - gravity
         headroom = limit - np.sign(inertial) * gravity
-        factors: FloatArray = np.sqrt((np.abs(inertial) / headroom).max(axis=1))
+        factors: FloatArray = np.sqrt(np.abs(inertial) / headroom)
         return factors
+
+
+def largest_of_each(values: FloatArray, owners: np.ndarray) -> np.ndarray:
+    """(owners,): index of the largest of the values (N,) of each owner (N,), from 0 on without gaps."""
+    order = np.argsort(values, kind="stable")
+    largest = np.empty(int(owners.max()) + 1, dtype=int)
+    largest[owners[order]] = order  # the last one stays
+    return largest
 
 
 def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:

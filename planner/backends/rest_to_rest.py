@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.assembly import TimedPieces
-from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
+from planner.backends.demands import SampledLimits, infeasible_duration, largest_of_each, nothing_limits
 from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
@@ -114,11 +114,11 @@ def choose_durations(
     if len(unlimited):
         raise nothing_limits(int(motions.segments[unlimited[0]]))
     start = np.where(free, shortest, np.maximum(shortest, asked))
-    stretched = _stretched(motions, start, laws_of)
+    stretched, causes = _stretched(motions, start, laws_of)
     shortest = np.where(stretched > start, stretched, shortest)
     short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE))
     if len(short):
-        raise _infeasible(motions, bounds, shortest, short)
+        raise _infeasible(motions, bounds, causes, shortest, short)
     durations: FloatArray = np.where(free, shortest, asked)
     return durations
 
@@ -150,8 +150,8 @@ def _piece_lengths(laws: UnitLaws, durations: FloatArray) -> FloatArray:
 
 def _stretched(
     motions: StraightMotions, durations: FloatArray, laws_of: Callable[[FloatArray], UnitLaws]
-) -> FloatArray:
-    """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits.
+) -> tuple[FloatArray, dict[int, tuple[str, str | None]]]:
+    """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits; by row, which asks.
 
     What a law needs does not depend on the duration. Laws whose shape does (a trapezoid with its own times)
     are looked at again at each longer duration, until nothing changes.
@@ -159,41 +159,48 @@ def _stretched(
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
-    sampled = SampledLimits(motions.robot, motions.limits)
-    laws = None
+    sampled, durations = SampledLimits(motions.robot, motions.limits), durations.copy()
+    laws: UnitLaws | None = None
+    causes: dict[int, tuple[str, str | None]] = {}
     for _ in range(MOST_STRETCHES):
         before, laws = laws, laws_of(durations)
         if laws is before or not sampled.limited.any():
             break
-        owners, states = _samples(motions, laws, np.flatnonzero(sampled.limited))
-        needed = np.zeros(len(durations))
-        np.maximum.at(needed, owners, sampled.stretch(owners, motions.segments[owners], *states))
-        limited = needed > durations * (1.0 + DURATION_TOLERANCE)
-        durations = np.where(limited, needed, durations)
-    return durations
+        rows = np.flatnonzero(sampled.limited)
+        owners, states = _samples(motions, laws, rows)
+        factors, asks = sampled.stretch(rows[owners], motions.segments[rows[owners]], *states)
+        worst = largest_of_each(factors, owners)
+        limited = factors[worst] > durations[rows] * (1.0 + DURATION_TOLERANCE)
+        causes |= {row: sampled.causes[asks[at]] for row, at in zip(rows[limited], worst[limited], strict=True)}
+        durations[rows[limited]] = factors[worst[limited]]
+    return durations, causes
 
 
 def _samples(motions: StraightMotions, laws: UnitLaws, rows: np.ndarray) -> tuple[np.ndarray, list[FloatArray]]:
-    """Row (N,) of each sample, and position, velocity and acceleration (N, joints) there."""
+    """Index (N,) into the rows of each sample, and position, velocity and acceleration (N, joints) there."""
     owners, states = [], []
-    for row in rows.tolist():
+    for owner, row in enumerate(rows.tolist()):
         travel = motions.travels[row]
         count = int(np.clip(SAMPLES_PER_RADIAN * np.abs(travel).max(), FEWEST_SAMPLES, MOST_SAMPLES))
         s, ds, dds = laws.sample(row, count)
-        owners.append(np.full(len(s), row))
+        owners.append(np.full(len(s), owner))
         states.append((motions.starts[row] + s * travel, ds * travel, dds * travel))
     return np.concatenate(owners), [np.concatenate(parts) for parts in zip(*states, strict=True)]
 
 
 def _infeasible(
-    motions: StraightMotions, bounds: dict[str, FloatArray], shortest: FloatArray, short: np.ndarray
+    motions: StraightMotions,
+    bounds: dict[str, FloatArray],
+    causes: dict[int, tuple[str, str | None]],
+    shortest: FloatArray,
+    short: np.ndarray,
 ) -> InfeasibleDuration:
     row = int(short[0])
     by_joint = {quantity: float(bound[row].max()) for quantity, bound in bounds.items()}
     quantity = max(by_joint, key=by_joint.__getitem__)
     joint = None
-    if by_joint[quantity] < shortest[row]:
-        cause = "the torque or tool speed limits ask"
+    if row in causes:
+        cause, joint = causes[row]
     elif quantity == RAMPS:
         cause = "the acceleration and deceleration times ask"
     else:

@@ -230,7 +230,7 @@ def test_a_duration_too_short_for_the_tool_speed_is_refused_with_a_remedy_that_w
     with pytest.raises(InfeasibleDuration) as refusal:
         plan(replace(problem, waypoints=hurried))
     assert refusal.value.joint is None
-    (remedy,) = refusal.value.remedies
+    remedy, *_ = refusal.value.remedies
     mended = (hurried[0], replace(hurried[1], duration=remedy.value), hurried[2])
     assert plan(replace(problem, waypoints=mended)).certificate.satisfied
 

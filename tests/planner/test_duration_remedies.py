@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from dataclasses import replace
 from typing import Any
@@ -130,6 +131,22 @@ def test_a_tool_speed_on_a_line(robot: Robot) -> None:
         # 0.3 m in 2 s take 0.15 m/s on average, and no more than the quintic's peak.
         assert 0.15 < remedy.value <= 1.01 * 0.15 * 1.875
         assert plan(applied(problem, [remedy])).trajectory.duration == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("kind", sorted(BACKENDS))
+def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> None:
+    weak = robot.limit("torque") * [1.0, 0.33, 1.0, 1.0, 1.0, 1.0]
+    for limits, cause in (
+        (Limits(tcp_linear_velocity=0.1), "the limit of the tool's speed asks"),
+        (Limits(tcp_angular_velocity=0.1), "the limit of the tool's angular speed asks"),
+        (Limits(torque=tuple(weak.tolist())), "the torque limit of joint_a2 asks"),
+        (Limits(velocity_scale=0.1), "(the velocity limit of|the limits of) joint_a1 asks?"),
+    ):
+        with pytest.raises(InfeasibleDuration, match=cause) as refusal:
+            plan(hurried(robot, kind, 1.2, limits=limits))
+        assert refusal.value.segment == 0
+        joint = re.search("joint_a.", cause)
+        assert refusal.value.joint == (joint and joint.group())
 
 
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal"])
