@@ -13,7 +13,7 @@ its jerk, by their units:
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -61,7 +61,7 @@ class RetimingCost(Aim):
     time_weight: float
 
     def _rows(self, states: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """y (rows, points), the sum of its sizes by b^power (points,), and half the slope of its size by y."""
+        """The rows y (rows, points), the sum of their sizes (points,), and of each size half its slope by y, by y."""
         b, a, c = states
         y = self.by_b * b + self.by_a * a + self.by_c * c + self.offset
         if not self.absolute:
@@ -107,6 +107,13 @@ class RetimingCost(Aim):
         return result
 
 
+class FoundLaw(NamedTuple):
+    """A law, and whether nothing better is left."""
+
+    law: CurveLaw
+    converged: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Search:
     """The search for the law of least cost along the curve of a run.
@@ -131,8 +138,8 @@ class Search:
     knots: int
     stop_at: float | None
 
-    def improved(self, law: PiecewisePolynomial, margin: float) -> tuple[CurveLaw, bool] | None:
-        """A better law than a first one, and whether nothing better is left; None: the durations cannot be met.
+    def improved(self, law: PiecewisePolynomial, margin: float) -> FoundLaw | None:
+        """A better law than a first one; None: the durations cannot be met.
 
         Args:
             law: s(t), with a breakpoint where the curve has one.
@@ -148,7 +155,7 @@ class Search:
             if (np.abs(missed) > NEARLY * asked.durations).any():
                 return None
             law = retimed(law, _on_time(law, found.unknowns, asked))
-        return limits.on_segments(law), found.converged
+        return FoundLaw(limits.on_segments(law), found.converged)
 
     def _aim(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> RetimingCost:
         """The cost of retiming a law."""
@@ -161,13 +168,8 @@ class Search:
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
             by_b, by_a, by_c, gravity = limits.sampled.torques_at(s, ds, dds)
             rows = (by_b * unit, by_a * unit, by_c * unit, gravity * unit)
-        return RetimingCost(
-            *(row.reshape(s.size, -1).T for row in rows),
-            power=exponent,
-            absolute=by_work,
-            duration=Duration(law.lengths),
-            time_weight=self.time_weight,
-        )
+        by_b, by_a, by_c, offset = (row.reshape(s.size, -1).T for row in rows)
+        return RetimingCost(by_b, by_a, by_c, offset, exponent, by_work, Duration(law.lengths), self.time_weight)
 
     def _asked(self, law: CurveLaw) -> AskedDurations:
         weights = Duration(law.law.lengths).weights.reshape(-1, len(law.segments))

@@ -47,6 +47,9 @@ MOST_STEPS, FIRST_CENTRING, LEAST_CENTRING = 80, 0.2, 0.15
 TO_THE_WALL = 0.98
 """Of the way to where a limit is reached (or an unknown vanishes), what a step goes."""
 
+BARRIER_KEPT = 0.1
+"""Share of what a step promises to gain that the barrier is kept at: the limits are not to be met before all else."""
+
 LEAST_STEP = 1e-6
 """Share of a step: where no more of it can be made, what is asked is not within the limits."""
 
@@ -263,7 +266,7 @@ def best_retiming(
     barrier, value, centring = _Barrier(limits, states), aim.value(states), FIRST_CENTRING
     count = 2 * barrier.over.size
     dual_over, dual_under = value / count / barrier.over, value / count / barrier.under
-    multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, np.inf
+    multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, 0.0
     for _ in range(MOST_STEPS):
         gap = float(np.einsum("lp,lp->", dual_over, barrier.over) + np.einsum("lp,lp->", dual_under, barrier.under))
         missed = asked.missed(states[0])
@@ -271,7 +274,7 @@ def best_retiming(
             return Retiming(x, converged=True)
         if stop_at is not None and time.monotonic() > stop_at:
             break
-        push = centring * gap / count
+        push = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
         push_over, push_under = push / barrier.over, push / barrier.under
         stiff_over, stiff_under = dual_over / barrier.over, dual_under / barrier.under
         concave = _over_limits(dual_over + dual_under, limits.inverse) - multipliers @ asked.weights
