@@ -29,6 +29,7 @@ from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
+    from planner.backends.along_curve import CurveLaw
     from planner.backends.minimum_effort import MinimumEffort
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
@@ -93,55 +94,54 @@ class OnCurve(Optimum):
     def find(self) -> TimedPieces:
         """The best motion within the limits."""
         law = fastest_law(self.path, self.run)
-        if len(self.asked) > 1 and not self.free.all():
-            return self._at_times(law.law)
-        fastest, asked, weight = follow_curve(self.run, law), float(self.asked[0]), self.options.time_weight
-        candidates = [in_its_time(self.path, self.run, asked, fastest, self.enforced)]
-        if weight is None and self.free.all():
-            quintic = stretched(time_run(self.path, self.run, 5, self.enforced), self.options.slowdown)
-            shortest = candidates.pop()
-            factor = max(float(quintic.lengths.sum() / shortest.lengths.sum()), 1.0)
-            candidates = [stretched(shortest, factor), quintic]
-        duration = float(candidates[0].lengths.sum())
-        first = law.law.stretched(duration / float(law.law.lengths.sum()))
-        parts = np.ones((int(weight is None or not self.free.all()), len(self.asked)), dtype=bool)
-        found = self._search(first, parts, np.full(len(parts), duration))
+        known, refusal = self._known(law)
+        found = self._search(law.law, self.durations(known[0]) if known else self.asked)
         if found is not None:
-            candidates.append(found)
-        elif most_demanding(demands(self.path, candidates[0], self.enforced).values()).factor > 1.0 / NO_CHOICE:
-            self.converged = True
-        return min(candidates, key=self.price)
+            return min([*known, found], key=self.price)
+        if refusal and not known:
+            raise refusal
+        needed = most_demanding(demands(self.path, known[0], self.enforced).values()).factor
+        self.converged = needed > 1.0 / NO_CHOICE
+        return min(known, key=self.price)
 
-    def _at_times(self, law: PiecewisePolynomial) -> TimedPieces:
-        """Where durations are asked of some of several segments; the others share the time that the quintic gives them.
+    def _known(self, law: CurveLaw) -> tuple[list[TimedPieces], InfeasibleDuration | None]:
+        """What is within the limits without a search, the fastest law first; and the quintic's refusal if it is not.
 
         Raises:
             InfeasibleDuration: What is asked is too short.
         """
-        candidates, durations = [], self.asked
+        known: list[TimedPieces] = []
+        refusal = None
         try:
-            candidates.append(time_run(self.path, self.run, 5, self.enforced))
-            durations = self.durations(candidates[0])
+            known.append(time_run(self.path, self.run, 5, self.enforced))
         except InfeasibleDuration as error:
-            if self.free.any():
-                raise
             refusal = error
-        parts = np.eye(len(durations), dtype=bool)[~self.free]
-        if self.free.any() and self.options.time_weight is None:
-            parts = np.vstack([parts, self.free])
-        first = law.stretched(float(durations.sum() / law.lengths.sum()))
-        found = self._search(first, parts, parts @ durations)
-        if found is not None:
-            candidates.append(found)
-        if not candidates:
+        if self.free.all():
+            known[0] = stretched(known[0], self.options.slowdown)
+        if self.free.all() or len(self.asked) == 1:
+            pieces = follow_curve(self.run, law)
+            fastest = in_its_time(self.path, self.run, float(self.asked[0]), pieces, self.enforced)
+            if self.free.all() and self.options.time_weight is None:
+                fastest = stretched(fastest, max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
+            known.insert(0, fastest)
+        elif refusal and self.free.any():
             raise refusal
-        return min(candidates, key=self.price)
+        return known, refusal
 
-    def _search(self, law: PiecewisePolynomial, parts: np.ndarray, durations: FloatArray) -> TimedPieces | None:
-        """The optimum from a first law, of parts of these durations; None: none was found that keeps the limits."""
-        weight = self.options.time_weight or 0.0
-        knots = max(self.options.knots, FEWEST_INTERVALS * len(self.asked))
-        search = Search(self.path, self.run, self.cost, weight, parts, durations, knots, self.stop_at)
+    def _search(self, law: PiecewisePolynomial, durations: FloatArray) -> TimedPieces | None:
+        """The optimum; None: none was found that keeps the limits.
+
+        Args:
+            law: To begin with, in any time.
+            durations: (segments,), s: those asked; those that are not asked are met together, unless time has a weight.
+        """
+        weight = self.options.time_weight
+        parts = np.eye(len(durations), dtype=bool)[~self.free]
+        if self.free.any() and weight is None:
+            parts = np.vstack([parts, self.free])
+        knots = max(self.options.knots, FEWEST_INTERVALS * len(durations))
+        law = law.stretched(float(durations.sum() / law.lengths.sum()))
+        search = Search(self.path, self.run, self.cost, weight or 0.0, parts, parts @ durations, knots, self.stop_at)
         margin = FIRST_MARGIN
         for _ in range(MOST_REPAIRS):
             found = search.improved(law, margin)
