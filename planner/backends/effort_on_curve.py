@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.effort_stage import SMOOTHING
-from planner.backends.jerk_limited import LimitsOnCurve, parted, retimed, retimed_lengths
+from planner.backends.jerk_limited import COARSE, LimitsOnCurve, parted, retimed, retimed_lengths
 from planner.backends.retiming import LEAST_CURVATURE, Aim, AskedDurations, Duration, QuadraticSpline, best_retiming
 
 if TYPE_CHECKING:
@@ -147,8 +147,9 @@ class Search:
         """
         limits = LimitsOnCurve(self.path, self.run, knows_torques=self.cost.objective != "jerk")
         for gap in ROUNDS:
-            shares = law.lengths / law.lengths.sum()
-            law = parted(law, np.ceil(shares * self.knots).astype(int))
+            even = np.ceil(self.knots * law.lengths / law.lengths.sum()).astype(int)
+            most = limits.used(law)[0]
+            law = parted(law, np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
             asked, within = self._asked(limits.on_segments(law)), _narrowed(limits.along(law), margin)
             found = best_retiming(law.lengths, within, self._aim(limits, law), asked, gap, self.stop_at)
             missed = asked.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
@@ -174,7 +175,7 @@ class Search:
     def _asked(self, law: CurveLaw) -> AskedDurations:
         weights = Duration(law.law.lengths).weights.reshape(-1, len(law.segments))
         own = self.parts[:, law.segments - self.run.first]
-        return AskedDurations((own[:, None] * weights).reshape(len(own), -1), self.durations)
+        return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)
 
 
 def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDurations) -> FloatArray:

@@ -154,7 +154,7 @@ class OnCurve(Optimum):
             if factor <= 1.0 + DURATION_TOLERANCE:
                 self.converged = found.converged
                 return pieces
-            law, margin = found.law.law, margin * factor**3
+            law, margin = found.law.law, margin * min(factor**3, COARSE)
         return None
 
 
