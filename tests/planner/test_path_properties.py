@@ -14,14 +14,13 @@ from planner.kinematics import FloatArray, Pose
 from planner.plan import Plan, plan
 from planner.polynomials import differentiate, horner
 from planner.problem import BlendTransition, CircularMotion, JointMotion
-from tests.planner.problems import path_problems
+from tests.planner.problems import OPTIONS_OF, path_problems
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 DENSE = np.linspace(0.0, 1.0, 17)
 
 
-# min_effort refuses motions of the tool and blends: it chooses the way itself.
-ALONG_PATHS: list[BackEnd] = [BACKENDS[kind]() for kind in sorted(set(BACKENDS) - {"min_effort"})]
+ALONG_PATHS: list[BackEnd] = [BACKENDS[kind](**OPTIONS_OF.get(kind, {})) for kind in sorted(BACKENDS)]
 ALONG_PATHS.append(TimeOptimal(jerk_limited=True))
 
 

@@ -23,7 +23,7 @@ from planner.problem import (
 )
 from planner.robots import Robot, load_robot
 
-KINDS = [kind for kind in BACKENDS if kind != "min_effort"]
+KINDS = list(BACKENDS)
 START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)
 SHOULDER = 1
 
