@@ -35,6 +35,9 @@ IPOPT = {
 }
 """The cost is scaled to about 1, and what it begins with is near the limits already."""
 
+UNNEEDED = {"calc_lam_p": False, "no_nlp_grad": True}
+"""What CasADi would build for the sensitivity of the optimum to the parameters."""
+
 NEARLY_THERE = 1e-6
 """Distance from a waypoint, by the run's travel, up to which an iterate is put onto it."""
 
@@ -107,7 +110,7 @@ class Program:
         self.inequalities = count["g"] - terms.at_via.numel() - 1
         self.watch = _watch_of(count["x"], count["g"], p.numel(), self.inequalities)
         value, derivatives = functions.pop("value"), functions
-        options = {"iteration_callback": self.watch, "print_time": False, **derivatives, "ipopt": IPOPT}
+        options = {"iteration_callback": self.watch, "print_time": False, **UNNEEDED, **derivatives, "ipopt": IPOPT}
         f, g = value(terms.x, p)
         self.solver = ca.nlpsol("least_cost", "ipopt", {"x": terms.x, "p": p, "f": f, "g": g}, options)
         self.motion = ca.Function("motion", [terms.x, p], terms.motion)

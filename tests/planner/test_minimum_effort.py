@@ -225,6 +225,7 @@ def test_a_duration_that_only_the_quintic_finds_too_short() -> None:
     asked = with_durations(free, [0.3 * shortest])
     with pytest.raises(InfeasibleDuration) as refused:
         plan(asked)
+    assert (refused.value.segment, refused.value.joint) == (0, "joint_a4")
     remedy = refused.value.remedies[0]
     assert remedy.change == "/waypoints/1/duration"
     assert plan(with_durations(free, [remedy.value])).trajectory.duration == remedy.value
