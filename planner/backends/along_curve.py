@@ -31,11 +31,14 @@ BISECTIONS = 55
 NO_LENGTH = 1e-9
 """Share of an interval below which a part of it is rounding."""
 
-SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 17, 512
+SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 129, 512
 """At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
 
-FEWEST_ON_A_PIECE = 5
+FEWEST_ON_A_PIECE = 9
 """Where a segment is cut into many short pieces."""
+
+TOOL_SAMPLES = 17
+"""On each piece of a curve, at which the tool's speed is looked at."""
 
 DURATION_TOLERANCE = 1e-9
 """Relative shortfall of an asked duration that is taken for rounding."""
@@ -246,10 +249,10 @@ class ToolSpeeds:
         self.places = np.zeros(1)
         self.use = np.zeros(1)
         if np.isfinite(linear).any() or np.isfinite(angular).any():
-            unit = (np.arange(FEWEST_SAMPLES) + 0.5) / FEWEST_SAMPLES
+            unit = (np.arange(TOOL_SAMPLES) + 0.5) / TOOL_SAMPLES
             self.places = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
             speeds = tool_speeds(path.robot, *curve.evaluate(self.places, [0, 1]))
-            limit = np.repeat(linear, FEWEST_SAMPLES), np.repeat(angular, FEWEST_SAMPLES)
+            limit = np.repeat(linear, TOOL_SAMPLES), np.repeat(angular, TOOL_SAMPLES)
             self.use = np.maximum(speeds[0] / limit[0], speeds[1] / limit[1])
 
     def excess(self, places: FloatArray) -> FloatArray:

@@ -31,7 +31,8 @@ class Stage(NamedTuple):
         gradient: (z, units) -> derivative of the weighted cost (states,).
         slopes: (z) -> derivative of the watched (watched, states).
         curvature: (z, units, cost factor, multipliers of the watched) -> second derivative (states, states) of the
-            sum but for J' D J, its first (states,), D's diagonal (joints,), and J: the torques' slopes (joints, states).
+            sum but for J' D J, its first (states,), D's diagonal (joints,), and J, slopes of the torques (joints,
+            states).
     """
 
     value: ca.Function

@@ -162,7 +162,8 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage) -> dict
     g = ca.vertcat(ca.vec(used * parameters.watched), terms.rest)
     chain = ca.jacobian(ca.vec(terms.states), x)
     by_watched = stage.slopes.map(instants)(terms.states)
-    gradient = (ca.vec(stage.gradient.map(instants)(*at)).T @ chain + ca.jacobian(terms.smooth, x)) * parameters.per_cost
+    by_cost = stage.gradient.map(instants)(*at)
+    gradient = (ca.vec(by_cost).T @ chain + ca.jacobian(terms.smooth, x)) * parameters.per_cost
     of_watched = ca.diag(ca.vec(parameters.watched)) @ (blocks(by_watched, watched) @ chain)
     jacobian = ca.vertcat(of_watched, ca.jacobian(terms.rest, x))
 
