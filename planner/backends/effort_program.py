@@ -33,7 +33,7 @@ INSIDE = 1.0 - 1e-7
 IPOPT = {
     "sb": "yes",
     "print_level": 0,
-    "tol": 3e-5,
+    "tol": 1e-5,
     "constr_viol_tol": 1e-9,
     "bound_relax_factor": 1e-10,
     "mu_init": 1e-3,
