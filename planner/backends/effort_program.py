@@ -1,4 +1,10 @@
-"""Least-cost motions by IPOPT: the program of a robot and layout, built once, solved for any numbers."""
+"""Least-cost motions by IPOPT: the program of a robot and layout, built once, solved for any numbers.
+
+Half of an iteration goes into the second derivative and the slopes of the torques, a third into linear algebra. Beside
+it, measured: fatrop on states and jerks, with derivatives by CasADi, takes 1.5 times as long as this, as IPOPT does on
+the same stages; Gauss-Newton saves a sixth of an iteration and needs up to three times as many; stages compiled by gcc
+halve the time, 0.1 s for 50 knots and six joints, but a robot and payload takes 11 s to compile.
+"""
 
 from __future__ import annotations
 
@@ -34,6 +40,9 @@ IPOPT = {
     "max_iter": 200,
 }
 """The cost is scaled to about 1, and what it begins with is near the limits already."""
+
+UNNEEDED = {"calc_lam_p": False, "no_nlp_grad": True}
+"""What CasADi would build for the sensitivity of the optimum to the parameters."""
 
 NEARLY_THERE = 1e-6
 """Distance from a waypoint, by the run's travel, up to which an iterate is put onto it."""
@@ -107,7 +116,7 @@ class Program:
         self.inequalities = count["g"] - terms.at_via.numel() - 1
         self.watch = _watch_of(count["x"], count["g"], p.numel(), self.inequalities)
         value, derivatives = functions.pop("value"), functions
-        options = {"iteration_callback": self.watch, "print_time": False, **derivatives, "ipopt": IPOPT}
+        options = {"iteration_callback": self.watch, "print_time": False, **UNNEEDED, **derivatives, "ipopt": IPOPT}
         f, g = value(terms.x, p)
         self.solver = ca.nlpsol("least_cost", "ipopt", {"x": terms.x, "p": p, "f": f, "g": g}, options)
         self.motion = ca.Function("motion", [terms.x, p], terms.motion)

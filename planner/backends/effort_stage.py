@@ -28,12 +28,15 @@ class Stage(NamedTuple):
     Attributes:
         value: (z, units) -> weighted cost, and the watched: torques (joints,), then the squares of the tool's speeds
             (m^2/s^2, rad^2/s^2) if asked.
-        slopes: (z, units) -> derivatives (1, states) and (watched, states).
+        gradient: (z, units) -> derivative of the weighted cost (states,).
+        slopes: (z) -> derivative of the watched (watched, states).
         curvature: (z, units, cost factor, multipliers of the watched) -> second derivative (states, states) of the
-            sum, and its first (states,).
+            sum but for J' D J, its first (states,), D's diagonal (joints,), and J, slopes of the torques (joints,
+            states).
     """
 
     value: ca.Function
+    gradient: ca.Function
     slopes: ca.Function
     curvature: ca.Function
 
@@ -74,27 +77,27 @@ def build_stage(robot: Robot, objective: Objective, watches_tool: bool) -> Stage
     multipliers = ca.SX.sym("multipliers", watched.numel())
 
     # With y = dL/dtorques held, the second derivative of L(torques(z), z) is that of y' torques plus J' L'' J: half the
-    # operations of differentiating the whole twice.
+    # operations of differentiating the whole twice. The part of L'' by torques alone is a diagonal: J' and J are
+    # multiplied for all instants at once, by the caller.
     seeds = ca.SX.sym("seeds", watched.numel())
     slopes = ca.jacobian(watched, z)
     bent = ca.hessian(ca.dot(seeds, watched), z)[0]
     own = factor * of_torques
-    both = ca.vertcat(torques, z)
-    second, first = ca.hessian(own, both)
-    here = [watched[:n]]
-    second, first = (ca.substitute([expression], [torques], here)[0] for expression in (second, first))
-    chain = ca.vertcat(slopes[:n, :], ca.SX.eye(z.numel()))
+    second, first = ca.hessian(own, ca.vertcat(torques, z))
+    second, first = (ca.substitute([expression], [torques], [watched[:n]])[0] for expression in (second, first))
     held = multipliers + ca.vertcat(first[:n], ca.SX(watched.numel() - n, 1))
-    hessian = chain.T @ second @ chain + ca.substitute([bent], [seeds], [held])[0]
-    gradient = chain.T @ first + slopes.T @ multipliers
+    crossed = slopes[:n, :].T @ second[:n, n:]
+    hessian = second[n:, n:] + crossed + crossed.T + ca.substitute([bent], [seeds], [held])[0]
+    gradient = first[n:] + slopes.T @ held
     arguments: list[Any] = [z, units]
     return Stage(
         ca.Function("value", arguments, [cost, watched], {"cse": True}),
-        ca.Function("slopes", arguments, [ca.densify(ca.jacobian(cost, z)), ca.densify(slopes)], {"cse": True}),
+        ca.Function("gradient", arguments, [ca.densify(ca.gradient(cost, z))], {"cse": True}),
+        ca.Function("slopes", [z], [ca.densify(slopes)], {"cse": True}),
         ca.Function(
             "curvature",
             [*arguments, factor, multipliers],
-            [ca.densify(hessian), ca.densify(gradient)],
+            [ca.densify(hessian), ca.densify(gradient), ca.densify(ca.diag(second[:n, :n])), ca.densify(slopes[:n, :])],
             {"cse": True},
         ),
     )

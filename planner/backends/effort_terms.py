@@ -161,7 +161,8 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage) -> dict
     f = (ca.sum2(cost) + terms.smooth) * parameters.per_cost
     g = ca.vertcat(ca.vec(used * parameters.watched), terms.rest)
     chain = ca.jacobian(ca.vec(terms.states), x)
-    by_cost, by_watched = stage.slopes.map(instants)(*at)
+    by_watched = stage.slopes.map(instants)(terms.states)
+    by_cost = stage.gradient.map(instants)(*at)
     gradient = (ca.vec(by_cost).T @ chain + ca.jacobian(terms.smooth, x)) * parameters.per_cost
     of_watched = ca.diag(ca.vec(parameters.watched)) @ (blocks(by_watched, watched) @ chain)
     jacobian = ca.vertcat(of_watched, ca.jacobian(terms.rest, x))
@@ -169,13 +170,17 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage) -> dict
     factor, multipliers = ca.MX.sym("factor"), ca.MX.sym("multipliers", g.numel())
     of_stage, of_rest = ca.vertsplit(multipliers, [0, watched * instants, g.numel()])
     weights = ca.reshape(of_stage, watched, instants) * parameters.watched
-    second, first = stage.curvature.map(instants)(*at, ca.repmat(factor * parameters.per_cost, 1, instants), weights)
+    second, first, stiffness, by_torques = stage.curvature.map(instants)(
+        *at, ca.repmat(factor * parameters.per_cost, 1, instants), weights
+    )
+    of_torques = blocks(by_torques, stiffness.shape[0]) @ chain
     held = ca.MX.sym("held", states * instants)
     other = (
         factor * parameters.per_cost * terms.smooth + ca.dot(of_rest, terms.rest) + ca.dot(held, ca.vec(terms.states))
     )
     bent = ca.graph_substitute(ca.hessian(other, x)[0], [held], [ca.vec(first)])
-    hessian = ca.triu(chain.T @ blocks(second, states) @ chain + bent)
+    stiff = of_torques.T @ (ca.diag(ca.vec(stiffness)) @ of_torques)
+    hessian = ca.triu(chain.T @ blocks(second, states) @ chain + stiff + bent)
     return {
         "value": ca.Function("value", [x, p], [f, g]),
         "grad_f": ca.Function("nlp_grad_f", [x, p], [f, gradient.T], ["x", "p"], ["f", "grad_f_x"]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -61,26 +61,30 @@ def time_run(path: JointPath, run: Run) -> TimedPieces:
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     asked = duration_of_run(path, run)
-    return in_its_time(path, run, asked, follow_curve(run, _fastest(path, run)), ENFORCED)
+    return in_its_time(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
 
 
-def _fastest(path: JointPath, run: Run) -> CurveLaw:
-    """The law, but for what is left between the places that the search looks at."""
-    law, limits = _quintic(run), _LimitsOnCurve(path, run)
+def fastest_law(path: JointPath, run: Run) -> CurveLaw:
+    """The law, but for what is left between the places that the search looks at.
+
+    Raises:
+        LimitsUnsatisfiable: Gravity exceeds a torque limit.
+    """
+    law, limits = _quintic(run), LimitsOnCurve(path, run)
     if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
-        return CurveLaw(law, run.owners[limits.pieces(law)])  # nothing limits: any law will do
+        return limits.on_segments(law)  # nothing limits: any law will do
     for count, each, gap in ROUNDS:
         shares = law.lengths / law.lengths.sum()
-        law = _parted(law, np.ceil(shares * (count + each * len(run.segments))).astype(int))
-        law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
+        law = parted(law, np.ceil(shares * (count + each * len(run.segments))).astype(int))
+        law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
     for refinement in range(MOST_REFINEMENTS):
         most, least = limits.used(law)
         idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
         if most.max() < ENOUGH and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
             break
-        law = _parted(law, np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
-        law = _retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
-    return CurveLaw(law, run.owners[limits.pieces(law)])
+        law = parted(law, np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
+        law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
+    return limits.on_segments(law)
 
 
 def _quintic(run: Run) -> PiecewisePolynomial:
@@ -93,7 +97,7 @@ def _quintic(run: Run) -> PiecewisePolynomial:
     return law
 
 
-def _parted(law: PiecewisePolynomial, parts: np.ndarray) -> PiecewisePolynomial:
+def parted(law: PiecewisePolynomial, parts: np.ndarray) -> PiecewisePolynomial:
     """The same law with each piece in so many equal parts."""
     lengths = np.repeat(law.lengths / parts, parts)
     number = np.arange(len(lengths)) - np.repeat(np.cumsum(parts) - parts, parts)
@@ -101,13 +105,20 @@ def _parted(law: PiecewisePolynomial, parts: np.ndarray) -> PiecewisePolynomial:
     return PiecewisePolynomial(lengths, shifted(whole, number * lengths)[:, None])
 
 
-def _retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
-    """The law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
-    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(PLACES), -1)
+def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
+    """(pieces,), s, that the pieces of a law take after retiming."""
+    b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(PLACES), -1)
     u, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     u, weights = (u[:, None] + 1.0) / 2.0, weights / 2.0
     inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
-    lengths = weights @ (1.0 / np.sqrt(inside)) * law.lengths
+    lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * law.lengths
+    return lengths
+
+
+def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
+    """The law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
+    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(PLACES), -1)
+    lengths = retimed_lengths(law, unknowns)
     s, speed, gain = law.coefficients[:, 0, :3].T * [[1.0], [1.0], [2.0]]
     end = horner(law.coefficients[-1, 0], law.lengths[-1])
     speed, gain = speed * np.sqrt(b[0]), gain * b[0] + speed * a[0]
@@ -116,26 +127,54 @@ def _retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynom
     return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
 
 
-class _LimitsOnCurve:
-    """What the limits say about retiming a law along the run's curve."""
+class Rates(NamedTuple):
+    """What a law does at the places of its pieces.
 
-    def __init__(self, path: JointPath, run: Run) -> None:
+    Attributes:
+        s: (places, pieces).
+        ds: (places, pieces, 1), as the next.
+        dds: Second derivative.
+        first: (places, pieces, joints), velocity of the joints; and so on.
+        second: Acceleration.
+        third: Jerk.
+    """
+
+    s: FloatArray
+    ds: FloatArray
+    dds: FloatArray
+    first: FloatArray
+    second: FloatArray
+    third: FloatArray
+
+
+class LimitsOnCurve:
+    """What the limits say about retiming a law along the run's curve.
+
+    Attributes:
+        sampled: Torques and tool speeds.
+    """
+
+    def __init__(self, path: JointPath, run: Run, *, knows_torques: bool = False) -> None:
         self.curve, self.owners, self.limits = run.curve, run.owners, path.limits
-        self.sampled = _Sampled(path, run)
+        self.sampled = _Sampled(path, run, knows_torques)
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
         """(pieces of the law,): the piece of the curve that each is on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
+    def on_segments(self, law: PiecewisePolynomial) -> CurveLaw:
+        """The law, with the segment that each of its pieces is on."""
+        return CurveLaw(law, self.owners[self.pieces(law)])
+
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
         """(pieces,), twice: the most and the least that the law uses of its limits on each, nodes and middle."""
-        halves = self.along(_parted(law, np.full(len(law.lengths), 2)))
+        halves = self.along(parted(law, np.full(len(law.lengths), 2)))
         ratios = np.abs(halves.by_b + halves.offset) / (halves.constant + halves.inverse)
         used = ratios.max(axis=0).reshape(len(PLACES), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
 
-    def along(self, law: PiecewisePolynomial) -> LinearLimits:
-        """All of them, as shares of the limits, at the places of the law's pieces."""
+    def rates(self, law: PiecewisePolynomial) -> Rates:
+        """Of the joints."""
         on = self.pieces(law)
         s, ds, dds, ddds = (
             horner(differentiate(law.coefficients[:, 0], k), PLACES[:, None] * law.lengths) for k in range(4)
@@ -143,9 +182,13 @@ class _LimitsOnCurve:
         x = np.clip(s - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])[..., None]
         dq, ddq, dddq = (horner(self.curve.derivative_coefficients(k)[on], x) for k in (1, 2, 3))
         ds, dds, ddds = ds[..., None], dds[..., None], ddds[..., None]
-        first, second = dq * ds, ddq * ds**2 + dq * dds
         third = dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
-        own = self.limits.of(self.owners[on])
+        return Rates(s, ds, dds, dq * ds, ddq * ds**2 + dq * dds, third)
+
+    def along(self, law: PiecewisePolynomial) -> LinearLimits:
+        """All of them, as shares of the limits, at the places of the law's pieces."""
+        s, ds, dds, first, second, third = self.rates(law)
+        own = self.limits.of(self.owners[self.pieces(law)])
         speeds = (np.abs(first) / own.velocity).max(axis=2)[..., None]
         if self.sampled.has_tool:
             speeds = np.maximum(speeds, self.sampled.tool_use(s, own)[..., None] * ds)
@@ -155,7 +198,7 @@ class _LimitsOnCurve:
             (second / own.acceleration, first / own.acceleration, no, no, yes, no),
             (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
         ]
-        if self.sampled.has_torque:
+        if self.sampled.limits_torque:
             groups.append((*(x / own.torque for x in self.sampled.torques_at(s, ds, dds)), yes, no))
         return LinearLimits(*(np.concatenate([x[k].reshape(s.size, -1).T for x in groups]) for k in range(6)))
 
@@ -166,15 +209,16 @@ class _Sampled:
     Along the curve the torques are m(s) s'' + h(s) s'^2 + gravity(s), and the tool's speeds are in proportion to s'.
 
     Attributes:
-        has_torque: Whether any torque is limited.
+        limits_torque: Whether any torque is limited.
         has_tool: Whether any speed of the tool is.
     """
 
-    def __init__(self, path: JointPath, run: Run) -> None:
+    def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
         curve, robot, limits = run.curve, path.robot, path.limits.of(run.segments)
-        self.has_torque = robot.has_dynamics and bool(np.isfinite(limits.torque).any())
+        self.limits_torque = robot.has_dynamics and bool(np.isfinite(limits.torque).any())
+        knows_torques = knows_torques or self.limits_torque
         self.has_tool = bool(np.isfinite([limits.tcp_linear_velocity, limits.tcp_angular_velocity]).any())
-        if not (self.has_torque or self.has_tool):
+        if not (knows_torques or self.has_tool):
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
         counts = SAMPLES_PER_PIECE + (SAMPLES_PER_RADIAN * travels).astype(int)
@@ -186,7 +230,7 @@ class _Sampled:
         q, dq, ddq = curve.evaluate(self.places)
         if self.has_tool:
             self.speeds = tool_speeds(robot, q, dq)
-        if self.has_torque:
+        if knows_torques:
             still = np.zeros_like(q)
             segments = run.owners[curve.locate(self.places)[0]]
             gravity = inverse_dynamics(robot, q, still, still)

@@ -12,7 +12,9 @@ A jerk limit J reads |linear| <= J / sqrt(b). The right-hand side is convex: its
 that keeps the linearised limit keeps the limit (Debrouwere et al., Time-optimal path following for robots with
 convex-concave constraints using sequential convex programming, IEEE Transactions on Robotics 29, 2013). The new
 duration, the integral of 1 / sqrt(b), is convex. So an interior-point method that starts within the limits remains
-there, and whenever it ends it leaves a law that keeps them.
+there, and whenever it ends it leaves a law that keeps them. The same holds for other convex aims, like the integral of
+the squared torques, and with durations that are to be met: as their times are convex, too, Newton's steps come to them
+from the slow side.
 
 b is a quadratic spline. Each interval has one unknown, the middle Bezier point of its parabola; the value at a node
 lies on the line between those of the two intervals that meet there.
@@ -20,8 +22,10 @@ lies on the line between those of the two intervals that meet there.
 
 from __future__ import annotations
 
+import time
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -42,6 +46,15 @@ MOST_STEPS, FIRST_CENTRING, LEAST_CENTRING = 80, 0.2, 0.15
 
 TO_THE_WALL = 0.98
 """Of the way to where a limit is reached (or an unknown vanishes), what a step goes."""
+
+BARRIER_KEPT = 0.1
+"""Share of what a step promises to gain that the barrier is kept at: the limits are not to be met before all else."""
+
+LEAST_STEP = 1e-6
+"""Share of a step: where no more of it can be made, what is asked is not within the limits."""
+
+MOST_HALVINGS, ARMIJO, ROUNDING = 20, 1e-4, 1e-12
+"""Of a step, until cost, barrier and missed durations together fall by this share of what they promise to."""
 
 LEAST_CURVATURE = 0.05
 """Of the duration's own curvature, what is kept where the jerk limits make the problem concave."""
@@ -136,42 +149,168 @@ class QuadraticSpline:
         return bands
 
 
+class Aim(ABC):
+    """What a retiming is to make small: a function of b, a and c at the points."""
+
+    @abstractmethod
+    def value(self, states: FloatArray) -> float:
+        """Of states (3, points); positive."""
+
+    @abstractmethod
+    def slope(self, states: FloatArray) -> FloatArray:
+        """(3, points): its derivative by b, a and c."""
+
+    @abstractmethod
+    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
+        """(3, 3, points): its second derivative, less that of 1 / sqrt(b) times `concave` (points,).
+
+        Where that is not positive semidefinite, what is near and is.
+        """
+
+
+class Duration(Aim):
+    """The duration, s.
+
+    Attributes:
+        weights: (points,), of the sum of 1 / sqrt(b) that stands for the integral.
+    """
+
+    def __init__(self, widths: FloatArray) -> None:
+        self.weights = (WEIGHTS[:, None] * widths).ravel()
+
+    def value(self, states: FloatArray) -> float:
+        """A function of b alone."""
+        return float((self.weights * states[0] ** -0.5).sum())
+
+    def slope(self, states: FloatArray) -> FloatArray:
+        """By b alone."""
+        slope = np.zeros_like(states)
+        slope[0] = -0.5 * self.weights * states[0] ** -1.5
+        return slope
+
+    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
+        """By b alone."""
+        result = np.zeros((3, *states.shape))
+        result[0, 0] = 0.75 * states[0] ** -2.5 * np.maximum(self.weights - concave, LEAST_CURVATURE * self.weights)
+        return result
+
+
+class AskedDurations(NamedTuple):
+    """Durations of parts of a law that are to be met.
+
+    Attributes:
+        weights: (parts, points), of the sums of 1 / sqrt(b) that stand for them.
+        durations: (parts,), s.
+    """
+
+    weights: FloatArray
+    durations: FloatArray
+
+    def missed(self, b: FloatArray) -> FloatArray:
+        """(parts,), s: by how much too long they are."""
+        missed: FloatArray = self.weights @ b**-0.5 - self.durations
+        return missed
+
+    def slopes(self, b: FloatArray) -> FloatArray:
+        """(parts, 3, points): by b, a and c."""
+        slopes = np.zeros((len(self.weights), 3, len(b)))
+        slopes[:, 0] = -0.5 * self.weights * b**-1.5
+        return slopes
+
+
+class Retiming(NamedTuple):
+    """What was found.
+
+    Attributes:
+        unknowns: (intervals + 2,), of the spline b.
+        converged: Whether nothing better is left, within the tolerance, and durations are met as closely.
+    """
+
+    unknowns: FloatArray
+    converged: bool
+
+
 def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
-    """The unknowns (intervals + 2,) of the fastest law within limits.
+    """The unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
+    none_asked = AskedDurations(np.empty((0, limits.by_b.shape[1])), np.empty(0))
+    return best_retiming(widths, limits, Duration(widths), none_asked, tolerance).unknowns
+
+
+def best_retiming(
+    widths: FloatArray,
+    limits: LinearLimits,
+    aim: Aim,
+    asked: AskedDurations,
+    tolerance: float,
+    stop_at: float | None = None,
+) -> Retiming:
+    """The best law within limits.
 
     A primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19) without slacks.
 
     Args:
         widths: (intervals,), of the old law's time.
         limits: At the first places of all intervals, then at the second ones, and so on. They allow rest.
-        tolerance: Gap between the duration and its lower bound, relative, that may be left.
+        aim: At the same points.
+        asked: Durations to be met.
+        tolerance: Gap between the aim and its lower bound, relative, that may be left.
+        stop_at: By the monotonic clock, s; None: no limit of time.
     """
-    spline, weights = QuadraticSpline(widths), (WEIGHTS[:, None] * widths).ravel()
+    spline = QuadraticSpline(widths)
     x = np.ones(len(widths) + 2)
     x *= FIRST_SHARE * limits.scale(spline.states(x))
-    point, centring = _Point(limits, weights, spline.states(x)), FIRST_CENTRING
-    count = 2 * point.over.size
-    dual_over, dual_under = point.duration / count / point.over, point.duration / count / point.under
+    # On the slow side of what is asked.
+    share = (1.0 + asked.missed(spline.states(x)[0]) / asked.durations).min(initial=1.0)
+    x *= share**2
+    states = spline.states(x)
+    barrier, value, centring = _Barrier(limits, states), aim.value(states), FIRST_CENTRING
+    count = 2 * barrier.over.size
+    dual_over, dual_under = value / count / barrier.over, value / count / barrier.under
+    multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, 0.0
     for _ in range(MOST_STEPS):
-        gap = float(np.einsum("lp,lp->", dual_over, point.over) + np.einsum("lp,lp->", dual_under, point.under))
-        if gap < tolerance * point.duration:
+        gap = float(np.einsum("lp,lp->", dual_over, barrier.over) + np.einsum("lp,lp->", dual_under, barrier.under))
+        missed = asked.missed(states[0])
+        if max(gap, gain) < tolerance * value and (np.abs(missed) <= tolerance * asked.durations).all():
+            return Retiming(x, converged=True)
+        if stop_at is not None and time.monotonic() > stop_at:
             break
-        barrier = centring * gap / count
-        push_over, push_under = barrier / point.over, barrier / point.under
-        stiff_over, stiff_under = dual_over / point.over, dual_under / point.under
-        system = spline.bands(point.stiffness(stiff_over, stiff_under, dual_over + dual_under))
-        step = _solve(system, spline.force(point.force(push_over, push_under)))
-        slack_over, slack_under = point.slack_changes(spline.states(step))
+        push = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
+        push_over, push_under = push / barrier.over, push / barrier.under
+        stiff_over, stiff_under = dual_over / barrier.over, dual_under / barrier.under
+        concave = _over_limits(dual_over + dual_under, limits.inverse) - multipliers @ asked.weights
+        system = spline.bands(barrier.stiffness(stiff_over, stiff_under) + aim.curvature(states, concave))
+        downhill = force = spline.force(barrier.force(push_over, push_under) - aim.slope(states))
+        step = _solve(system, force)
+        if len(missed):
+            slopes = np.array([spline.force(slope) for slope in asked.slopes(states[0])])
+            yields = np.array([_solve(system, slope) for slope in slopes])
+            multipliers = np.linalg.solve(slopes @ yields.T, slopes @ step + missed)
+            step -= multipliers @ yields
+            force = force - multipliers @ slopes
+        gain = float(force @ step)
+        slack_over, slack_under = barrier.slack_changes(spline.states(step))
         step_over = push_over - dual_over - stiff_over * slack_over
         step_under = push_under - dual_under - stiff_under * slack_under
-        length = _longest((x, step), (point.over, slack_over), (point.under, slack_under))
+        length = _longest((x, step), (barrier.over, slack_over), (barrier.under, slack_under))
         dual_length = _longest((dual_over, step_over), (dual_under, step_under))
+        if length < LEAST_STEP:
+            break
+        penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
+        excess = penalty * float(np.abs(missed).sum())
+        merit, fall = value + push * barrier.height() + excess, float(downhill @ step) + excess
+        begin = x
+        for _ in range(MOST_HALVINGS):
+            x = begin + length * step
+            states = spline.states(x)
+            barrier, value = _Barrier(limits, states), aim.value(states)
+            excess = penalty * float(np.abs(asked.missed(states[0])).sum())
+            if value + push * barrier.height() + excess <= merit - ARMIJO * length * fall + ROUNDING * abs(merit):
+                break
+            length *= 0.5
         centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
-        x = x + length * step
         dual_over += dual_length * step_over
         dual_under += dual_length * step_under
-        point = _Point(limits, weights, spline.states(x))
-    return x
+    return Retiming(x, converged=False)
 
 
 def _longest(*pairs: tuple[FloatArray, FloatArray]) -> float:
@@ -180,40 +319,44 @@ def _longest(*pairs: tuple[FloatArray, FloatArray]) -> float:
     return 1.0 if fastest <= TO_THE_WALL else TO_THE_WALL / fastest
 
 
-class _Point:
-    """The barrier problem at some b: what is left of the limits, and its derivatives by (b, a, c) at each point.
+class _Barrier:
+    """The barrier at some b: what is left of the limits, and its derivatives by (b, a, c) at each point.
 
     Attributes:
         over: (limits, points), what is left below the upper bounds.
         under: (limits, points), what is left above the lower ones.
-        duration: Of the new law.
     """
 
-    def __init__(self, limits: LinearLimits, weights: FloatArray, states: FloatArray) -> None:
-        self.limits, self.weights, self.b = limits, weights, states[0]
+    def __init__(self, limits: LinearLimits, states: FloatArray) -> None:
+        self.limits = limits
         self.rows = (limits.by_b, limits.by_a, limits.by_c)
         values = limits.values(states) + limits.offset
-        bound = limits.constant + limits.inverse * self.b**-0.5
+        bound = limits.constant + limits.inverse * states[0] ** -0.5
         self.over, self.under = bound - values, bound + values
-        self.narrowing = 0.5 * limits.inverse * self.b**-1.5  # of the bounds, by b
-        self.duration = float((weights * self.b**-0.5).sum())
+        self.narrowing = 0.5 * limits.inverse * states[0] ** -1.5  # of the bounds, by b
 
     def slack_changes(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Of `over` and `under`, to first order, when b, a and c change (3, points)."""
         values, narrowing = self.limits.values(change), self.narrowing * change[0]
         return -narrowing - values, values - narrowing
 
+    def height(self) -> float:
+        """Of a barrier of unit strength; infinite where a limit is reached."""
+        if min(self.over.min(), self.under.min()) <= 0.0:
+            return np.inf
+        return -float(np.log(self.over).sum() + np.log(self.under).sum())
+
     def force(self, push_over: FloatArray, push_under: FloatArray) -> FloatArray:
-        """(3, points): the descent of duration and barrier; `push` is the barrier by the slack, (limits, points)."""
+        """(3, points): away from the limits; `push` is the barrier by the slack, (limits, points)."""
         difference = push_under - push_over
         force = np.stack([_over_limits(difference, row) for row in self.rows])
-        force[0] += 0.5 * self.weights * self.b**-1.5 - _over_limits(push_over + push_under, self.narrowing)
+        force[0] -= _over_limits(push_over + push_under, self.narrowing)
         return force
 
-    def stiffness(self, over: FloatArray, under: FloatArray, duals: FloatArray) -> FloatArray:
+    def stiffness(self, over: FloatArray, under: FloatArray) -> FloatArray:
         """(3, 3, points): the Hessian; `over` and `under` are the duals by the slack, (limits, points)."""
         both, pull = over + under, (over - under) * self.narrowing
-        result = np.empty((3, 3, len(self.b)))
+        result = np.empty((3, 3, over.shape[1]))
         for i, row in enumerate(self.rows):
             weighted = both * row
             for k in range(i, 3):
@@ -222,9 +365,6 @@ class _Point:
             mixed = _over_limits(pull, row)
             result[0, k] += mixed
             result[k, 0] += mixed
-        # The duration is convex in b, what jerk limits allow is, too: which pulls the other way.
-        convex = self.weights - _over_limits(duals, self.limits.inverse)
-        result[0, 0] += 0.75 * self.b**-2.5 * np.maximum(convex, LEAST_CURVATURE * self.weights)
         result[0, 0] += _over_limits(both * self.narrowing, self.narrowing)
         return result
 

@@ -103,7 +103,7 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
 @st.composite
 def path_problems(draw: st.DrawFn, backend: BackEnd) -> PlanningProblem:
     """Poses around a random joint position, by motions and transitions of all kinds."""
-    robot = load_robot(draw(st.sampled_from(ARMS)))
+    robot = load_robot(draw(st.sampled_from(ARMS_OF.get(backend.kind, ARMS))))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     first = 0.7 * np.array(random_position(robot, rng)) + 0.3 * robot.middle
     home = forward_kinematics(robot, first[None])[0]

@@ -23,7 +23,7 @@ from planner.problem import (
 )
 from planner.robots import Robot, load_robot
 
-KINDS = [kind for kind in BACKENDS if kind != "min_effort"]
+KINDS = list(BACKENDS)
 START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)
 SHOULDER = 1
 
@@ -81,11 +81,12 @@ def test_the_limit_of_a_waypoint_is_raised_there(robot: Robot) -> None:
     assert plan(replace(problem, waypoints=(waypoints[0], mended, waypoints[2]))).certificate.satisfied
 
 
-def test_an_asked_duration_gets_the_torque_that_it_takes(robot: Robot) -> None:
+@pytest.mark.parametrize("kind", ["quintic", "min_effort"])
+def test_an_asked_duration_gets_the_torque_that_it_takes(robot: Robot, kind: str) -> None:
     needed = largest_gravity(robot, SHOULDER)
     limits = Limits(torque=narrowed(robot, 0.7 * needed))
     waypoints = (JointWaypoint(position=START), JointWaypoint(position=END, duration=1.5))
-    problem = straight(robot, "quintic", limits=limits, waypoints=waypoints)
+    problem = straight(robot, kind, limits=limits, waypoints=waypoints)
     (remedy,) = refused(problem)
     assert 1.01 * needed < remedy.value <= 2.0 * needed
     mended = plan(replace(problem, limits=Limits(torque=narrowed(robot, remedy.value))))
@@ -110,12 +111,13 @@ def test_the_payload_that_is_just_held(robot: Robot, kind: str, passing: bool) -
     assert max(use) == pytest.approx(0.99, abs=2e-3)
 
 
-def test_both_are_offered_where_both_help_also_on_a_line(robot: Robot) -> None:
+@pytest.mark.parametrize("kind", ["toppra", "min_effort"])
+def test_both_are_offered_where_both_help_also_on_a_line(robot: Robot, kind: str) -> None:
     between = 720.0  # N m: 686 without a payload, 776 with it
     down = RelativeWaypoint(frame="base", move=CartesianMove((0.0, 0.0, -0.1)), motion=LinearMotion())
     problem = straight(
         robot,
-        "toppra",
+        kind,
         waypoints=(JointWaypoint(position=END), down),
         payload=Payload(6.0),
         limits=Limits(torque=narrowed(robot, between)),

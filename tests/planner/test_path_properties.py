@@ -13,14 +13,13 @@ from planner.kinematics import FloatArray, Pose
 from planner.plan import Plan, plan
 from planner.polynomials import differentiate, horner
 from planner.problem import BlendTransition, CircularMotion, JointMotion, PlanningProblem
-from tests.planner.problems import PARTS, REQUESTS, path_problems, try_on_random
+from tests.planner.problems import OPTIONS_OF, PARTS, REQUESTS, path_problems, try_on_random
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 DENSE = np.linspace(0.0, 1.0, 17)
 
 
-# min_effort refuses motions of the tool and blends: it chooses the way itself.
-ALONG_PATHS: list[BackEnd] = [BACKENDS[kind]() for kind in sorted(set(BACKENDS) - {"min_effort"})]
+ALONG_PATHS: list[BackEnd] = [BACKENDS[kind](**OPTIONS_OF.get(kind, {})) for kind in sorted(BACKENDS)]
 ALONG_PATHS.append(TimeOptimal(jerk_limited=True))
 
 
