@@ -43,8 +43,8 @@ SAMPLED_MARGIN = 1.002
 FIRST_MARGIN, MOST_REPAIRS = 1.003, 5
 """The same for the solver, which sees only the breakpoints; where it does not do, the excess is added to it."""
 
-COARSE = 1.05
-"""An excess between the breakpoints above this asks for twice as many."""
+COARSE, FINEST = 1.05, 4
+"""An excess between the breakpoints above this asks for twice as many, but never for more than this multiple."""
 
 NO_CHOICE = 1.01
 """Up to this multiple of the shortest duration along a curve, the fastest law is the only one there is, nearly."""
@@ -206,6 +206,7 @@ class ThroughWaypoints(Optimum):
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool = bool(np.isfinite(tool).any())
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
+        finest = FINEST * intervals
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
         numbers = Numbers(
@@ -237,8 +238,8 @@ class ThroughWaypoints(Optimum):
             if excess <= 1.0:
                 self.converged = motion.converged
                 return pieces
-            if excess > COARSE:
+            if excess > COARSE and intervals < finest:
                 intervals *= 2
             else:
-                margin *= 1.0 + 2.0 * (excess - 1.0)
+                margin *= 1.0 + 1.5 * (excess - 1.0)
         return None

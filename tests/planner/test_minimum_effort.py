@@ -22,6 +22,7 @@ from planner.errors import InfeasibleDuration, MissingDynamics
 from planner.kinematics import FloatArray, tool_speeds
 from planner.plan import Plan, plan
 from planner.problem import (
+    JointWaypoint,
     Limits,
     Payload,
     PlanningProblem,
@@ -282,3 +283,12 @@ def test_programs_are_kept_for_robots_of_equal_content() -> None:
 def test_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
     plan(arm_problem(5, 2))
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_tool_that_is_nearly_at_its_speed_limit_all_the_way_does_not_ask_for_ever_more_intervals() -> None:
+    start = (1.8083773728974482, -2.704238176858446, 1.3282889853551905, 0.7462329409973796, -2.2505425693, -2.46108980)
+    end = (-2.321607366040192, -0.1793599262010157, 2.4834490832868843, -2.3401206791464437, 0.361912734, -1.16440979)
+    limits = Limits(tcp_angular_velocity=0.2, velocity_scale=0.5, acceleration_scale=0.14)
+    waypoints = JointWaypoint(position=start), JointWaypoint(position=end)
+    result = plan(PlanningProblem(load_robot(ARM), waypoints, MinimumEffort(knots=8), limits))
+    assert len(result.trajectory.lengths) <= 4 * 8
