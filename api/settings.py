@@ -32,7 +32,7 @@ class Settings(BaseSettings):
     """Most samples in one answer, counted as rows times joints."""
     max_robots: int = Field(default=1000, ge=0)
     """Most robots kept besides the catalogue's."""
-    worker_memory_mib: int = Field(default=1024, ge=256)
+    worker_memory_mib: int = Field(default=1024, ge=384)
     """Private memory that one worker may allocate, MiB."""
     worker_max_tasks: int = Field(default=10_000, ge=1)
     """Requests after which a worker is replaced by a fresh one."""

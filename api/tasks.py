@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -44,7 +44,7 @@ from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
 from planner.comparison import figures
 from planner.dynamics import inverse_dynamics
-from planner.errors import InvalidProblem, MissingDynamics, PlanningError
+from planner.errors import InvalidProblem, PlanningError
 from planner.export import FORMATS, ExportOptions
 from planner.export.json import as_dict
 from planner.kinematics import (
@@ -328,10 +328,7 @@ RUN: dict[str, Callable[[Task, Caps], Reply]] = {
 
 
 def warm_up(caps: Caps) -> None:
-    """Plan once with every back end, so that no request pays for first-time work.
-
-    Not with one that needs inertias: its library and programs are loaded in the workers that are asked for it.
-    """
+    """Plan once with every back end, so that no request pays for first-time work."""
     robot = load_robot(WARM_UP_ROBOT)
     positions = (robot.middle.tolist(), (robot.middle + 0.01).tolist())
     for kind in BACKENDS:
@@ -342,11 +339,11 @@ def warm_up(caps: Caps) -> None:
                 "backend": {"kind": kind},
             }
         )
-        with suppress(MissingDynamics):
-            plan_trajectory(Task("plan_trajectory", "", 0.0, math.inf, body, {"format": "json"}), caps)
+        plan_trajectory(Task("plan_trajectory", "", 0.0, math.inf, body, {"format": "json"}), caps)
 
 
-WARM_UP_ROBOT = "ngv_refuelling_arm"
+WARM_UP_ROBOT = "kuka_kr16_l6_2"
+"""It has inertias, which one back end asks for."""
 
 _adapters: dict[Any, TypeAdapter[Any]] = {}
 

@@ -156,14 +156,14 @@ def test_workers_are_recycled(start_service: Callable[..., RunningService]) -> N
 
 
 def test_a_worker_cannot_outgrow_its_memory(start_service: Callable[..., RunningService]) -> None:
-    service = start_service(workers=1, worker_memory_mib=256, max_samples=100_000_000, max_body_bytes=2**25)
+    service = start_service(workers=1, worker_memory_mib=384, max_samples=100_000_000, max_body_bytes=2**25)
     # A million rows, whose answer takes more than the cap allows.
     request = plan_request(sample_period=1e-6, include=["jerk", "tcp_pose"], deadline=60.0)
     answer = service.post(PLAN, request)
     assert (answer.status_code, answer.json()["code"]) == (422, "memory_exceeded")
     assert service.post(PLAN, plan_request()).status_code == 200
     service.wait_ready()
-    assert max(worker.memory_info().rss for worker in service.workers()) < 256 * 2**20
+    assert max(worker.memory_info().rss for worker in service.workers()) < 384 * 2**20
 
 
 def test_there_is_room_for_so_many_robots_only(start_service: Callable[..., RunningService]) -> None:
