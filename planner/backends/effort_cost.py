@@ -21,6 +21,9 @@ Objective = Literal["effort", "mechanical_work", "jerk"]
 SAMPLES, FEWEST_ON_A_PIECE = 400, 9
 """On a motion, and on each of its pieces; odd, for Simpson's rule."""
 
+SAMPLES_PER_RADIAN = 100
+"""Where torques and tool speeds are looked at, by the farthest travel of a joint on a piece (rad, or m)."""
+
 
 class Cost:
     """The cost of motions of a robot.
@@ -96,20 +99,23 @@ def use_of_rates(pieces: TimedPieces, limits: SegmentLimits) -> float:
     return float(np.max(uses))
 
 
-def use_of_samples(robot: Robot, pieces: TimedPieces, limits: SegmentLimits) -> float:
-    """The largest share of a torque or tool speed limit that is used at samples.
+def use_of_samples(robot: Robot, pieces: TimedPieces, limits: SegmentLimits) -> FloatArray:
+    """(pieces,): the largest share of a torque or tool speed limit that is used at samples of each piece.
 
     Args:
         robot: With tool and payload.
         pieces: Cubic, short.
         limits: Of each piece.
     """
-    q, v, a, _ = sampled(pieces, FEWEST_ON_A_PIECE)
-    uses = [0.0]
+    travels = np.abs(differentiate(pieces.coefficients)[..., 0]).max(axis=1) * pieces.lengths
+    count = max(FEWEST_ON_A_PIECE, int(SAMPLES_PER_RADIAN * travels.max()))
+    q, v, a, _ = sampled(pieces, count)
+    uses = np.zeros(len(pieces.lengths))
     if robot.has_dynamics and np.isfinite(limits.torque).any():
-        torque = np.repeat(limits.torque, FEWEST_ON_A_PIECE, axis=0)
-        uses.append(float((np.abs(inverse_dynamics(robot, q, v, a)) / torque).max()))
+        torques = np.abs(inverse_dynamics(robot, q, v, a)).reshape(len(uses), count, -1).max(axis=1)
+        uses = (torques / limits.torque).max(axis=1)
     tool = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
     if np.isfinite(tool).any():
-        uses.append(float((np.array(tool_speeds(robot, q, v)) / np.repeat(tool, FEWEST_ON_A_PIECE, axis=1)).max()))
-    return max(uses)
+        speeds = np.array(tool_speeds(robot, q, v)).reshape(2, len(uses), count).max(axis=2)
+        uses = np.maximum(uses, (speeds / tool).max(axis=0))
+    return uses

@@ -59,7 +59,7 @@ class Numbers(NamedTuple):
         lower: (joints,), position limits.
         upper: (joints,).
         rates: (3, segments, joints): limits of velocity, acceleration and jerk, infinite: none.
-        watched: (segments, joints or joints + 2): limits of torque and of the squared tool speeds.
+        watched: (pieces, joints or joints + 2): limits of torque and of the squared tool speeds.
         units: (3, joints): what torque, power and jerk are measured by in the cost.
         durations: (segments,), s: those asked or, where free, a first guess.
         free: (segments,), whether a duration is to be found.
@@ -163,7 +163,7 @@ class Program:
         """In the order in which the program has them."""
         owners = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
         velocity, acceleration, jerk = 1.0 / m.rates[:, owners]
-        watched = 1.0 / m.watched[owners]
+        watched = 1.0 / m.watched
         instants = np.maximum(watched[:-1], watched[1:])
         if self.layout.watches_tool:
             instants = np.vstack([instants, watched])

@@ -40,11 +40,12 @@ FEWEST_INTERVALS = 8
 SAMPLED_MARGIN = 1.002
 """Torques and tool speeds between samples of the answer may be higher by this."""
 
-FIRST_MARGIN, MOST_REPAIRS = 1.003, 5
-"""The same for the solver, which sees only the breakpoints; where it does not do, the excess is added to it."""
+FIRST_MARGIN, MOST_REPAIRS, REPAIR = 1.003, 8, 1.5
+"""The same for the solver, which sees only the breakpoints; on a piece where it does not do, this multiple of the
+excess is added to it."""
 
-COARSE, FINEST = 1.05, 4
-"""An excess between the breakpoints above this asks for twice as many, but never for more than this multiple."""
+COARSE, FINE = 1.05, 32
+"""An excess between the breakpoints above this asks for twice as many intervals, if there are not as many as this."""
 
 NO_CHOICE = 1.01
 """Up to this multiple of the shortest duration along a curve, the fastest law is the only one there is, nearly."""
@@ -206,15 +207,15 @@ class ThroughWaypoints(Optimum):
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool = bool(np.isfinite(tool).any())
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
-        finest = FINEST * intervals
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
+        torque = limits.torque if self.path.robot.has_dynamics else np.full_like(limits.torque, np.inf)
         numbers = Numbers(
             positions=self.positions,
             lower=limits.lower,
             upper=limits.upper,
             rates=np.array([limits.velocity, limits.acceleration, limits.jerk]),
-            watched=limits.torque if self.path.robot.has_dynamics else np.full_like(limits.torque, np.inf),
+            watched=torque,
             units=self.cost.units,
             durations=durations,
             free=free,
@@ -223,23 +224,25 @@ class ThroughWaypoints(Optimum):
             cost=self.price(first),
             resting=self.cost.at_rest(self.positions[[0, -1]]),
         )
-        begin, margin = PiecewisePolynomial(first.lengths, first.coefficients), FIRST_MARGIN
+        begin, margins = PiecewisePolynomial(first.lengths, first.coefficients), np.full((1, 1), FIRST_MARGIN)
         for _ in range(MOST_REPAIRS):
-            watched = numbers.watched / margin
+            rows = np.repeat(np.arange(segments), intervals)
+            watched = torque[rows] / margins
             if watches_tool:
-                watched = np.hstack([watched, (tool / margin) ** 2])
+                watched = np.hstack([watched, (tool[rows] / margins) ** 2])
             program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
             motion = program.solve(numbers._replace(watched=watched), begin, self.stop_at)
-            owners = np.repeat(self.run.segments, intervals)
+            owners = self.run.segments[rows]
             pieces, own = TimedPieces(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
             if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
                 return None
-            excess = use_of_samples(self.path.robot, pieces, own) * SAMPLED_MARGIN
-            if excess <= 1.0:
+            use = use_of_samples(self.path.robot, pieces, own) * SAMPLED_MARGIN
+            if (use <= 1.0).all():
                 self.converged = motion.converged
                 return pieces
-            if excess > COARSE and intervals < finest:
+            if use.max() > COARSE and len(rows) < FINE:
                 intervals *= 2
             else:
-                margin *= 1.0 + 1.5 * (excess - 1.0)
+                margins = margins * (1.0 + REPAIR * np.maximum(use - 1.0, 0.0)[:, None])
+                begin = PiecewisePolynomial(motion.lengths, motion.coefficients)
         return None
