@@ -11,7 +11,7 @@ from planner.backends.base import ALL_HARD, Guarantee
 from planner.backends.jerk_limited_joints import Ruckig
 from planner.backends.quintic import Quintic
 from planner.backends.time_optimal import TimeOptimal
-from planner.errors import PlanningError
+from planner.errors import InfeasibleDuration, PlanningError
 from planner.trajectory import Remark
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Auto:
     """A back end that keeps every limit, jerk included: the fastest, unless the durations asked call for another.
 
-    Where the first choice refuses, the next one is tried; where all do, the first refusal stands.
+    Where the first choice refuses, the next one is tried; where all do, the refusal stands that is nearest to a plan.
     """
 
     kind: ClassVar[str] = "auto"
@@ -45,7 +45,14 @@ class Auto:
             spared = f"; before it {len(refusals)} refused: {refusals[0].message}" if refusals else ""
             remark = Remark("auto_choice", f"{name}: {reason}{spared}")
             return replace(trajectory, remarks=(*trajectory.remarks, remark))
-        raise refusals[0]
+        raise min(refusals, key=_shortfall)
+
+
+def _shortfall(refusal: PlanningError) -> float:
+    """The factor by which a duration is too short; infinite where that is not what is wrong."""
+    if isinstance(refusal, InfeasibleDuration) and refusal.value and refusal.limit:
+        return refusal.limit / refusal.value
+    return float("inf")
 
 
 def _choices(path: JointPath) -> Iterator[tuple[BackEnd, str, str]]:

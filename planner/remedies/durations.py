@@ -45,8 +45,8 @@ SAMPLES = 65
 HALVINGS = 4
 """Of a change of limits that suffices, in search of the smallest."""
 
-LIMITS_EXPLAINED = "a higher limit with which the asked durations do; all changes of limits together"
-PAYLOAD_EXPLAINED = "the payload, kg, with which the asked durations do"
+LIMITS_EXPLAINED = "wide enough for the asked durations, together with any other change of a limit"
+PAYLOAD_EXPLAINED = "the heaviest payload, kg, with which the asked durations are long enough"
 
 
 def duration_remedies(

@@ -117,6 +117,14 @@ def test_where_the_robot_s_own_limits_are_at_fault_only_the_duration_helps(robot
         assert set(refused(hurried(robot, kind, 0.3))) == {"duration"}
 
 
+def test_auto_says_what_the_nearest_of_its_back_ends_needs(robot: Robot) -> None:
+    auto, quintic, ruckig = (
+        refused(hurried(robot, kind, 1.9, limits=Limits(velocity_scale=0.2)))["duration"][0].value
+        for kind in ("auto", "quintic", "ruckig")
+    )
+    assert auto == ruckig < quintic
+
+
 def test_a_tool_speed_on_a_line(robot: Robot) -> None:
     start = plan(hurried(robot, "cubic", 3.0)).path.waypoints[0].pose
     end = PoseWaypoint(pose=replace(start, position=start.position + np.array([0.0, 0.3, 0.0])), motion=LinearMotion())
@@ -133,7 +141,7 @@ def test_a_tool_speed_on_a_line(robot: Robot) -> None:
         assert plan(applied(problem, [remedy])).trajectory.duration == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("kind", sorted(BACKENDS))
+@pytest.mark.parametrize("kind", sorted(set(BACKENDS) - {"auto"}))
 def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> None:
     weak = robot.limit("torque") * [0.02, 1.0, 1.0, 1.0, 1.0, 1.0]
     for limits, cause in (
