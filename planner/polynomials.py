@@ -98,6 +98,20 @@ def cumulative_sums(lengths: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], sums])
 
 
+def summing_to(lengths: FloatArray, totals: FloatArray | float) -> FloatArray:
+    """Lengths (..., pieces) that sum to their totals (...) but for the last rounding.
+
+    The longest takes what is missing. Were all rounded to the grid of the total, very short ones would change by more
+    than limits allow.
+    """
+    longest = lengths.argmax(axis=-1)[..., None]
+    missing = totals - lengths.sum(axis=-1, dtype=np.longdouble)
+    there = np.take_along_axis(lengths, longest, axis=-1)
+    result = lengths.copy()
+    np.put_along_axis(result, longest, (there + missing[..., None]).astype(np.float64), axis=-1)
+    return result
+
+
 def differentiate(coefficients: FloatArray, order: int = 1) -> FloatArray:
     """Coefficients of the derivative; ascending powers on the last axis, never empty."""
     for _ in range(order):

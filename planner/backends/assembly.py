@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import cumulative_sums
+from planner.polynomials import cumulative_sums, summing_to
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -63,18 +63,12 @@ def assemble(path: JointPath, parts: Sequence[TimedPieces]) -> Trajectory:
 
 
 def _exactly(part: TimedPieces, asked: FloatArray) -> TimedPieces:
-    """The same pieces, the lengths of each segment with an asked duration summing to it without rounding error.
-
-    Adding and subtracting the duration puts the breakpoints on its grid of floating-point numbers, where
-    differences and their sums are exact.
-    """
+    """The same pieces, the lengths of each segment with an asked duration summing to it."""
     lengths = part.lengths.copy()
     there = np.bincount(part.segments, minlength=len(asked)) > 0
     for segment in np.flatnonzero(there & ~np.isnan(asked)).tolist():
-        own, duration = part.segments == segment, asked[segment]
-        ends = (np.cumsum(lengths[own]) + duration) - duration
-        ends[-1] = duration
-        lengths[own] = np.diff(ends, prepend=0.0)
+        own = part.segments == segment
+        lengths[own] = summing_to(lengths[own], asked[segment])
     return TimedPieces(lengths, part.coefficients, part.segments)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.backends.assembly import TimedPieces
 from planner.backends.demands import SampledLimits, infeasible_duration, largest_of_each, nothing_limits
-from planner.polynomials import differentiate, horner
+from planner.polynomials import differentiate, horner, summing_to
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -129,23 +129,10 @@ def _timed(motions: StraightMotions, laws: UnitLaws, durations: FloatArray) -> T
     coefficients = scaled[:, :, None, :] * motions.travels[:, None, :, None]
     coefficients[..., 0] += motions.starts[:, None]
     return TimedPieces(
-        lengths=_piece_lengths(laws, durations).ravel(),
+        lengths=summing_to(laws.lengths * durations[:, None], durations).ravel(),
         coefficients=coefficients.reshape(segments * pieces, motions.travels.shape[1], order),
         segments=np.repeat(motions.segments, pieces),
     )
-
-
-def _piece_lengths(laws: UnitLaws, durations: FloatArray) -> FloatArray:
-    """(segments, pieces), s, that sum to the durations exactly.
-
-    Adding and subtracting the duration puts the breakpoints on its grid of floating-point numbers, where
-    differences and their sums are exact.
-    """
-    column = durations[:, None]
-    breakpoints = np.zeros((len(durations), laws.lengths.shape[1] + 1))
-    breakpoints[:, 1:] = (np.cumsum(laws.lengths, axis=1) * column + column) - column
-    breakpoints[:, -1] = durations
-    return breakpoints[:, 1:] - breakpoints[:, :-1]
 
 
 def _stretched(

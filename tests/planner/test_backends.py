@@ -245,3 +245,17 @@ def test_a_segment_that_nothing_limits_needs_a_duration() -> None:
         assert refusal.value.remedies[0].change == "/waypoints/1/duration"
         timed = (waypoints[0], replace(waypoints[1], duration=refusal.value.remedies[0].value))
         assert plan(PlanningProblem(unlimited, timed, backend)).trajectory.duration == 1.0
+
+
+def test_a_ramp_of_a_millisecond_in_a_motion_of_an_hour_keeps_its_limits() -> None:
+    """Its length must not be rounded as coarsely as the hour."""
+    waypoints = (
+        JointWaypoint(position=(0.8605556614246863, 0.13489335688, 0.02048676196, -3.03774645687452, 1.476, 2.593)),
+        JointWaypoint(position=(0.6700123395200417, 0.36474828049, 0.27181249571, 2.7336406607023154, 1.488, -3.124)),
+    )
+    for scale in (0.01, 1e-3, 1e-4):
+        for duration in (None, 1e6):
+            timed = (waypoints[0], replace(waypoints[1], duration=duration))
+            arm, limits = load_robot("date_sorting_arm"), Limits(velocity_scale=scale)
+            result = plan(PlanningProblem(arm, timed, Trapezoidal(), limits))
+            assert duration is None or result.trajectory.duration == duration
