@@ -88,7 +88,7 @@ def draw(figures: dict[str, Any], file: Path) -> None:
             marker = "o" if name.startswith("our ") else "x"
             panel.plot(*zip(*points, strict=True), marker, label=name, alpha=0.6) if points else None
         panel.axhline(1.0, color="black", linewidth=0.8)
-        panel.set(title=TITLES[transition], xlabel=f"duration / our {REFERENCE}", xscale="log", yscale="log")
+        panel.set(title=TITLES[transition], xlabel=f"duration / our {REFERENCE}")
         panel.legend(fontsize="small")
     panels[0].set_ylabel("worst use of a promised limit")
     figure.savefig(file)
