@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import cumulative_sums, summing_to
+from planner.polynomials import cumulative_sums, differentiate, horner, summing_to
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -30,6 +30,16 @@ class TimedPieces:
     lengths: FloatArray
     coefficients: FloatArray
     segments: np.ndarray
+
+
+def sampled(pieces: TimedPieces, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Position, velocity, acceleration and jerk (pieces * count, joints) at even times on each piece, ends included."""
+    tau = np.linspace(0.0, 1.0, count) * pieces.lengths[:, None]
+    joints = pieces.coefficients.shape[1]
+    q, v, a, j = (
+        horner(differentiate(pieces.coefficients, k)[:, None], tau[..., None]).reshape(-1, joints) for k in range(4)
+    )
+    return q, v, a, j
 
 
 def assemble(path: JointPath, parts: Sequence[TimedPieces]) -> Trajectory:

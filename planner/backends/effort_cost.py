@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from planner.backends.assembly import sampled
 from planner.dynamics import inverse_dynamics
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import differentiate, horner
@@ -70,16 +71,6 @@ def _finite(limits: FloatArray) -> FloatArray:
     """A joint without a limit counts like the strongest, and 1 if there is none."""
     known = limits[np.isfinite(limits)]
     return np.where(np.isfinite(limits), limits, known.max(initial=0.0) or 1.0)
-
-
-def sampled(pieces: TimedPieces, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Position, velocity, acceleration and jerk (pieces * count, joints) at even times on each piece, ends included."""
-    tau = np.linspace(0.0, 1.0, count) * pieces.lengths[:, None]
-    joints = pieces.coefficients.shape[1]
-    q, v, a, j = (
-        horner(differentiate(pieces.coefficients, k)[:, None], tau[..., None]).reshape(-1, joints) for k in range(4)
-    )
-    return q, v, a, j
 
 
 def use_of_rates(pieces: TimedPieces, limits: SegmentLimits) -> float:

@@ -291,8 +291,8 @@ def best_retiming(
         slack_over, slack_under = barrier.slack_changes(spline.states(step))
         step_over = push_over - dual_over - stiff_over * slack_over
         step_under = push_under - dual_under - stiff_under * slack_under
-        length = _longest((x, step), (barrier.over, slack_over), (barrier.under, slack_under))
-        dual_length = _longest((dual_over, step_over), (dual_under, step_under))
+        length = longest_step((x, step), (barrier.over, slack_over), (barrier.under, slack_under))
+        dual_length = longest_step((dual_over, step_over), (dual_under, step_under))
         if length < LEAST_STEP:
             break
         penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
@@ -313,7 +313,7 @@ def best_retiming(
     return Retiming(x, converged=False)
 
 
-def _longest(*pairs: tuple[FloatArray, FloatArray]) -> float:
+def longest_step(*pairs: tuple[FloatArray, FloatArray]) -> float:
     """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
     fastest = max(-float((change / value).min()) for value, change in pairs)
     return 1.0 if fastest <= TO_THE_WALL else TO_THE_WALL / fastest

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.backends.retiming import longest_step
 from planner.backends.state_to_state import Rates
 from planner.backends.via_problem import LATE
 
@@ -40,8 +41,8 @@ MOST_STEPS, GAP = 30, 0.15
 FIRST_SHARE, FIRST_CENTRING, LEAST_CENTRING = 0.5, 0.2, 0.1
 """The barrier, of the duration, at first; what is left of it in the first Newton step, and in one made in full."""
 
-TO_THE_WALL, KEPT, SHORTER, MOST_SHORTENINGS = 0.98, 0.01, 0.7, 20
-"""Of the way to where a limit is reached, what a step goes; what must be left of the distance; shorter steps if not."""
+KEPT, SHORTER, MOST_SHORTENINGS = 0.01, 0.7, 20
+"""Of the distance to a limit, what a step must leave; shorter steps if it does not."""
 
 SLOWER, MARGIN, NO_ROOM = 1.05, 0.05, 1e-3
 """Than the fastest from rest to rest, the start. What a limit that leaves less than a share of it is widened to leave:
@@ -171,8 +172,8 @@ class _Program:
                 break
             dual_step = push - duals - stiff * change
             spare_dual_step = spare_push - spare_duals - spare_stiff * step.times
-            length = _longest((slacks, change), (spare, step.times))
-            dual_length = _longest((duals, dual_step), (spare_duals, spare_dual_step))
+            length = longest_step((slacks, change), (spare, step.times))
+            dual_length = longest_step((duals, dual_step), (spare_duals, spare_dual_step))
             # What is left is not linear in the durations: the step is shortened until enough is.
             for _ in range(MOST_SHORTENINGS):
                 there = point.moved(step, length)
@@ -243,12 +244,6 @@ class _Program:
         free = -(inner @ known[..., None])[..., 0]
         change = (scales * np.concatenate([ends, free], axis=-1)) @ rows.T
         return _Point(faster, states, free), growth * faster[:, None, None] - self.signs * change
-
-
-def _longest(*pairs: tuple[FloatArray, FloatArray]) -> float:
-    """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
-    fastest = max(-float((change / value).min()) for value, change in pairs)
-    return 1.0 if fastest <= TO_THE_WALL else TO_THE_WALL / fastest
 
 
 @lru_cache(maxsize=1)

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.along_curve import RATES, stretched
+from planner.backends.assembly import TimedPieces, sampled
 from planner.backends.base import enforced
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES
-from planner.polynomials import differentiate, horner
 from planner.problem import Limits
 from planner.remedies.higher_limits import limit_of, with_higher_limits
 from planner.remedies.lighter_payload import with_lighter_payload
@@ -35,9 +36,6 @@ if TYPE_CHECKING:
 
 SHARES = (1.0 - 1e-9, 0.995, 0.95)
 """Of limits, what the motion may take; the first with which the back end finds one."""
-
-RATES = ("velocity", "acceleration", "jerk")
-"""The quantities that are derivatives of the joint positions, in order."""
 
 SAMPLES = 65
 """Of torque and tool speeds on each piece."""
@@ -107,17 +105,16 @@ def _with_durations(problem: PlanningProblem, told: Mapping[int, Remedy]) -> Pla
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """Pieces of joint polynomials in time, as those of a trajectory."""
+    """Pieces of a trajectory of a robot."""
 
     robot: Robot
-    lengths: FloatArray
-    coefficients: FloatArray
-    segments: np.ndarray
+    pieces: TimedPieces
 
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
         """What it takes of the kept limits, where that is more than they are."""
         needs: Needs = {}
-        segments, groups = np.unique(self.segments, return_inverse=True)
+        owners = self.pieces.segments
+        segments, groups = np.unique(owners, return_inverse=True)
 
         def note(quantity: str, segments: np.ndarray, joint: int, values: FloatArray) -> None:
             for segment, value in zip(segments.tolist(), np.abs(values).tolist(), strict=True):
@@ -125,8 +122,8 @@ class _Motion:
                 if quantity in kept and value > limit_of(limits, *key):
                     needs[key] = max(value, needs.get(key, 0.0))
 
-        derivatives = derivatives_on_unit_time(self.coefficients, self.lengths, len(RATES) + 1)
-        for order, quantity in enumerate(RATES, 1):
+        derivatives = derivatives_on_unit_time(self.pieces.coefficients, self.pieces.lengths, len(RATES))
+        for order, quantity in list(enumerate(RATES))[1:]:
             for joint in range(self.robot.dof):
                 only = np.full((len(groups), self.robot.dof), np.inf)
                 only[:, joint] = 1.0
@@ -137,14 +134,13 @@ class _Motion:
         if np.isfinite(limits.tcp_linear_velocity).any() or np.isfinite(limits.tcp_angular_velocity).any():
             sampled |= dict(zip(TCP_QUANTITIES, tool_speeds(self.robot, *self.samples()[:2]), strict=True))
         for quantity, values in sampled.items():
-            for joint, column in enumerate(values.reshape(len(self.segments) * SAMPLES, -1).T):
-                note(quantity, self.segments, joint, column.reshape(-1, SAMPLES).max(axis=1))
+            for joint, column in enumerate(values.reshape(len(owners) * SAMPLES, -1).T):
+                note(quantity, owners, joint, column.reshape(-1, SAMPLES).max(axis=1))
         return needs
 
-    def samples(self) -> list[FloatArray]:
+    def samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Positions, velocities and accelerations, each (pieces x SAMPLES, joints)."""
-        tau = (np.linspace(0.0, 1.0, SAMPLES) * self.lengths[:, None])[..., None]
-        return [horner(differentiate(self.coefficients, k)[:, None], tau).reshape(-1, self.robot.dof) for k in range(3)]
+        return sampled(self.pieces, SAMPLES)[:3]
 
     def torques(self, robot: Robot) -> FloatArray:
         """(pieces x SAMPLES, joints)."""
@@ -155,11 +151,9 @@ def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
     """The segments of a trajectory that take longer than asked, played in the time that is asked."""
     took = trajectory.arrivals[1:] - trajectory.departures[:-1]
     ratio = np.where(path.durations < took, path.durations / took, 1.0)[trajectory.segments]
-    pieces = np.flatnonzero(ratio < 1.0)
-    ratio = ratio[pieces]
-    powers = ratio[:, None, None] ** np.arange(trajectory.coefficients.shape[2])
-    coefficients = trajectory.coefficients[pieces] / powers
-    return _Motion(path.robot, trajectory.lengths[pieces] * ratio, coefficients, trajectory.segments[pieces])
+    own = ratio < 1.0
+    pieces = TimedPieces(trajectory.lengths[own], trajectory.coefficients[own], trajectory.segments[own])
+    return _Motion(path.robot, stretched(pieces, ratio[own]))
 
 
 def _within_own_limits(problem: PlanningProblem, plan_of: PlanOf) -> Iterator[_Motion]:
@@ -170,7 +164,7 @@ def _within_own_limits(problem: PlanningProblem, plan_of: PlanOf) -> Iterator[_M
     except PlanningError:
         return
     trajectory = plan.trajectory
-    yield _Motion(plan.path.robot, trajectory.lengths, trajectory.coefficients, trajectory.segments)
+    yield _Motion(plan.path.robot, TimedPieces(trajectory.lengths, trajectory.coefficients, trajectory.segments))
 
 
 def _higher_limits(
@@ -196,5 +190,5 @@ def _higher_limits(
 
 
 def _lighter_payload(problem: PlanningProblem, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
-    limit = np.repeat(limits.torque[motion.segments], SAMPLES, axis=0)
+    limit = np.repeat(limits.torque[motion.pieces.segments], SAMPLES, axis=0)
     return with_lighter_payload(problem, motion.torques, limit, SHARES, PAYLOAD_EXPLAINED)
