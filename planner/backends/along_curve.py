@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.assembly import TimedPieces
-from planner.backends.demands import SampledLimits, infeasible_duration, largest_of_each, nothing_limits
+from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
@@ -16,7 +16,6 @@ from planner.polynomials import PiecewisePolynomial, differentiate, horner, quin
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from planner.extrema import UnitPolynomials
     from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath, Run
 
@@ -31,13 +30,6 @@ BISECTIONS = 55
 
 NO_LENGTH = 1e-9
 """Share of an interval below which a part of it is rounding."""
-
-SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 3, 512
-"""At which torque and tool speed are looked at on each piece, by the longest travel of a joint (rad, or m)."""
-
-BENT, LEAST_SHARE = 1e-3, 0.01
-"""Between two of them, what an acceleration may be off a straight line, as a share of its peak; or of this share of the
-largest peak."""
 
 SPEED_SAMPLES = 17
 """On each piece of a curve, of the tool's speed."""
@@ -197,26 +189,10 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
             note(group, factor, f"the {RATES[order]} limit of {name} asks", name)
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
-        owners, *states = _samples(derivatives, pieces.lengths, groups)
-        factors, causes = sampled.stretch(segments[owners], segments[owners], *states)
-        for group, at in enumerate(largest_of_each(factors, owners).tolist()):
-            note(group, float(factors[at]), *sampled.causes[causes[at]])
+        asked = sampled.stretch(derivatives, pieces.lengths, pieces.segments, pieces.segments, groups)
+        for group, (factor, cause) in enumerate(zip(*(values.tolist() for values in asked), strict=True)):
+            note(group, factor, *sampled.causes[cause])
     return dict(zip(segments.tolist(), worst, strict=True))
-
-
-def _samples(
-    derivatives: UnitPolynomials, lengths: FloatArray, groups: np.ndarray
-) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
-    """Group (N,) of each sample, and position, velocity and acceleration (N, joints) there."""
-    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
-    travels = speeds.max(axis=1) * lengths
-    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
-    steps = lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))  # between two, off a chord by h^2 f'' / 8
-    counts = np.clip(np.maximum(SAMPLES_PER_RADIAN * travels, steps), FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
-    pieces = np.repeat(np.arange(len(counts)), counts)
-    unit = (np.arange(len(pieces)) - (np.cumsum(counts) - counts)[pieces]) / (counts - 1)[pieces]
-    q, dq, ddq = (horner(derivatives.coefficients[k][pieces], unit[:, None]) for k in range(3))
-    return groups[pieces], q, dq, ddq
 
 
 def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:

@@ -9,17 +9,27 @@ import numpy as np
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
 from planner.kinematics.forward import tool_speeds
+from planner.polynomials import horner
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from planner.extrema import UnitPolynomials
     from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
     from planner.robots import Robot
 
-SAMPLED_MARGIN = 1.002
+SAMPLED_MARGIN = 1.0005
 """Durations set by sampled quantities (torque, tool speed) are longer by this, for what lies between samples."""
+
+SAMPLES_PER_RADIAN, BENT, LEAST_SHARE, FEWEST_SAMPLES, MOST_SAMPLES = 25, 0.05, 0.01, 5, 512
+"""On a piece, to begin with: by the longest travel of a joint (rad, or m), and so many that between two an acceleration
+is off a straight line by at most this share of its peak, or of this share of the largest peak."""
+
+CAUTION, MOST_HALVINGS = 2.0, 8
+"""Between three samples a parabola rises above the largest by at most an eighth of their second difference: what it is
+multiplied by, for all that is no parabola; and times that steps are halved where it is more than the margin allows."""
 
 
 class SampledLimits:
@@ -43,34 +53,59 @@ class SampledLimits:
 
     def stretch(
         self,
+        derivatives: UnitPolynomials,
+        lengths: FloatArray,
         rows: np.ndarray,
         segments: np.ndarray,
-        positions: FloatArray,
-        velocities: FloatArray,
-        accelerations: FloatArray,
+        groups: np.ndarray,
     ) -> tuple[FloatArray, np.ndarray]:
-        """(N,): factors on all times with which samples keep these limits, less than 1 where they could be faster.
+        """(groups,): factors on all times with which pieces keep these limits, less than 1 where they could be faster.
 
-        And (N,): index of the cause of each.
+        And (groups,): index of the cause of each. There are more samples wherever a peak may be between them.
 
         Args:
-            rows: (N,), of the limits.
-            segments: (N,), indices for the refusal.
-            positions: (N, joints), samples of the motion.
-            velocities: (N, joints).
-            accelerations: (N, joints).
+            derivatives: Of the motion by time, up to the fourth.
+            lengths: (pieces,), s.
+            rows: (pieces,), of the limits.
+            segments: (pieces,), indices for the refusal.
+            groups: (pieces,), from 0 on without gaps.
 
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
+        best, causes = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
+        counts, pieces = _counts(derivatives, lengths), np.arange(len(lengths))
+        for _ in range(MOST_HALVINGS + 1):
+            own = counts[pieces]
+            at, first = np.repeat(pieces, own), np.cumsum(own) - own
+            unit = (np.arange(len(at)) - np.repeat(first, own)) / (counts - 1)[at]
+            q, v, a = (horner(derivatives.coefficients[k][at], unit[:, None]) for k in range(3))
+            needed = self._needed(rows[at], segments[at], q, v, a)
+            values, owners = needed.max(axis=1), groups[at]
+            worst = _largest_of_each(values, owners, len(best))
+            better = np.flatnonzero((worst >= 0) & (values[worst] > best))
+            best[better], causes[better] = values[worst[better]], needed[worst[better]].argmax(axis=1)
+            bends = np.abs(needed[:-2] - 2.0 * needed[1:-1] + needed[2:])
+            room = (np.maximum(np.maximum(needed[:-2], needed[1:-1]), needed[2:]) + CAUTION / 8.0 * bends).max(axis=1)
+            open_ones = (room > best[owners[1:-1]] * SAMPLED_MARGIN) & (at[:-2] == at[2:])
+            pieces = np.unique(at[1:-1][open_ones])
+            if not len(pieces):
+                break
+            counts[pieces] = 2 * counts[pieces] - 1
+        return best * SAMPLED_MARGIN, causes
+
+    def _needed(
+        self, rows: np.ndarray, segments: np.ndarray, positions: FloatArray, velocities: FloatArray, gains: FloatArray
+    ) -> FloatArray:
+        """(N, causes): the factor that each limit asks for at samples (N, joints) of the motion."""
         linear, angular, torque = self.linear[rows], self.angular[rows], self.torque[rows]
         needed = np.zeros((len(rows), len(self.causes)))
         if np.isfinite(linear).any() or np.isfinite(angular).any():
             speeds = tool_speeds(self.robot, positions, velocities)
             needed[:, -2], needed[:, -1] = speeds[0] / linear, speeds[1] / angular
         if np.isfinite(torque).any():
-            needed[:, :-2] = self._stretch_for_torque(torque, segments, positions, velocities, accelerations)
-        return needed.max(axis=1) * SAMPLED_MARGIN, needed.argmax(axis=1)
+            needed[:, :-2] = self._stretch_for_torque(torque, segments, positions, velocities, gains)
+        return needed
 
     def _stretch_for_torque(
         self,
@@ -90,10 +125,19 @@ class SampledLimits:
         return factors
 
 
-def largest_of_each(values: FloatArray, owners: np.ndarray) -> np.ndarray:
-    """(owners,): index of the largest of the values (N,) of each owner (N,), from 0 on without gaps."""
+def _counts(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
+    """(pieces,): samples to begin with."""
+    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
+    travels = speeds.max(axis=1) * lengths
+    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
+    steps = lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))  # between two, off a chord by h^2 f'' / 8
+    return np.clip(np.maximum(SAMPLES_PER_RADIAN * travels, steps), FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
+
+
+def _largest_of_each(values: FloatArray, owners: np.ndarray, count: int) -> np.ndarray:
+    """(count,): index of the largest of the values (N,) of each owner (N,); of an owner without any, -1."""
     order = np.argsort(values, kind="stable")
-    largest = np.empty(int(owners.max()) + 1, dtype=int)
+    largest = np.full(count, -1)
     largest[owners[order]] = order  # the last one stays
     return largest
 

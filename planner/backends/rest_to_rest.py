@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.assembly import TimedPieces
-from planner.backends.demands import SampledLimits, infeasible_duration, largest_of_each, nothing_limits
-from planner.polynomials import differentiate, horner, summing_to
+from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
+from planner.extrema import derivatives_on_unit_time
+from planner.polynomials import summing_to
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,9 +32,6 @@ RAMPS = "ramps"
 MOST_STRETCHES = 50
 """Times that a segment is lengthened for its sampled limits, each time by less."""
 
-SAMPLES_PER_RADIAN, FEWEST_SAMPLES, MOST_SAMPLES = 100, 48, 512
-"""Samples on one piece, by the travel of its busiest joint (rad, or m)."""
-
 
 @dataclass(frozen=True, eq=False)
 class UnitLaws:
@@ -46,13 +44,6 @@ class UnitLaws:
 
     lengths: FloatArray
     coefficients: FloatArray
-
-    def sample(self, segment: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The law s and its first two derivatives at `count` points on each piece, both ends included; each (N, 1)."""
-        tau = np.linspace(0.0, 1.0, count) * self.lengths[segment, :, None]
-        pieces = self.coefficients[segment, :, None, :]
-        s, ds, dds = (horner(differentiate(pieces, k), tau).reshape(-1, 1) for k in range(3))
-        return s, ds, dds
 
 
 @dataclass(frozen=True)
@@ -154,25 +145,17 @@ def _stretched(
         if laws is before or not sampled.limited.any():
             break
         rows = np.flatnonzero(sampled.limited)
-        owners, states = _samples(motions, laws, rows)
-        factors, asks = sampled.stretch(rows[owners], motions.segments[rows[owners]], *states)
-        worst = largest_of_each(factors, owners)
-        limited = factors[worst] > durations[rows] * (1.0 + DURATION_TOLERANCE)
-        causes |= {row: sampled.causes[asks[at]] for row, at in zip(rows[limited], worst[limited], strict=True)}
-        durations[rows[limited]] = factors[worst[limited]]
+        pieces = _timed(motions, laws, durations)
+        own = np.repeat(np.arange(len(durations)), laws.lengths.shape[1])
+        there = sampled.limited[own] & (pieces.lengths > 0.0)
+        own, lengths = own[there], pieces.lengths[there]
+        derivatives = derivatives_on_unit_time(pieces.coefficients[there], lengths, 5)
+        groups = np.searchsorted(rows, own)
+        factors, asks = sampled.stretch(derivatives, lengths, own, motions.segments[own], groups)
+        limited = factors > 1.0 + DURATION_TOLERANCE
+        causes |= {row: sampled.causes[ask] for row, ask in zip(rows[limited], asks[limited], strict=True)}
+        durations[rows[limited]] *= factors[limited]
     return durations, causes
-
-
-def _samples(motions: StraightMotions, laws: UnitLaws, rows: np.ndarray) -> tuple[np.ndarray, list[FloatArray]]:
-    """Index (N,) into the rows of each sample, and position, velocity and acceleration (N, joints) there."""
-    owners, states = [], []
-    for owner, row in enumerate(rows.tolist()):
-        travel = motions.travels[row]
-        count = int(np.clip(SAMPLES_PER_RADIAN * np.abs(travel).max(), FEWEST_SAMPLES, MOST_SAMPLES))
-        s, ds, dds = laws.sample(row, count)
-        owners.append(np.full(len(s), owner))
-        states.append((motions.starts[row] + s * travel, ds * travel, dds * travel))
-    return np.concatenate(owners), [np.concatenate(parts) for parts in zip(*states, strict=True)]
 
 
 def _infeasible(
