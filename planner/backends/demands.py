@@ -131,7 +131,8 @@ def _counts(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
     travels = speeds.max(axis=1) * lengths
     peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
     steps = lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))  # between two, off a chord by h^2 f'' / 8
-    return np.clip(np.maximum(SAMPLES_PER_RADIAN * travels, steps), FEWEST_SAMPLES, MOST_SAMPLES).astype(int)
+    counts = np.clip(np.maximum(SAMPLES_PER_RADIAN * travels, steps), FEWEST_SAMPLES, MOST_SAMPLES)
+    return np.asarray(counts, dtype=int)
 
 
 def _largest_of_each(values: FloatArray, owners: np.ndarray, count: int) -> np.ndarray:

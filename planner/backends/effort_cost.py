@@ -8,7 +8,6 @@ import numpy as np
 
 from planner.backends.assembly import sampled
 from planner.dynamics import inverse_dynamics
-from planner.kinematics.forward import tool_speeds
 from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
@@ -21,9 +20,6 @@ Objective = Literal["effort", "mechanical_work", "jerk"]
 
 SAMPLES, FEWEST_ON_A_PIECE = 400, 9
 """On a motion, and on each of its pieces; odd, for Simpson's rule."""
-
-SAMPLES_PER_RADIAN = 100
-"""Where torques and tool speeds are looked at, by the farthest travel of a joint on a piece (rad, or m)."""
 
 
 class Cost:
@@ -88,25 +84,3 @@ def use_of_rates(pieces: TimedPieces, limits: SegmentLimits) -> float:
     uses += [np.abs(horner(a, t)) / limits.acceleration for t in (np.zeros_like(h), h)]
     uses.append(np.abs(j[..., 0]) / limits.jerk)
     return float(np.max(uses))
-
-
-def use_of_samples(robot: Robot, pieces: TimedPieces, limits: SegmentLimits) -> FloatArray:
-    """(pieces,): the largest share of a torque or tool speed limit that is used at samples of each piece.
-
-    Args:
-        robot: With tool and payload.
-        pieces: Cubic, short.
-        limits: Of each piece.
-    """
-    travels = np.abs(differentiate(pieces.coefficients)[..., 0]).max(axis=1) * pieces.lengths
-    count = max(FEWEST_ON_A_PIECE, int(SAMPLES_PER_RADIAN * travels.max()))
-    q, v, a, _ = sampled(pieces, count)
-    uses = np.zeros(len(pieces.lengths))
-    if robot.has_dynamics and np.isfinite(limits.torque).any():
-        torques = np.abs(inverse_dynamics(robot, q, v, a)).reshape(len(uses), count, -1).max(axis=1)
-        uses = (torques / limits.torque).max(axis=1)
-    tool = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
-    if np.isfinite(tool).any():
-        speeds = np.array(tool_speeds(robot, q, v)).reshape(2, len(uses), count).max(axis=2)
-        uses = np.maximum(uses, (speeds / tool).max(axis=0))
-    return uses

@@ -18,7 +18,8 @@ from planner.backends.along_curve import (
 )
 from planner.backends.assembly import TimedPieces
 from planner.backends.base import enforced
-from planner.backends.effort_cost import Cost, use_of_rates, use_of_samples
+from planner.backends.demands import SampledLimits
+from planner.backends.effort_cost import Cost, use_of_rates
 from planner.backends.effort_on_curve import Search
 from planner.backends.effort_program import Numbers, program_of
 from planner.backends.effort_terms import Layout
@@ -26,6 +27,7 @@ from planner.backends.jerk_limited import fastest_law
 from planner.backends.run_laws import time_run
 from planner.backends.splines import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit
+from planner.extrema import derivatives_on_unit_time
 from planner.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
@@ -37,12 +39,9 @@ if TYPE_CHECKING:
 FEWEST_INTERVALS = 8
 """Intervals of the spline on a segment that is passed without stopping: fewer leave it little freedom."""
 
-SAMPLED_MARGIN = 1.002
-"""Torques and tool speeds between samples of the answer may be higher by this."""
-
 FIRST_MARGIN, MOST_REPAIRS, REPAIR = 1.003, 8, 1.5
-"""The same for the solver, which sees only the breakpoints; on a piece where it does not do, this multiple of the
-excess is added to it."""
+"""What torques and tool speeds may be higher by between the breakpoints, which are all that the solver sees; on a piece
+where it does not do, this multiple of the excess is added to it."""
 
 COARSE, FINE = 1.05, 32
 """An excess between the breakpoints above this asks for twice as many intervals, if there are not as many as this."""
@@ -236,13 +235,22 @@ class ThroughWaypoints(Optimum):
             pieces, own = TimedPieces(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
             if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
                 return None
-            use = use_of_samples(self.path.robot, pieces, own) * SAMPLED_MARGIN
-            if (use <= 1.0).all():
+            needed = self._needed(pieces)
+            if (needed <= 1.0).all():
                 self.converged = motion.converged
                 return pieces
-            if use.max() > COARSE and len(rows) < FINE:
+            if needed.max() > COARSE and len(rows) < FINE:
                 intervals *= 2
             else:
-                margins = margins * (1.0 + REPAIR * np.maximum(use - 1.0, 0.0)[:, None])
+                margins = margins * (1.0 + REPAIR * np.maximum(needed - 1.0, 0.0)[:, None])
                 begin = PiecewisePolynomial(motion.lengths, motion.coefficients)
         return None
+
+    def _needed(self, pieces: TimedPieces) -> FloatArray:
+        """(pieces,): the factors on all times that torque and tool speed ask for."""
+        watched = SampledLimits(self.path.robot, self.path.limits)
+        if not watched.limited[pieces.segments].any():
+            return np.zeros(len(pieces.lengths))
+        derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, 5)
+        each = np.arange(len(pieces.lengths))
+        return watched.stretch(derivatives, pieces.lengths, pieces.segments, pieces.segments, each)[0]
