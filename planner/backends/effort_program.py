@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from planner.backends.effort_stage import stage_of
-from planner.backends.effort_terms import RESTING, Layout, Parameters, build_terms, with_derivatives
+from planner.backends.effort_stage import stage_of, tool_stage_of
+from planner.backends.effort_terms import RESTING, TOOL_SHARES, Layout, Parameters, build_terms, with_derivatives
 from planner.backends.last_used import LastUsed
 from planner.dynamics.symbolic import dynamics_content
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 INSIDE = 1.0 - 1e-7
 """Of a limit: what the solver may use, so that its own tolerance stays within the limit."""
 
-IPOPT = {
+IPOPT: dict[str, Any] = {
     "sb": "yes",
     "print_level": 0,
     "tol": 1e-5,
@@ -40,6 +40,16 @@ IPOPT = {
     "max_iter": 200,
 }
 """The cost is scaled to about 1, and what it begins with is near the limits already."""
+
+AGAIN: dict[str, Any] = IPOPT | {
+    "warm_start_init_point": "yes",
+    "mu_init": 1e-5,
+    **{
+        f"warm_start_{push}": 1e-9
+        for push in ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
+    },
+}
+"""From the solution of nearly the same numbers: two thirds of the iterations."""
 
 UNNEEDED = {"calc_lam_p": False, "no_nlp_grad": True}
 """What CasADi would build for the sensitivity of the optimum to the parameters."""
@@ -59,7 +69,8 @@ class Numbers(NamedTuple):
         lower: (joints,), position limits.
         upper: (joints,).
         rates: (3, segments, joints): limits of velocity, acceleration and jerk, infinite: none.
-        watched: (pieces, joints or joints + 2): limits of torque and of the squared tool speeds.
+        torque: (pieces, joints), limits, infinite: none.
+        tool: (pieces, 2), limits of the squares of the tool's speed and angular speed.
         units: (3, joints): what torque, power and jerk are measured by in the cost.
         durations: (segments,), s: those asked or, where free, a first guess.
         free: (segments,), whether a duration is to be found.
@@ -73,7 +84,8 @@ class Numbers(NamedTuple):
     lower: FloatArray
     upper: FloatArray
     rates: FloatArray
-    watched: FloatArray
+    torque: FloatArray
+    tool: FloatArray
     units: FloatArray
     durations: FloatArray
     free: np.ndarray
@@ -90,11 +102,13 @@ class Motion(NamedTuple):
         lengths: (pieces,), s.
         coefficients: (pieces, joints, 4), ascending powers of local time.
         converged: Whether it is an optimum.
+        multipliers: Of the bounds and of the constraints, as the solver has them.
     """
 
     lengths: FloatArray
     coefficients: FloatArray
     converged: bool
+    multipliers: tuple[Any, Any]
 
 
 LEAST_TIME, MOST_TIME = 0.25, 10.0
@@ -108,27 +122,37 @@ class Program:
         import casadi as ca
 
         self.layout, self.joints, self.pieces = layout, robot.dof, layout.segments * layout.intervals
-        parameters = Parameters(layout, robot.dof, robot.dof + 2 * layout.watches_tool)
+        parameters = Parameters(layout, robot.dof)
         terms, p = build_terms(layout, robot.dof, parameters), parameters.all
-        stage = stage_of(robot, layout.objective, layout.watches_tool)
-        functions = with_derivatives(terms, parameters, stage)
+        tool = tool_stage_of(robot) if layout.watches_tool else None
+        functions = with_derivatives(terms, parameters, stage_of(robot, layout.objective), tool)
         count = {name: terms.x.numel() if name == "x" else functions["jac_g"].size1_out("g") for name in ("x", "g")}
         self.inequalities = count["g"] - terms.at_via.numel() - 1
         self.watch = _watch_of(count["x"], count["g"], p.numel(), self.inequalities)
         value, derivatives = functions.pop("value"), functions
-        options = {"iteration_callback": self.watch, "print_time": False, **UNNEEDED, **derivatives, "ipopt": IPOPT}
+        shared: dict[str, Any] = {"iteration_callback": self.watch, "print_time": False, **UNNEEDED, **derivatives}
         f, g = value(terms.x, p)
-        self.solver = ca.nlpsol("least_cost", "ipopt", {"x": terms.x, "p": p, "f": f, "g": g}, options)
+        program: dict[str, Any] = {"x": terms.x, "p": p, "f": f, "g": g}
+        self.solver, self.solver_again = (
+            ca.nlpsol("least_cost", "ipopt", program, {**shared, "ipopt": own}) for own in (IPOPT, AGAIN)
+        )
         self.motion = ca.Function("motion", [terms.x, p], terms.motion)
         self.at_via = ca.Function("at_via", [terms.x, p], [terms.at_via, ca.jacobian(terms.at_via, terms.x)])
 
-    def solve(self, m: Numbers, first: PiecewisePolynomial, stop_at: float | None) -> Motion:
+    def solve(
+        self,
+        m: Numbers,
+        first: PiecewisePolynomial,
+        stop_at: float | None,
+        multipliers: tuple[Any, Any] | None = None,
+    ) -> Motion:
         """The optimum, or the best motion within the limits that there was when time was up.
 
         Args:
             m: What is asked.
             first: A motion to begin with, of the same durations.
             stop_at: By the monotonic clock, s; None: no limit of time.
+            multipliers: If the first motion is this program's own for nearly the same numbers: those of it.
         """
         length, unit_time = float(np.abs(m.positions - m.positions[0]).max()), float(m.durations.mean())
         p = self._numbers(m, length, unit_time)
@@ -139,7 +163,11 @@ class Program:
         inequalities = np.full(self.inequalities, INSIDE)
         total = [-np.inf, np.inf] if m.total is None else [m.total / unit_time] * 2
         self.watch.begin(stop_at)
-        result = self.solver(
+        solver, known = self.solver, {}
+        if multipliers is not None:
+            solver, known = self.solver_again, dict(zip(("lam_x0", "lam_g0"), multipliers, strict=True))
+        result = solver(
+            **known,
             x0=np.concatenate([begin, durations]),
             p=p,
             lbx=np.concatenate([box[0], np.where(m.free, LEAST_TIME, 1.0) * durations]),
@@ -147,11 +175,13 @@ class Program:
             lbg=np.concatenate([-inequalities, via, total[:1]]),
             ubg=np.concatenate([inequalities, via, total[1:]]),
         )
-        converged = bool(self.solver.stats()["success"])
+        converged = bool(solver.stats()["success"])
         x = np.array(result["x"]).ravel() if converged or self.watch.best is None else self.watch.best
         x = self._onto_waypoints(x, p)
         found = np.where(m.free, x[-self.layout.segments :] * unit_time, m.durations)
-        return Motion(self._lengths(found), self._powers(x, p, m.positions[0]), converged)
+        return Motion(
+            self._lengths(found), self._powers(x, p, m.positions[0]), converged, (result["lam_x"], result["lam_g"])
+        )
 
     def _lengths(self, durations: FloatArray) -> FloatArray:
         """(pieces,), s, that sum to the durations (segments,) exactly: breakpoints on the grid of their numbers."""
@@ -163,10 +193,8 @@ class Program:
         """In the order in which the program has them."""
         owners = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
         velocity, acceleration, jerk = 1.0 / m.rates[:, owners]
-        watched = 1.0 / m.watched
-        instants = np.maximum(watched[:-1], watched[1:])
-        if self.layout.watches_tool:
-            instants = np.vstack([instants, watched])
+        torque, tool = 1.0 / m.torque, 1.0 / m.tool
+        tool = np.vstack([np.maximum(tool[:-1], tool[1:]), *[tool] * len(TOOL_SHARES)])[: self.layout.tool_instants]
         points = (m.positions - m.positions[0]) / length
         parts = [
             points[-1],
@@ -175,7 +203,8 @@ class Program:
             np.max([velocity[:-2], velocity[1:-1], velocity[2:]], axis=0).T,
             np.maximum(acceleration[:-1], acceleration[1:]).T,
             jerk.T,
-            instants.T,
+            np.maximum(torque[:-1], torque[1:]).T,
+            tool.T,
             m.units[:2],
             m.units[2],
             m.free.astype(float),

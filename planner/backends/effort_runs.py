@@ -39,9 +39,12 @@ if TYPE_CHECKING:
 FEWEST_INTERVALS = 8
 """Intervals of the spline on a segment that is passed without stopping: fewer leave it little freedom."""
 
-FIRST_MARGIN, MOST_REPAIRS, REPAIR = 1.003, 8, 1.5
-"""What torques and tool speeds may be higher by between the breakpoints, which are all that the solver sees; on a piece
-where it does not do, this multiple of the excess is added to it."""
+FIRST_MARGIN, MOST_REPAIRS = 1.003, 8
+"""What torques and squares of tool speeds may be higher by between the instants that the solver sees, to begin with."""
+
+REPAIR, NEAR, LEAST_REPAIR = 1.5, 0.5, 2e-3
+"""On a piece where that does not do, this multiple of the excess is added to it, or of this share of a neighbour's, to
+which it would move; and a little."""
 
 COARSE, FINE = 1.05, 32
 """An excess between the breakpoints above this asks for twice as many intervals, if there are not as many as this."""
@@ -214,7 +217,8 @@ class ThroughWaypoints(Optimum):
             lower=limits.lower,
             upper=limits.upper,
             rates=np.array([limits.velocity, limits.acceleration, limits.jerk]),
-            watched=torque,
+            torque=torque,
+            tool=tool,
             units=self.cost.units,
             durations=durations,
             free=free,
@@ -223,14 +227,13 @@ class ThroughWaypoints(Optimum):
             cost=self.price(first),
             resting=self.cost.at_rest(self.positions[[0, -1]]),
         )
-        begin, margins = PiecewisePolynomial(first.lengths, first.coefficients), np.full((1, 1), FIRST_MARGIN)
+        begin, multipliers = PiecewisePolynomial(first.lengths, first.coefficients), None
+        margins = np.full((segments * intervals, 1), FIRST_MARGIN)
         for _ in range(MOST_REPAIRS):
             rows = np.repeat(np.arange(segments), intervals)
-            watched = torque[rows] / margins
-            if watches_tool:
-                watched = np.hstack([watched, (tool[rows] / margins) ** 2])
             program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
-            motion = program.solve(numbers._replace(watched=watched), begin, self.stop_at)
+            narrowed = numbers._replace(torque=torque[rows] / margins, tool=tool[rows] ** 2 / margins)
+            motion = program.solve(narrowed, begin, self.stop_at, multipliers)
             owners = self.run.segments[rows]
             pieces, own = TimedPieces(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
             if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
@@ -240,10 +243,12 @@ class ThroughWaypoints(Optimum):
                 self.converged = motion.converged
                 return pieces
             if needed.max() > COARSE and len(rows) < FINE:
-                intervals *= 2
+                intervals, margins, multipliers = 2 * intervals, np.repeat(margins, 2, axis=0), None
             else:
-                margins = margins * (1.0 + REPAIR * np.maximum(needed - 1.0, 0.0)[:, None])
-                begin = PiecewisePolynomial(motion.lengths, motion.coefficients)
+                excess = np.maximum(needed**2 - 1.0, 0.0)
+                excess = np.max([excess, NEAR * np.append(excess[1:], 0.0), NEAR * np.append(0.0, excess[:-1])], axis=0)
+                margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
+                begin, multipliers = PiecewisePolynomial(motion.lengths, motion.coefficients), motion.multipliers
         return None
 
     def _needed(self, pieces: TimedPieces) -> FloatArray:

@@ -3,9 +3,9 @@
 Each joint is a cubic B-spline over the segments of a run, every segment in equal intervals: C2, with piecewise linear
 acceleration and piecewise constant jerk. The coefficients of a B-spline and of its derivatives bound it (de Boor, A
 Practical Guide to Splines, 2001, ch. IX and XI), so position, velocity, acceleration and jerk keep their limits
-everywhere if the coefficients do. Torques are held, and the cost is summed, at the breakpoints; where the tool's
-speed is limited, halfway between them, too. The first and the last three coefficients are the ends: rest, without
-acceleration.
+everywhere if the coefficients do. Torques are held, and the cost is summed, at the breakpoints; the tool's speed, which
+is cheaper to know and would rise between them, at shares of the intervals, too. The first and the last three
+coefficients are the ends: rest, without acceleration.
 
 Unknown are the other coefficients and the durations of the segments. Lengths are measured by the run's largest travel,
 times by its mean segment, so that motions of any size look alike to the solver. CasADi differentiates; the second
@@ -21,10 +21,13 @@ if TYPE_CHECKING:
     import casadi as ca
 
     from planner.backends.effort_cost import Objective
-    from planner.backends.effort_stage import Stage
+    from planner.backends.effort_stage import Stage, ToolStage
 
 RESTING = 3
 """Coefficients at each end that are the end position itself."""
+
+TOOL_SHARES = (0.25, 0.5, 0.75)
+"""Of an interval, where the tool's speed is held."""
 
 
 class Layout(NamedTuple):
@@ -44,18 +47,19 @@ class Layout(NamedTuple):
 
     @property
     def instants(self) -> int:
-        """At which torques, tool speeds and costs are looked at: the inner breakpoints; with the tool also halfway.
+        """At which torques and costs are looked at: the inner breakpoints."""
+        return self.segments * self.intervals - 1
 
-        A tool held at the breakpoints alone would hurry between them.
-        """
-        pieces = self.segments * self.intervals
-        return 2 * pieces - 1 if self.watches_tool else pieces - 1
+    @property
+    def tool_instants(self) -> int:
+        """At which the tool's speed is: the inner breakpoints, then the shares of every interval."""
+        return self.instants + len(TOOL_SHARES) * (self.instants + 1) if self.watches_tool else 0
 
 
 class Parameters:
     """Symbols of all numbers, in the order of `Program.solve`."""
 
-    def __init__(self, layout: Layout, joints: int, watched: int) -> None:
+    def __init__(self, layout: Layout, joints: int) -> None:
         import casadi as ca
 
         pieces = layout.segments * layout.intervals
@@ -66,7 +70,8 @@ class Parameters:
         self.velocity = ca.MX.sym("velocity", joints, pieces - 2)
         self.acceleration = ca.MX.sym("acceleration", joints, pieces - 1)
         self.jerk = ca.MX.sym("jerk", joints, pieces)
-        self.watched = ca.MX.sym("watched", watched, layout.instants)
+        self.torque = ca.MX.sym("torque", joints, layout.instants)
+        self.tool = ca.MX.sym("tool", 2, layout.tool_instants)
         self.units = ca.MX.sym("units", 2, joints)
         self.unit_of_jerk = ca.MX.sym("unit_of_jerk", joints)
         self.is_free = ca.MX.sym("is_free", layout.segments)
@@ -90,14 +95,16 @@ class Terms(NamedTuple):
     Attributes:
         x: Coefficients, then durations.
         states: (3 joints + 1, instants), what the stage is a function of.
+        tool_states: (2 joints, tool instants), what that of the tool is.
         smooth: The part of the cost that has nothing to do with torques.
-        rest: Constraints that have nothing to do with torques: rates, waypoints, total duration.
+        rest: Constraints that have nothing to do with torques and the tool: rates, waypoints, total duration.
         at_via: Those of the waypoints.
         motion: Position, velocity and acceleration at the breakpoints, jerk and length of the pieces.
     """
 
     x: ca.MX
     states: ca.MX
+    tool_states: ca.MX
     smooth: ca.MX
     rest: ca.MX
     at_via: ca.MX
@@ -120,28 +127,32 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     bounds = bounds * length / unit_time
     q, h = shape * length, h[0, :] * unit_time
 
-    share = 3.0 if layout.watches_tool else 1.0  # Simpson's rule, where there are instants between the breakpoints
-    inner, stands_for = [q[:, 1:-1], v[:, 1:-1], a[:, 1:-1]], (h[:-1] + h[1:]) / 2.0 / share
+    half = (h[:-1] + h[1:]) / 2.0
+    origins = ca.repmat(p.origin, 1, layout.instants)
+    states = ca.vertcat(q[:, 1:-1] + origins, v[:, 1:-1], a[:, 1:-1], half)
+    tool_states = ca.MX(2 * n, 0)
     if layout.watches_tool:
-        half = ca.repmat(h / 2.0, n, 1)
-        middle = (
-            q[:, :-1] + half * (v[:, :-1] + half * (a[:, :-1] / 2.0 + half * j / 6.0)),
-            v[:, :-1] + half * (a[:, :-1] + half * j / 2.0),
-            a[:, :-1] + half * j,
-        )
-        inner = [ca.horzcat(*pair) for pair in zip(inner, middle, strict=True)]
-        stands_for = ca.horzcat(stands_for, h * 2.0 / 3.0)
-    states = ca.vertcat(inner[0] + ca.repmat(p.origin, 1, layout.instants), *inner[1:], stands_for)
-    ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0 / share
+        places, speeds = [q[:, 1:-1]], [v[:, 1:-1]]
+        for share in TOOL_SHARES:
+            t = ca.repmat(share * h, n, 1)
+            places.append(q[:, :-1] + t * (v[:, :-1] + t * (a[:, :-1] / 2.0 + t * j / 6.0)))
+            speeds.append(v[:, :-1] + t * (a[:, :-1] + t * j / 2.0))
+        origins = ca.repmat(p.origin, 1, layout.tool_instants)
+        tool_states = ca.vertcat(ca.horzcat(*places) + origins, ca.horzcat(*speeds))
+    ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0
     smooth = p.time_weight * ca.sum1(durations) * unit_time + ends
     if layout.objective == "jerk":
         smooth = smooth + ca.sum2(ca.sum1((j / ca.repmat(p.unit_of_jerk, 1, pieces)) ** 2) * h)
     at_via = ca.vec(shape[:, layout.intervals : -1 : layout.intervals] - p.via)
     rest = ca.veccat(bounds[:, 2:-2] * p.velocity, a[:, 1:-1] * p.acceleration, j * p.jerk)
-    return Terms(x, states, smooth, ca.vertcat(rest, at_via, ca.dot(p.is_free, durations)), at_via, [q, v, a, j, h])
+    return Terms(
+        x, states, tool_states, smooth, ca.vertcat(rest, at_via, ca.dot(p.is_free, durations)), at_via, [q, v, a, j, h]
+    )
 
 
-def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage) -> dict[str, ca.Function]:
+def with_derivatives(
+    terms: Terms, parameters: Parameters, stage: Stage, tool: ToolStage | None
+) -> dict[str, ca.Function]:
     """The program and the derivatives that the solver asks for, by the solver's names for them.
 
     With D the derivative of the states by x, blocks of the stage's derivatives at each instant are chained by D; the
@@ -150,37 +161,50 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage) -> dict
     import casadi as ca
 
     x, p = terms.x, parameters.all
-    states, instants = terms.states.shape
-    watched = parameters.watched.shape[0]
+    joints, instants = parameters.torque.shape
     at = (terms.states, ca.repmat(parameters.units, 1, instants))
 
-    def blocks(values: ca.MX, rows: int) -> ca.MX:
-        return ca.sparsity_cast(ca.vec(values), ca.diagcat(*[ca.Sparsity.dense(rows, states)] * instants))
-
-    cost, used = stage.value.map(instants)(*at)
+    cost, torques = stage.value.map(instants)(*at)
     f = (ca.sum2(cost) + terms.smooth) * parameters.per_cost
-    g = ca.vertcat(ca.vec(used * parameters.watched), terms.rest)
     chain = ca.jacobian(ca.vec(terms.states), x)
-    by_watched = stage.slopes.map(instants)(terms.states)
-    by_cost = stage.gradient.map(instants)(*at)
-    gradient = (ca.vec(by_cost).T @ chain + ca.jacobian(terms.smooth, x)) * parameters.per_cost
-    of_watched = ca.diag(ca.vec(parameters.watched)) @ (blocks(by_watched, watched) @ chain)
-    jacobian = ca.vertcat(of_watched, ca.jacobian(terms.rest, x))
+    gradient = (
+        ca.vec(stage.gradient.map(instants)(*at)).T @ chain + ca.jacobian(terms.smooth, x)
+    ) * parameters.per_cost
+    uses = [ca.vec(torques * parameters.torque)]
+    slopes = [_scaled(parameters.torque, _blocks(stage.slopes.map(instants)(terms.states), joints, instants) @ chain)]
+    if tool is not None:
+        places = parameters.tool.shape[1]
+        tool_chain = ca.jacobian(ca.vec(terms.tool_states), x)
+        by_tool = _blocks(tool.slopes.map(places)(terms.tool_states), 2, places)
+        uses.append(ca.vec(tool.value.map(places)(terms.tool_states) * parameters.tool))
+        slopes.append(_scaled(parameters.tool, by_tool @ tool_chain))
+    g = ca.vertcat(*uses, terms.rest)
+    jacobian = ca.vertcat(*slopes, ca.jacobian(terms.rest, x))
 
     factor, multipliers = ca.MX.sym("factor"), ca.MX.sym("multipliers", g.numel())
-    of_stage, of_rest = ca.vertsplit(multipliers, [0, watched * instants, g.numel()])
-    weights = ca.reshape(of_stage, watched, instants) * parameters.watched
+    starts = [0, joints * instants, joints * instants + parameters.tool.numel(), g.numel()]
+    of_torques, of_tool, of_rest = ca.vertsplit(multipliers, starts)
     second, first, stiffness, by_torques = stage.curvature.map(instants)(
-        *at, ca.repmat(factor * parameters.per_cost, 1, instants), weights
+        *at,
+        ca.repmat(factor * parameters.per_cost, 1, instants),
+        ca.reshape(of_torques, joints, instants) * parameters.torque,
     )
-    of_torques = blocks(by_torques, stiffness.shape[0]) @ chain
-    held = ca.MX.sym("held", states * instants)
-    other = (
-        factor * parameters.per_cost * terms.smooth + ca.dot(of_rest, terms.rest) + ca.dot(held, ca.vec(terms.states))
-    )
-    bent = ca.graph_substitute(ca.hessian(other, x)[0], [held], [ca.vec(first)])
-    stiff = of_torques.T @ (ca.diag(ca.vec(stiffness)) @ of_torques)
-    hessian = ca.triu(chain.T @ blocks(second, states) @ chain + stiff + bent)
+    bending = chain.T @ _blocks(second, second.shape[0], instants) @ chain
+    stiff = _blocks(by_torques, joints, instants) @ chain
+    bending = bending + stiff.T @ (ca.diag(ca.vec(stiffness)) @ stiff)
+    other = factor * parameters.per_cost * terms.smooth + ca.dot(of_rest, terms.rest)
+    held = {"held": (terms.states, first)}
+    if tool is not None:
+        weights = ca.reshape(of_tool, 2, places) * parameters.tool
+        second, first = tool.curvature.map(places)(terms.tool_states, weights)
+        bending = bending + tool_chain.T @ _blocks(second, second.shape[0], places) @ tool_chain
+        held["tool_held"] = (terms.tool_states, first)
+    symbols = {name: ca.MX.sym(name, states.numel()) for name, (states, _) in held.items()}
+    for name, (states, _) in held.items():
+        other = other + ca.dot(symbols[name], ca.vec(states))
+    firsts = [ca.vec(first) for _, first in held.values()]
+    bent = ca.graph_substitute(ca.hessian(other, x)[0], list(symbols.values()), firsts)
+    hessian = ca.triu(bending + bent)
     return {
         "value": ca.Function("value", [x, p], [f, g]),
         "grad_f": ca.Function("nlp_grad_f", [x, p], [f, gradient.T], ["x", "p"], ["f", "grad_f_x"]),
@@ -189,6 +213,21 @@ def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage) -> dict
             "nlp_hess_l", [x, p, factor, multipliers], [hessian], ["x", "p", "lam_f", "lam_g"], ["hess_gamma_x_x"]
         ),
     }
+
+
+def _blocks(values: ca.MX, rows: int, instants: int) -> ca.MX:
+    """Matrices of so many rows, one beside the other in the values, as the blocks of a diagonal."""
+    import casadi as ca
+
+    columns = values.numel() // (rows * instants)
+    return ca.sparsity_cast(ca.vec(values), ca.diagcat(*[ca.Sparsity.dense(rows, columns)] * instants))
+
+
+def _scaled(factors: ca.MX, rows: ca.MX) -> ca.MX:
+    """Each row times its factor."""
+    import casadi as ca
+
+    return ca.diag(ca.vec(factors)) @ rows
 
 
 def _spline(c: ca.MX, h: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX, ca.MX, ca.MX]:

@@ -292,3 +292,16 @@ def test_a_tool_that_is_nearly_at_its_speed_limit_all_the_way_does_not_ask_for_e
     waypoints = JointWaypoint(position=start), JointWaypoint(position=end)
     result = plan(PlanningProblem(load_robot(ARM), waypoints, MinimumEffort(knots=8), limits))
     assert len(result.trajectory.lengths) <= 4 * 8
+
+
+def test_more_intervals_after_narrower_limits() -> None:
+    """A repair that left a coarse excess asked for more intervals, with margins for fewer: an error of shapes."""
+    speeds = Limits(
+        velocity_scale=0.18710678231918604,
+        acceleration_scale=0.10080281942326491,
+        tcp_linear_velocity=0.13782703913934743,
+        tcp_angular_velocity=0.4872404483524742,
+    )
+    problem = problem_of(ARM, "min_effort", 35, 3, 0.7989328457903327)
+    problem = replace(problem, limits=speeds, backend=MinimumEffort(knots=5))
+    assert plan(problem).certificate.satisfied
