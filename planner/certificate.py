@@ -17,7 +17,7 @@ from planner.dynamics import inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
-from planner.sampled_peaks import sampled_peaks
+from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,12 +34,7 @@ CONTINUITY_TOLERANCE = 1e-8
 """Jump of a derivative, relative to its largest value, that is rounding."""
 
 MOST_CONTINUOUS = 4
-"""Continuity is looked into up to this derivative."""
-
-SAMPLES_PER_RADIAN, BENT, LEAST_SHARE, MOST_PARTS = 25, 0.05, 0.01, 512
-"""Samples of torque and tool speed to begin with: by the travel of the busiest joint (rad, or m); so many that between
-two an acceleration departs from a straight line by at most this share of its peak, or this share of the largest; and
-the most parts of a piece, of two samples each. There are more where a peak may be."""
+"""Continuity is looked into up to this derivative, fewer than `DERIVATIVES`."""
 
 ORDER_OF = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
 """Derivative of the polynomials that each exactly checked quantity is."""
@@ -126,7 +121,9 @@ def certify(
         more_checks: Of other things than these limits.
         ends: The motion before and after the trajectory that is asked; None: rest.
     """
-    derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, MOST_CONTINUOUS + 1)
+    derivatives = derivatives_on_unit_time(
+        trajectory.coefficients, trajectory.lengths, max(MOST_CONTINUOUS + 1, DERIVATIVES)
+    )
     still = np.zeros(robot.dof)
     smooth = _continuity(derivatives, ends or EndStates(still, still, still))
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
@@ -150,7 +147,7 @@ def _continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
     starts, ends = derivatives.starts, derivatives.ends
     before = {1: asked.initial_velocity, 2: asked.initial_acceleration}
     after = {1: asked.final_velocity}
-    for k in range(len(starts)):
+    for k in range(MOST_CONTINUOUS + 1):
         jumps = np.abs(starts[k, 1:] - ends[k, :-1]).max(initial=0.0)
         if k > 0:
             begin, end = starts[k, 0] - before.get(k, 0.0), ends[k, -1] - after.get(k, 0.0)
@@ -231,7 +228,9 @@ def _sampled_checks(
 
     quantities = np.array([limited.index(quantity) for quantity in columns])
     checks = []
-    for quantity, peak in zip(limited, sampled_peaks(use, _parts(trajectory, derivatives), quantities), strict=True):
+    for quantity, peak in zip(
+        limited, sampled_peaks(use, parts_of(derivatives, trajectory.lengths), quantities), strict=True
+    ):
         limit = float(limit_of(np.array([peak.piece]))[0, peak.column])
         known = np.isfinite(limit)  # if not, nothing is used anywhere that is limited
         check = Check(
@@ -247,16 +246,3 @@ def _sampled_checks(
         )
         checks.append(check)
     return checks
-
-
-def _parts(trajectory: Trajectory, derivatives: UnitPolynomials) -> np.ndarray:
-    """(pieces,): parts to begin with, in the halves of which no joint travels far, and accelerations are about linear.
-
-    Over a step h a function is off its chord by at most h^2 / 8 times its second derivative.
-    """
-    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
-    travels = speeds.max(axis=1) * trajectory.lengths
-    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
-    steps = trajectory.lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))
-    parts: np.ndarray = np.clip(np.ceil(np.maximum(SAMPLES_PER_RADIAN * travels, steps) / 2.0), 1, MOST_PARTS)
-    return parts.astype(int)

@@ -1,7 +1,8 @@
 """Peaks of what is no polynomial: sampled, and finer wherever second differences leave room for more.
 
-Between three samples at equal distances a smooth function lies below the largest of them by at most an eighth of their
-second difference, but for what the second derivative changes from one to the next, for which it is doubled.
+A parabola through three samples at equal distances rises above the largest of them by at most an eighth of their second
+difference. For what is no parabola that is doubled; and to begin with there are so many samples that nothing is far
+from one.
 """
 
 from __future__ import annotations
@@ -13,10 +14,21 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from planner.extrema import UnitPolynomials
     from planner.kinematics.poses import FloatArray
 
 CAUTION = 2.0
 """What second differences are multiplied by."""
+
+DERIVATIVES = 6
+"""Of a motion that `parts_of` looks at, the motion itself included."""
+
+SAMPLES_PER_RADIAN, FEWEST_PARTS, MOST_PARTS = 25, 2, 512
+"""By the travel of the busiest joint (rad, or m); and parts of a piece, of two samples each."""
+
+OFF_PARABOLA, LEAST_SHARE = 3e-4, 0.01
+"""What a joint's velocity and acceleration may be off parabolas on a part, as a share of their peaks; or of this share
+of the largest peak of a joint."""
 
 KNOWN_TO = 1e-4
 """Of itself, what a peak may be larger than the largest sample."""
@@ -43,6 +55,25 @@ class Peak(NamedTuple):
     column: int
 
 
+def parts_of(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
+    """(pieces,): parts of pieces on which no joint travels far, and velocities and accelerations are about parabolas.
+
+    A parabola through three samples, steps of h apart, is off by at most h^3 / (9 sqrt(3)) times the third derivative.
+
+    Args:
+        derivatives: Of the joints by time, `DERIVATIVES` of them.
+        lengths: (pieces,), s.
+    """
+    largest = np.abs(derivatives.bernstein).max(axis=3)
+    half = SAMPLES_PER_RADIAN * largest[1].max(axis=1) * lengths
+    for order in (1, 2):
+        peaks = largest[order].max(axis=0)
+        peaks = np.maximum(peaks, LEAST_SHARE * peaks.max()) + np.finfo(float).tiny
+        bends = (largest[order + 3] / peaks).max(axis=1) / (9.0 * np.sqrt(3.0) * OFF_PARABOLA)
+        half = np.maximum(half, lengths * np.cbrt(bends))
+    return np.asarray(np.clip(np.ceil(half / 2.0), FEWEST_PARTS, MOST_PARTS), dtype=int)
+
+
 def sampled_peaks(
     use: Callable[[np.ndarray, FloatArray], FloatArray], parts: np.ndarray, quantities: np.ndarray
 ) -> list[Peak]:
@@ -52,7 +83,7 @@ def sampled_peaks(
         use: Functions of piece (N,) and unit time (N,), (N, columns), signed, as shares of their limits; smooth on each
             piece.
         parts: (pieces,), that a piece is looked at in, with samples at both ends and in the middle of each: as many as
-            make the functions about parabolas on a part.
+            make the functions about parabolas on a part (`parts_of`).
         quantities: (columns,), index of the quantity that each function belongs to, from 0 on without gaps.
     """
     counts = 2 * parts + 1

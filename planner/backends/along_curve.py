@@ -12,6 +12,7 @@ from planner.backends.demands import SampledLimits, infeasible_duration, nothing
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
+from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -179,7 +180,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
             worst[group] = Demand(factor, cause, joint)
 
     orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES) + 1)
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
     for order in orders:
         limit = getattr(path.limits, RATES[order])[pieces.segments]
         found = largest_magnitudes(derivatives[order], limit, groups)

@@ -10,6 +10,7 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
+from planner.sampled_peaks import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,10 +23,6 @@ if TYPE_CHECKING:
 
 SAMPLED_MARGIN = 1.0005
 """Durations set by sampled quantities (torque, tool speed) are longer by this, for what lies between samples."""
-
-SAMPLES_PER_RADIAN, BENT, LEAST_SHARE, FEWEST_SAMPLES, MOST_SAMPLES = 25, 0.05, 0.01, 5, 512
-"""On a piece, to begin with: by the longest travel of a joint (rad, or m), and so many that between two an acceleration
-is off a straight line by at most this share of its peak, or of this share of the largest peak."""
 
 CAUTION, MOST_HALVINGS = 2.0, 8
 """Between three samples a parabola rises above the largest by at most an eighth of their second difference: what it is
@@ -64,7 +61,7 @@ class SampledLimits:
         And (groups,): index of the cause of each. There are more samples wherever a peak may be between them.
 
         Args:
-            derivatives: Of the motion by time, up to the fourth.
+            derivatives: Of the motion by time, `sampled_peaks.DERIVATIVES` of them.
             lengths: (pieces,), s.
             rows: (pieces,), of the limits.
             segments: (pieces,), indices for the refusal.
@@ -74,7 +71,7 @@ class SampledLimits:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
         best, causes = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
-        counts, pieces = _counts(derivatives, lengths), np.arange(len(lengths))
+        counts, pieces = 2 * parts_of(derivatives, lengths) + 1, np.arange(len(lengths))
         for _ in range(MOST_HALVINGS + 1):
             own = counts[pieces]
             at, first = np.repeat(pieces, own), np.cumsum(own) - own
@@ -123,16 +120,6 @@ class SampledLimits:
         headroom = limit - np.sign(inertial) * gravity
         factors: FloatArray = np.sqrt(np.abs(inertial) / headroom)
         return factors
-
-
-def _counts(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
-    """(pieces,): samples to begin with."""
-    speeds, rates, bends = (np.abs(derivatives.bernstein[k]).max(axis=2) for k in (1, 2, 4))
-    travels = speeds.max(axis=1) * lengths
-    peaks = np.maximum(rates.max(axis=0), LEAST_SHARE * rates.max()) + np.finfo(float).tiny
-    steps = lengths * np.sqrt((bends / peaks).max(axis=1) / (8.0 * BENT))  # between two, off a chord by h^2 f'' / 8
-    counts = np.clip(np.maximum(SAMPLES_PER_RADIAN * travels, steps), FEWEST_SAMPLES, MOST_SAMPLES)
-    return np.asarray(counts, dtype=int)
 
 
 def _largest_of_each(values: FloatArray, owners: np.ndarray, count: int) -> np.ndarray:

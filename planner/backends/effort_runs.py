@@ -29,6 +29,7 @@ from planner.backends.splines import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.extrema import derivatives_on_unit_time
 from planner.polynomials import PiecewisePolynomial
+from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from planner.backends.along_curve import CurveLaw
@@ -256,6 +257,6 @@ class ThroughWaypoints(Optimum):
         watched = SampledLimits(self.path.robot, self.path.limits)
         if not watched.limited[pieces.segments].any():
             return np.zeros(len(pieces.lengths))
-        derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, 5)
+        derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
         each = np.arange(len(pieces.lengths))
         return watched.stretch(derivatives, pieces.lengths, pieces.segments, pieces.segments, each)[0]

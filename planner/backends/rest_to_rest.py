@@ -15,6 +15,7 @@ from planner.backends.assembly import TimedPieces
 from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
 from planner.extrema import derivatives_on_unit_time
 from planner.polynomials import summing_to
+from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -149,7 +150,7 @@ def _stretched(
         own = np.repeat(np.arange(len(durations)), laws.lengths.shape[1])
         there = sampled.limited[own] & (pieces.lengths > 0.0)
         own, lengths = own[there], pieces.lengths[there]
-        derivatives = derivatives_on_unit_time(pieces.coefficients[there], lengths, 5)
+        derivatives = derivatives_on_unit_time(pieces.coefficients[there], lengths, DERIVATIVES)
         groups = np.searchsorted(rows, own)
         factors, asks = sampled.stretch(derivatives, lengths, own, motions.segments[own], groups)
         limited = factors > 1.0 + DURATION_TOLERANCE
