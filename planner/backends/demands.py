@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from planner.polynomials import horner
 from planner.sampled_peaks import parts_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from planner.extrema import UnitPolynomials
     from planner.kinematics.poses import FloatArray
@@ -58,7 +59,7 @@ class SampledLimits:
     ) -> tuple[FloatArray, np.ndarray]:
         """(groups,): factors on all times with which pieces keep these limits, less than 1 where they could be faster.
 
-        And (groups,): index of the cause of each. There are more samples wherever a peak may be between them.
+        And (groups,): index of the cause of each.
 
         Args:
             derivatives: Of the motion by time, `sampled_peaks.DERIVATIVES` of them.
@@ -70,56 +71,89 @@ class SampledLimits:
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
-        best, causes = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
-        counts, pieces = 2 * parts_of(derivatives, lengths) + 1, np.arange(len(lengths))
-        for _ in range(MOST_HALVINGS + 1):
-            own = counts[pieces]
-            at, first = np.repeat(pieces, own), np.cumsum(own) - own
-            unit = (np.arange(len(at)) - np.repeat(first, own)) / (counts - 1)[at]
-            q, v, a = (horner(derivatives.coefficients[k][at], unit[:, None]) for k in range(3))
-            needed = self._needed(rows[at], segments[at], q, v, a)
-            values, owners = needed.max(axis=1), groups[at]
-            worst = _largest_of_each(values, owners, len(best))
-            better = np.flatnonzero((worst >= 0) & (values[worst] > best))
-            best[better], causes[better] = values[worst[better]], needed[worst[better]].argmax(axis=1)
-            bends = np.abs(needed[:-2] - 2.0 * needed[1:-1] + needed[2:])
-            room = (np.maximum(np.maximum(needed[:-2], needed[1:-1]), needed[2:]) + CAUTION / 8.0 * bends).max(axis=1)
-            open_ones = (room > best[owners[1:-1]] * SAMPLED_MARGIN) & (at[:-2] == at[2:])
-            pieces = np.unique(at[1:-1][open_ones])
-            if not len(pieces):
-                break
-            counts[pieces] = 2 * counts[pieces] - 1
-        return best * SAMPLED_MARGIN, causes
 
-    def _needed(
-        self, rows: np.ndarray, segments: np.ndarray, positions: FloatArray, velocities: FloatArray, gains: FloatArray
+        def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+            torque = partial(self._stretch_for_torque, segments=segments[at], q=q, v=v, a=a)
+            return self._of_samples(rows[at], q, v, torque)
+
+        return _peaks(needed, derivatives, lengths, groups)
+
+    def use(self, derivatives: UnitPolynomials, lengths: FloatArray, rows: np.ndarray) -> FloatArray:
+        """(pieces,): the largest share of one of these limits that each piece uses.
+
+        Args:
+            derivatives: Of the motion by time, `sampled_peaks.DERIVATIVES` of them.
+            lengths: (pieces,), s.
+            rows: (pieces,), of the limits.
+        """
+
+        def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+            return self._of_samples(rows[at], q, v, lambda limit: np.abs(inverse_dynamics(self.robot, q, v, a)) / limit)
+
+        return _peaks(shares, derivatives, lengths, np.arange(len(lengths)))[0]
+
+    def _of_samples(
+        self, rows: np.ndarray, q: FloatArray, v: FloatArray, of_torque: Callable[[FloatArray], FloatArray]
     ) -> FloatArray:
-        """(N, causes): the factor that each limit asks for at samples (N, joints) of the motion."""
+        """(N, causes): shares of the limits of tool speed, and what is to be known of the torque limits (N, joints)."""
         linear, angular, torque = self.linear[rows], self.angular[rows], self.torque[rows]
-        needed = np.zeros((len(rows), len(self.causes)))
+        values = np.zeros((len(rows), len(self.causes)))
         if np.isfinite(linear).any() or np.isfinite(angular).any():
-            speeds = tool_speeds(self.robot, positions, velocities)
-            needed[:, -2], needed[:, -1] = speeds[0] / linear, speeds[1] / angular
+            speeds = tool_speeds(self.robot, q, v)
+            values[:, -2], values[:, -1] = speeds[0] / linear, speeds[1] / angular
         if np.isfinite(torque).any():
-            needed[:, :-2] = self._stretch_for_torque(torque, segments, positions, velocities, gains)
-        return needed
+            values[:, :-2] = of_torque(torque)
+        return values
 
     def _stretch_for_torque(
-        self,
-        limit: FloatArray,
-        segments: np.ndarray,
-        positions: FloatArray,
-        velocities: FloatArray,
-        accelerations: FloatArray,
+        self, limit: FloatArray, segments: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray
     ) -> FloatArray:
         """(N, joints). With q(t / T) the torque is g(q) + b / T^2, b being the torque of T = 1 without gravity."""
-        still = np.zeros_like(positions)
-        gravity = inverse_dynamics(self.robot, positions, still, still)
+        still = np.zeros_like(q)
+        gravity = inverse_dynamics(self.robot, q, still, still)
         refuse_what_gravity_exceeds(self.robot, segments, gravity, limit)
-        inertial = inverse_dynamics(self.robot, positions, velocities, accelerations) - gravity
+        inertial = inverse_dynamics(self.robot, q, v, a) - gravity
         headroom = limit - np.sign(inertial) * gravity
         factors: FloatArray = np.sqrt(np.abs(inertial) / headroom)
         return factors
+
+
+def _peaks(
+    of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], FloatArray],
+    derivatives: UnitPolynomials,
+    lengths: FloatArray,
+    groups: np.ndarray,
+) -> tuple[FloatArray, np.ndarray]:
+    """(groups,): the largest values over the pieces of each group, with the margin; and (groups,): in which column.
+
+    There are more samples wherever a peak may be between them.
+
+    Args:
+        of_samples: Values (N, columns) of piece (N,), position, velocity and acceleration (N, joints).
+        derivatives: Of the motion by time, `sampled_peaks.DERIVATIVES` of them.
+        lengths: (pieces,), s.
+        groups: (pieces,), from 0 on without gaps.
+    """
+    best, columns = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
+    counts, pieces = 2 * parts_of(derivatives, lengths) + 1, np.arange(len(lengths))
+    for _ in range(MOST_HALVINGS + 1):
+        own = counts[pieces]
+        at, first = np.repeat(pieces, own), np.cumsum(own) - own
+        unit = (np.arange(len(at)) - np.repeat(first, own)) / (counts - 1)[at]
+        values = of_samples(at, *(horner(derivatives.coefficients[k][at], unit[:, None]) for k in range(3)))
+        largest, owners = values.max(axis=1), groups[at]
+        worst = _largest_of_each(largest, owners, len(best))
+        better = np.flatnonzero((worst >= 0) & (largest[worst] > best))
+        best[better], columns[better] = largest[worst[better]], values[worst[better]].argmax(axis=1)
+        triples = values[:-2], values[1:-1], values[2:]
+        bends = np.abs(triples[0] - 2.0 * triples[1] + triples[2])
+        room = (np.max(triples, axis=0) + CAUTION / 8.0 * bends).max(axis=1)
+        open_ones = (room > best[owners[1:-1]] * SAMPLED_MARGIN) & (at[:-2] == at[2:])
+        pieces = np.unique(at[1:-1][open_ones])
+        if not len(pieces):
+            break
+        counts[pieces] = 2 * counts[pieces] - 1
+    return best * SAMPLED_MARGIN, columns
 
 
 def _largest_of_each(values: FloatArray, owners: np.ndarray, count: int) -> np.ndarray:

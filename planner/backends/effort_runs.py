@@ -41,7 +41,7 @@ FEWEST_INTERVALS = 8
 """Intervals of the spline on a segment that is passed without stopping: fewer leave it little freedom."""
 
 FIRST_MARGIN, MOST_REPAIRS = 1.003, 8
-"""What torques and squares of tool speeds may be higher by between the instants that the solver sees, to begin with."""
+"""What torques and tool speeds may be higher by between the instants that the solver sees, to begin with."""
 
 REPAIR, NEAR, LEAST_REPAIR = 1.5, 0.5, 2e-3
 """On a piece where that does not do, this multiple of the excess is added to it, or of this share of a neighbour's, to
@@ -233,30 +233,29 @@ class ThroughWaypoints(Optimum):
         for _ in range(MOST_REPAIRS):
             rows = np.repeat(np.arange(segments), intervals)
             program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
-            narrowed = numbers._replace(torque=torque[rows] / margins, tool=tool[rows] ** 2 / margins)
+            narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
             motion = program.solve(narrowed, begin, self.stop_at, multipliers)
             owners = self.run.segments[rows]
             pieces, own = TimedPieces(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
             if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
                 return None
-            needed = self._needed(pieces)
-            if (needed <= 1.0).all():
+            use = self._use(pieces)
+            if (use <= 1.0).all():
                 self.converged = motion.converged
                 return pieces
-            if needed.max() > COARSE and len(rows) < FINE:
+            if use.max() > COARSE and len(rows) < FINE:
                 intervals, margins, multipliers = 2 * intervals, np.repeat(margins, 2, axis=0), None
             else:
-                excess = np.maximum(needed**2 - 1.0, 0.0)
+                excess = np.maximum(use - 1.0, 0.0)
                 excess = np.max([excess, NEAR * np.append(excess[1:], 0.0), NEAR * np.append(0.0, excess[:-1])], axis=0)
                 margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
                 begin, multipliers = PiecewisePolynomial(motion.lengths, motion.coefficients), motion.multipliers
         return None
 
-    def _needed(self, pieces: TimedPieces) -> FloatArray:
-        """(pieces,): the factors on all times that torque and tool speed ask for."""
-        watched = SampledLimits(self.path.robot, self.path.limits)
-        if not watched.limited[pieces.segments].any():
+    def _use(self, pieces: TimedPieces) -> FloatArray:
+        """(pieces,): the largest share of a torque or tool speed limit."""
+        sampled = SampledLimits(self.path.robot, self.path.limits)
+        if not sampled.limited[pieces.segments].any():
             return np.zeros(len(pieces.lengths))
         derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
-        each = np.arange(len(pieces.lengths))
-        return watched.stretch(derivatives, pieces.lengths, pieces.segments, pieces.segments, each)[0]
+        return sampled.use(derivatives, pieces.lengths, pieces.segments)

@@ -11,12 +11,11 @@ from planner.backends import BACKENDS, BackEnd, Guarantee, TimeOptimal
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose
 from planner.plan import Plan, plan
-from planner.polynomials import differentiate, horner
 from planner.problem import BlendTransition, CircularMotion, JointMotion, PlanningProblem
 from tests.planner.problems import OPTIONS_OF, PARTS, REQUESTS, path_problems, try_on_random
+from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
-DENSE = np.linspace(0.0, 1.0, 17)
 
 
 ALONG_PATHS: list[BackEnd] = [BACKENDS[kind](**OPTIONS_OF.get(kind, {})) for kind in sorted(BACKENDS)]
@@ -37,26 +36,10 @@ def keeps_its_promises_along_a_path(problem: PlanningProblem) -> None:
     except REFUSALS:
         assume(False)
     assert result.certificate.satisfied
-    is_smooth = backend.guarantees["jerk"] is Guarantee.HARD
-    assert int(result.certificate.continuity[1:]) >= (2 if is_smooth else 1)
-    _keeps_the_limits(result)
+    keeps_joint_limits(result, 17)
+    keeps_sampled_limits(result, 20)
+    is_continuous(result, 2 if backend.guarantees["jerk"] is Guarantee.HARD else 1)
     _goes_where_it_should(result)
-
-
-def _keeps_the_limits(result: Plan) -> None:
-    """By dense samples."""
-    trajectory, limits, guarantees = result.trajectory, result.path.limits, result.problem.backend.guarantees
-    tau = DENSE * trajectory.lengths[:, None]
-    for order, quantity in enumerate(("position", "velocity", "acceleration", "jerk")):
-        values = horner(differentiate(trajectory.coefficients, order)[:, None], tau[..., None])
-        if quantity == "position":
-            assert (values >= limits.lower - 1e-9).all()
-            assert (values <= limits.upper + 1e-9).all()
-        elif guarantees[quantity] is Guarantee.HARD:
-            bound = getattr(limits, quantity)[trajectory.segments][:, None]
-            assert (np.abs(values) <= bound * (1.0 + 1e-9)).all()
-        if order < 2:
-            assert np.abs(values[1:, 0] - values[:-1, -1]).max(initial=0.0) <= 1e-9 * max(np.abs(values).max(), 1.0)
 
 
 def _goes_where_it_should(result: Plan) -> None:

@@ -1,0 +1,61 @@
+"""What every plan must keep, looked at without the certificate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from planner.backends import Guarantee
+from planner.kinematics import tool_speeds
+from planner.plan import Plan
+from planner.polynomials import differentiate, horner
+
+JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
+
+
+def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
+    """Evenly on every piece."""
+    trajectory, limits, guarantees = result.trajectory, result.path.limits, result.problem.backend.guarantees
+    tau = np.linspace(0.0, 1.0, samples) * trajectory.lengths[:, None]
+    for order, quantity in enumerate(JOINT_QUANTITIES):
+        if guarantees[quantity] is not Guarantee.HARD:
+            continue
+        values = horner(differentiate(trajectory.coefficients, order)[:, None], tau[..., None])
+        if quantity == "position":
+            assert (values >= limits.lower - 1e-9).all()
+            assert (values <= limits.upper + 1e-9).all()
+        else:
+            bound = getattr(limits, quantity)[trajectory.segments][:, None]
+            assert (np.abs(values) <= bound * (1.0 + 1e-9)).all()
+
+
+def is_continuous(result: Plan, derivatives: int) -> None:
+    """From piece to piece, each derivative measured by its own largest value."""
+    trajectory = result.trajectory
+    tau = np.linspace(0.0, 1.0, 5) * trajectory.lengths[:, None]
+    for order in range(derivatives + 1):
+        values = horner(differentiate(trajectory.coefficients, order)[:, None], tau[..., None])
+        jumps = np.abs(values[1:, 0] - values[:-1, -1]).max(initial=0.0)
+        assert jumps <= 1e-9 * max(np.abs(values).max(), 1.0)
+    assert int(result.certificate.continuity[1:]) >= derivatives
+
+
+def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
+    """Torque and tool speeds by Pinocchio, at random times; the tool's speed evenly on every piece, too."""
+    trajectory, robot, limits = result.trajectory, result.path.robot, result.path.limits
+    data = robot.model.createData()
+    times = trajectory.duration * np.random.default_rng(0).random(samples)
+    segments = trajectory.segments[trajectory.locate(times)[0]]
+    for segment, q, v, a in zip(segments, *trajectory.evaluate(times, [0, 1, 2]), strict=True):
+        if robot.has_dynamics:
+            assert (np.abs(pin.rnea(robot.model, data, q, v, a)) <= limits.torque[segment] * (1.0 + 1e-6)).all()
+        pin.forwardKinematics(robot.model, data, q, v)
+        speed = pin.getFrameVelocity(robot.model, data, robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        assert np.linalg.norm(speed.linear) <= limits.tcp_linear_velocity[segment] * (1.0 + 1e-6)
+        assert np.linalg.norm(speed.angular) <= limits.tcp_angular_velocity[segment] * (1.0 + 1e-6)
+    bounds = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])[:, trajectory.segments]
+    if np.isfinite(bounds).any():
+        each = np.linspace(0.0, 1.0, 17)
+        times = (trajectory.breakpoints[:-1, None] + each * trajectory.lengths[:, None]).ravel()
+        speeds = np.array(tool_speeds(robot, *trajectory.evaluate(times, [0, 1])))
+        assert (speeds <= np.repeat(bounds, len(each), axis=1) * (1.0 + 1e-6)).all()
