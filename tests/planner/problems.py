@@ -96,7 +96,7 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
             )
             waypoints[i] = replace(waypoints[i], limits=own)
     # With tool speeds a search takes seconds.
-    no_speeds = [None] * (98 if kind in MOST_WAYPOINTS_OF else 3)
+    no_speeds = [None] * (8 if kind in MOST_WAYPOINTS_OF else 3)
     limits = Limits(
         velocity_scale=draw(st.floats(0.01, 1.0)),
         acceleration_scale=draw(st.floats(0.01, 1.0)),

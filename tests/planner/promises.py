@@ -13,7 +13,7 @@ from planner.polynomials import differentiate, horner
 JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 
-def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
+def keeps_joint_limits(result: Plan, samples: int = 17) -> None:
     """Evenly on every piece."""
     trajectory, limits, guarantees = result.trajectory, result.path.limits, result.problem.backend.guarantees
     tau = np.linspace(0.0, 1.0, samples) * trajectory.lengths[:, None]
@@ -40,7 +40,7 @@ def is_continuous(result: Plan, derivatives: int) -> None:
     assert int(result.certificate.continuity[1:]) >= derivatives
 
 
-def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
+def keeps_sampled_limits(result: Plan, samples: int = 50) -> None:
     """Torque and tool speeds by Pinocchio, at random times; the tool's speed evenly on every piece, too."""
     trajectory, robot, limits = result.trajectory, result.path.robot, result.path.limits
     data = robot.model.createData()
