@@ -33,10 +33,10 @@ INSIDE = 1.0 - 1e-7
 IPOPT: dict[str, Any] = {
     "sb": "yes",
     "print_level": 0,
-    "tol": 1e-5,
+    "tol": 3e-5,
     "constr_viol_tol": 1e-9,
     "bound_relax_factor": 1e-10,
-    "mu_init": 1e-3,
+    "mu_init": 3e-3,
     "max_iter": 200,
 }
 """The cost is scaled to about 1, and what it begins with is near the limits already."""
