@@ -42,6 +42,16 @@ def sampled(pieces: TimedPieces, count: int) -> tuple[FloatArray, FloatArray, Fl
     return q, v, a, j
 
 
+def joined(parts: Sequence[TimedPieces]) -> TimedPieces:
+    """All pieces, one part's after the other's."""
+    order = max(part.coefficients.shape[2] for part in parts)
+    return TimedPieces(
+        np.concatenate([part.lengths for part in parts]),
+        np.concatenate([_padded(part.coefficients, order) for part in parts]),
+        np.concatenate([part.segments for part in parts]),
+    )
+
+
 def assemble(path: JointPath, parts: Sequence[TimedPieces]) -> Trajectory:
     """The trajectory of all segments, with the dwells at their ends.
 

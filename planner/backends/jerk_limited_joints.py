@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.assembly import TimedPieces, assemble
+from planner.backends.assembly import TimedPieces, assemble, joined
 from planner.backends.base import ALL_HARD, END_OPTIONS, EndStates, Guarantee, end_states, enforced
+from planner.backends.demands import SampledLimits, infeasible_duration
 from planner.backends.jerk_limited import time_run
-from planner.backends.rest_to_rest import choose_durations
+from planner.backends.rest_to_rest import DURATION_TOLERANCE, choose_durations
 from planner.backends.s_curves import PHASES, s_curves
+from planner.backends.smooth_curve import smoothed
 from planner.backends.state_to_state import RateLimits, Synchronization, with_ramps
-from planner.backends.via_runs import refuse_impossible_ends, time_joint_run
-from planner.errors import InvalidProblem
+from planner.backends.via_runs import NOTICED, refuse_impossible_ends, time_joint_run
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
+from planner.extrema import derivatives_on_unit_time
+from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -72,16 +77,45 @@ class Ruckig:
         ends = end_states(self, path.robot.dof)
         refuse_impossible_ends(path, ends)
         lines = self._lines(path, ends)
-        # The library divides by the number of joints: none at all would end the process.
-        parts = [along_lines(lines)] if len(lines.segments) else []
+        parts = _time_lines(path, lines)
         on_lines = set(lines.segments.tolist())
         for run in path.every_run:
+            if run.first in on_lines:
+                continue
             if run.is_spline or run.first in path.straight.segments:
-                if run.first not in on_lines:
-                    parts.append(time_joint_run(path, run.segments, ends, self.synchronization, enforced(self)))
+                parts.append(self._time_joint_run(path, run, ends))
             else:
                 parts.append(_time_curved_run(path, run, ends))
         return assemble(path, parts)
+
+    def _time_joint_run(self, path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+        """Each joint on a law of its own; or all on one along a smooth curve, if torque or tool speed make that faster.
+
+        Such a limit slows a segment as a whole, but the law along a curve only where it has to.
+        """
+        is_first, is_last = run.first == 0, run.segments[-1] == len(path.durations) - 1
+        moves = (is_first and ends.starts_moving) or (is_last and ends.ends_moving)
+        comparable = not moves and (len(run.segments) == 1 or bool(np.isnan(path.durations[run.segments]).all()))
+        try:
+            own, slowed = time_joint_run(path, run.segments, ends, self.synchronization, enforced(self))
+        except InfeasibleDuration as refusal:
+            if comparable and refusal.joint is None:
+                return time_run(path, run)
+            raise
+        if not (comparable and slowed):
+            return own
+        others = [own]
+        with suppress(LimitsUnsatisfiable):  # gravity, on the way of the curve
+            others.append(time_run(path, smoothed(path, run)))
+        if len(run.segments) > 1:
+            others.append(self._stopping(path, run, ends))
+        return min(others, key=lambda pieces: float(pieces.lengths.sum()))
+
+    def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+        """At each waypoint of a run."""
+        if self.synchronization == "phase":
+            return joined(_time_lines(path, path.straight_motions(run.segments)))
+        return joined([self._time_joint_run(path, one, ends) for one in path.straight_runs(run.segments)])
 
     def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
         """The straight motions that one scalar law moves, from rest to rest."""
@@ -110,6 +144,50 @@ def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
         message = "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it"
         raise InvalidProblem([(f"/backend/{name}", message) for name in faults])
     return time_run(path, run)
+
+
+def _time_lines(path: JointPath, motions: StraightMotions) -> list[TimedPieces]:
+    """Straight lines from rest to rest: in closed form, unless torque or tool speed slow them down.
+
+    Raises:
+        InfeasibleDuration: Asked durations are too short, with those that will do.
+    """
+    causes = _slowed_by_more_than_joints(motions)
+    slowed = np.isin(motions.segments, list(causes))
+    parts = [] if slowed.all() else [along_lines(motions.of(~slowed))]
+    too_short = {}
+    for run in path.straight_runs(motions.segments[slowed]):
+        try:
+            parts.append(time_run(path, run))
+        except InfeasibleDuration as refusal:
+            too_short[run.first] = float(refusal.limit or np.inf)
+    if too_short:
+        first = next(iter(too_short))
+        raise infeasible_duration(float(path.durations[first]), too_short, *causes[first])
+    return parts
+
+
+def _slowed_by_more_than_joints(motions: StraightMotions) -> dict[int, tuple[str, str | None]]:
+    """The segments that torque or tool speed ask noticeably more time of than the joints' own limits, and which.
+
+    Or than is asked of them. Where the joints' own limits refuse what is asked, none: all are to be refused together.
+    """
+    sampled = SampledLimits(motions.robot, motions.limits)
+    if not sampled.limited.any():
+        return {}
+    none = np.full_like(motions.limits.tcp_linear_velocity, np.inf)
+    torque = np.full_like(motions.limits.torque, np.inf)
+    by_joints = replace(motions.limits, torque=torque, tcp_linear_velocity=none, tcp_angular_velocity=none)
+    try:
+        pieces = along_lines(replace(motions, limits=by_joints))
+    except PlanningError:
+        return {}
+    there = pieces.lengths > 0.0
+    rows, lengths = np.searchsorted(motions.segments, pieces.segments)[there], pieces.lengths[there]
+    derivatives = derivatives_on_unit_time(pieces.coefficients[there], lengths, DERIVATIVES)
+    factors, asks = sampled.stretch(derivatives, lengths, rows, motions.segments[rows], rows)
+    slowed = np.flatnonzero(factors > np.where(np.isnan(motions.durations), NOTICED, 1.0 + DURATION_TOLERANCE))
+    return {int(motions.segments[row]): sampled.causes[asks[row]] for row in slowed}
 
 
 def along_lines(motions: StraightMotions) -> TimedPieces:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,11 @@ if TYPE_CHECKING:
 
 SHARES = (1.0, 0.5, 0.25, 0.0)
 """Of the spline in a joint's curve, the first that keeps its position limits."""
+
+
+def smoothed(path: JointPath, run: Run) -> Run:
+    """The run on a smoother curve, where what lies between its waypoints is free."""
+    return replace(run, curve=smooth_curve(path, run)) if run.is_spline else run
 
 
 def smooth_curve(path: JointPath, run: Run) -> PiecewisePolynomial:

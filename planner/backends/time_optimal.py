@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from planner.backends.intervals import FEWEST, cut, law_limits
 from planner.backends.jerk_limited import time_run
 from planner.backends.jerk_limited_joints import along_lines
 from planner.backends.reachability import fastest_law
-from planner.backends.smooth_curve import smooth_curve
+from planner.backends.smooth_curve import smooth_curve, smoothed
 from planner.backends.trapezoidal import fastest_trapezoids
 from planner.polynomials import horner, quintic_hermite
 
@@ -79,15 +79,10 @@ class TimeOptimal:
         done = set(straight.segments[easy].tolist())
         runs = [run for run in path.every_run if run.first not in done]
         if self.jerk_limited:
-            parts += [time_run(path, _smoothed(path, run)) for run in runs]
+            parts += [time_run(path, smoothed(path, run)) for run in runs]
         elif runs:
             parts.append(_time(path, runs, enforced(self)))
         return assemble(path, parts)
-
-
-def _smoothed(path: JointPath, run: Run) -> Run:
-    """The run on a smoother curve, where what lies between its waypoints is free."""
-    return replace(run, curve=smooth_curve(path, run)) if run.is_spline else run
 
 
 def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPieces:

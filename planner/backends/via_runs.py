@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.along_curve import DURATION_TOLERANCE, demands, stretched
-from planner.backends.assembly import TimedPieces
+from planner.backends.assembly import TimedPieces, joined
 from planner.backends.base import END_OPTIONS
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
@@ -16,6 +16,7 @@ from planner.backends.state_to_state import RateLimits, Rates, least_times, with
 from planner.backends.via_problem import ViaProblem
 from planner.backends.via_states import pass_waypoints
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
+from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
     from planner.backends.along_curve import Demand
@@ -31,8 +32,12 @@ EXCESS = 3e-10
 POSITION_TOLERANCE = 1e-9
 """rad or m beyond a position limit that is rounding."""
 
-MOST_SLOWINGS, HASTE = 10, 1.0 + 1e-4
-"""Times that segments are slowed until they keep torque and tool-speed limits, and by what beyond their need."""
+MOST_SLOWINGS, ENOUGH_SLOWINGS, HASTE = 10, 4, 1.0 + 1e-4
+"""Times that segments are slowed until they keep torque and tool-speed limits, those after which a motion that can be
+stretched as a whole will do, and by what segments are slowed beyond their need."""
+
+NOTICED = 1.01
+"""Factor on a duration that is worth another way."""
 
 MOST_TRIALS = 4
 """Of longer durations, before those of stopping are offered."""
@@ -43,8 +48,10 @@ SURELY = 1.0 + 1e-6
 
 def time_joint_run(
     path: JointPath, segments: np.ndarray, ends: EndStates, synchronization: Synchronization, enforced: frozenset[str]
-) -> TimedPieces:
+) -> tuple[TimedPieces, bool]:
     """The fastest motion found through the waypoints of some joint motions, never slower than stopping at each.
+
+    And whether torque or tool speed slowed it down.
 
     Args:
         path: With limits and durations.
@@ -72,6 +79,7 @@ class _Candidate:
         shortest: (segments,), s: those without any asked, where each segment is by itself.
         motion: As it came, before it was stretched.
         needed: By segment, what the limits demand of it.
+        slowed: Whether torque or tool speed ask for noticeably more time than the joints' own limits.
     """
 
     pieces: TimedPieces
@@ -79,6 +87,7 @@ class _Candidate:
     shortest: FloatArray
     motion: ViaMotion
     needed: dict[int, Demand]
+    slowed: bool
 
 
 class _JointRun:
@@ -115,8 +124,8 @@ class _JointRun:
         self.starts_moving, self.ends_moving = (any(r.any() for r in rates) for rates in (start, end))
         self.at_rest = not (self.starts_moving or self.ends_moving)
 
-    def time(self) -> TimedPieces:
-        """The pieces of the best candidate."""
+    def time(self) -> tuple[TimedPieces, bool]:
+        """The pieces of the best candidate, and whether it was slowed down."""
         idle = np.flatnonzero(least_times(self.problem.travels, self.problem.limits).max(axis=1) <= 0.0)
         if len(idle):
             raise nothing_limits(int(self.segments[idle[0]]))
@@ -125,7 +134,7 @@ class _JointRun:
         if self.at_rest and len(self.segments) > 1 and np.isnan(self.asked).all():
             through = self._slowed(free, stopping=False)
             if through is not None and through.durations.sum() <= self._least_stopping():
-                return through.pieces
+                return through.pieces, through.slowed
         stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
         stop_times = None if stopping is None else stopping.shortest
         if through is None and (len(self.segments) > 1 or not self.at_rest):
@@ -135,7 +144,8 @@ class _JointRun:
         candidates = [candidate for candidate in (stopping, through) if candidate is not None]
         feasible = [candidate for candidate in candidates if not self._too_short(candidate).any()]
         if feasible:
-            return min(feasible, key=lambda candidate: float(candidate.durations.sum())).pieces
+            best = min(feasible, key=lambda candidate: float(candidate.durations.sum()))
+            return best.pieces, best.slowed
         if not candidates:
             raise self._leaves_limits()
         raise self._infeasible(candidates[-1], stop_times)
@@ -168,7 +178,8 @@ class _JointRun:
             parts.append(stretched(pieces, duration / float(motion.lengths[k].sum())))
             durations.append(duration)
         factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
-        return _Candidate(_joined(parts), np.array(durations), motion.durations * factors, motion, needed)
+        slowed = bool((factors > NOTICED).any())
+        return _Candidate(joined(parts), np.array(durations), motion.durations * factors, motion, needed, slowed)
 
     def _slowed(self, asked: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None) -> _Candidate | None:
         """The motion under limits that are made narrower until torque and tool speed keep theirs, too."""
@@ -181,8 +192,12 @@ class _JointRun:
             if self.ends_moving:
                 slowness[-1] = 1.0
         best: _Candidate | None = None
-        for _ in range(MOST_SLOWINGS):
-            problem = replace(self.problem, asked=asked, limits=self._slowed_limits(slowness))
+        speeds = np.full_like(self.problem.travels, np.inf)
+        slowed = False
+        for slowing in range(MOST_SLOWINGS):
+            if best is not None and slowing >= ENOUGH_SLOWINGS:
+                break
+            problem = replace(self.problem, asked=asked, limits=self._slowed_limits(slowness, speeds))
             motion = pass_waypoints(problem, stopping=stopping)
             if motion is None or self._outside(motion) is not None:
                 break
@@ -190,21 +205,28 @@ class _JointRun:
             needed = demands(self.path, pieces, self.enforced)
             factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
             worst = float(factors.max())
+            slowed = slowed or worst > NOTICED
             if worst <= 1.0 + EXCESS:
-                found = _Candidate(pieces, motion.durations, motion.durations, motion, needed)
+                found = _Candidate(pieces, motion.durations, motion.durations, motion, needed, slowed)
                 return found if best is None or found.durations.sum() < best.durations.sum() else best
             if self.at_rest and np.isnan(asked).all():
                 total = motion.durations * worst
-                whole = _Candidate(stretched(pieces, worst), total, total, motion, needed)
+                whole = _Candidate(stretched(pieces, worst), total, total, motion, needed, slowed)
                 best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
                 if worst <= HASTE:
                     return best
-            slowness = slowness * np.maximum(factors * HASTE, 1.0)
+            # The tool's speed takes slower joints, but no gentler ones; torque takes both.
+            by_tool = np.array([needed[segment].joint is None for segment in self.segments.tolist()])
+            excess = np.maximum(factors * HASTE, 1.0)
+            slowness = slowness * np.where(by_tool, 1.0, excess)
+            slower = _largest_speeds(motion) / excess[:, None]
+            speeds = np.where((by_tool & (excess > 1.0))[:, None], np.minimum(speeds, slower), speeds)
         return best
 
-    def _slowed_limits(self, slowness: FloatArray) -> RateLimits:
-        """The limits of slower segments, wide enough for the motion at the ends."""
+    def _slowed_limits(self, slowness: FloatArray, speeds: FloatArray) -> RateLimits:
+        """The limits of slower segments, no joint faster than `speeds`; wide enough for the motion at the ends."""
         slowed = self.problem.limits.slowed(slowness)
+        slowed = slowed._replace(velocity=np.minimum(slowed.velocity, speeds))
         for row, rates in ((0, self.problem.start), (-1, self.problem.end)):
             after = rates.velocity + rates.acceleration * np.abs(rates.acceleration) / (2.0 * slowed.jerk[row])
             least = np.maximum(np.abs(rates.velocity), np.abs(after)) * (1.0 + DURATION_TOLERANCE)
@@ -296,6 +318,18 @@ class _JointRun:
         return np.where(stop_times > self.asked, stop_times, self.asked)
 
 
+def _largest_speeds(motion: ViaMotion) -> FloatArray:
+    """(segments, joints), of cubic pieces: at their ends, or where the acceleration vanishes."""
+    speeds = []
+    for lengths, coefficients in zip(motion.lengths, motion.coefficients, strict=True):
+        v, a = differentiate(coefficients), differentiate(coefficients, 2)
+        h = lengths[:, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turning = np.nan_to_num(np.clip(-a[..., 0] / a[..., 1], 0.0, h))
+        speeds.append(np.abs([horner(v, t) for t in (np.zeros_like(h), turning, h)]).max(axis=(0, 1)))
+    return np.array(speeds)
+
+
 def refuse_impossible_ends(path: JointPath, ends: EndStates) -> None:
     """Hold the motion at the ends against the limits of the first and the last segment.
 
@@ -338,11 +372,3 @@ def refuse_impossible_ends(path: JointPath, ends: EndStates) -> None:
             limit=float(limit[joint]),
             remedies=[Remedy(f"/backend/{option}", *remedy)],
         )
-
-
-def _joined(parts: list[TimedPieces]) -> TimedPieces:
-    return TimedPieces(
-        np.concatenate([part.lengths for part in parts]),
-        np.concatenate([part.coefficients for part in parts]),
-        np.concatenate([part.segments for part in parts]),
-    )

@@ -83,10 +83,7 @@ class JointPath:
     @cached_property
     def every_run(self) -> tuple[Run, ...]:
         """The runs, and each straight motion as a run of its own, in order."""
-        own = [
-            straight_run(segment, self.positions[segment], self.positions[segment + 1], self.limits.velocity[segment])
-            for segment in self.straight.segments.tolist()
-        ]
+        own = self.straight_runs(self.straight.segments)
         return tuple(sorted((*self.runs, *own), key=lambda run: run.first))
 
     @cached_property
@@ -94,10 +91,22 @@ class JointPath:
         """The segments that belong to no run."""
         in_runs = [run.segments for run in self.runs]
         segments = np.setdiff1d(np.arange(len(self.durations)), np.concatenate(in_runs) if in_runs else [])
+        return self.straight_motions(segments)
+
+    def straight_motions(self, segments: np.ndarray) -> StraightMotions:
+        """Joint motions straight from waypoint to waypoint, and rest at both."""
         starts = self.positions[segments]
         travels = self.positions[segments + 1] - starts
-        limits = self.limits.of(segments)
-        return StraightMotions(self.robot, segments, starts, travels, self.durations[segments], limits)
+        return StraightMotions(
+            self.robot, segments, starts, travels, self.durations[segments], self.limits.of(segments)
+        )
+
+    def straight_runs(self, segments: np.ndarray) -> list[Run]:
+        """The same, each as a run of its own."""
+        return [
+            straight_run(segment, self.positions[segment], self.positions[segment + 1], self.limits.velocity[segment])
+            for segment in segments.tolist()
+        ]
 
 
 def solve_path(problem: PlanningProblem) -> JointPath:

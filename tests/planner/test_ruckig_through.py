@@ -12,10 +12,12 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.backends import Ruckig
+from planner.backends import Ruckig, TimeOptimal
+from planner.backends.state_to_state import Synchronization
 from planner.errors import InfeasibleDuration, JointPositionLimit
-from planner.plan import plan
-from planner.problem import PlanningProblem
+from planner.kinematics import tool_speeds
+from planner.plan import Plan, plan
+from planner.problem import Limits, PlanningProblem
 from tests.planner.problems import ARMS, problem_of
 from tests.planner.ruckig_problems import (
     RATES,
@@ -167,3 +169,40 @@ def test_waypoints_on_the_way_cost_hardly_anything() -> None:
     trajectory = plan(problem).trajectory
     assert trajectory.duration == pytest.approx(shortest_time(2.0, 2.0, 4.0, 40.0), rel=1.5e-2)
     assert all(a < b for a, b in pairwise(trajectory.arrivals))
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.5])
+@pytest.mark.parametrize("synchronization", ["phase", "time"])
+@pytest.mark.parametrize("robot_id", ["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"])
+def test_where_the_tools_speed_is_limited(robot_id: str, synchronization: Synchronization, speed: float) -> None:
+    """Never slower than stopping, nor than the best law along the smooth curve that toppra finds."""
+    for seed in range(2):
+        stops = problem_of(robot_id, "ruckig", seed, 4, 0.3)
+        limits = Limits(tcp_linear_velocity=speed)
+        stops = replace(stops, limits=limits, backend=Ruckig(synchronization=synchronization))
+        along = plan(replace(passing(stops), backend=TimeOptimal(jerk_limited=True)))
+        result, stopping = plan(passing(stops)), plan(stops)
+        assert_within_limits(result)
+        assert result.trajectory.duration <= stopping.trajectory.duration * (1.0 + 1e-9)
+        assert result.trajectory.duration <= along.trajectory.duration * (1.0 + 1e-3)
+
+
+def test_a_straight_line_is_slow_only_where_the_tool_is_fast() -> None:
+    """Under a limit of the tool's speed the law was stretched as a whole: nearly twice the time."""
+    problem = problem_of("kuka_kr16_l6_2", "ruckig", 0, 2, 0.3)
+    free, slow = plan(problem), plan(replace(problem, limits=Limits(tcp_linear_velocity=0.3)))
+    speeds = [tool_speeds(problem.robot, *evenly(result, [0, 1]))[0] for result in (free, slow)]
+    assert speeds[1].max() <= 0.3
+    assert np.median(speeds[1]) > 0.98 * 0.3
+    assert slow.trajectory.duration < 0.7 * free.trajectory.duration * speeds[0].max() / 0.3
+    asked = with_durations(slow.problem, {1: slow.trajectory.duration})
+    assert plan(asked).trajectory.duration == slow.trajectory.duration
+    hurried = with_durations(slow.problem, {1: 0.99 * slow.trajectory.duration})
+    with pytest.raises(InfeasibleDuration, match="the limit of the tool's speed asks") as refusal:
+        plan(hurried)
+    assert refusal.value.limit == pytest.approx(slow.trajectory.duration, rel=1e-3)
+
+
+def evenly(result: Plan, orders: list[int]) -> list[np.ndarray]:
+    """2,001 samples of the motion."""
+    return list(result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 2001), orders))
