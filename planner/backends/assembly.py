@@ -31,6 +31,10 @@ class TimedPieces:
     coefficients: FloatArray
     segments: np.ndarray
 
+    def of(self, rows: np.ndarray) -> TimedPieces:
+        """Some of them, by index or mask."""
+        return TimedPieces(self.lengths[rows], self.coefficients[rows], self.segments[rows])
+
 
 def sampled(pieces: TimedPieces, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Position, velocity, acceleration and jerk (pieces * count, joints) at even times on each piece, ends included."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from planner.backends.along_curve import stretched
 from planner.backends.assembly import TimedPieces, assemble, joined
 from planner.backends.base import ALL_HARD, END_OPTIONS, EndStates, Guarantee, end_states, enforced
 from planner.backends.demands import SampledLimits, infeasible_duration
@@ -151,10 +152,26 @@ def _time_lines(path: JointPath, motions: StraightMotions) -> list[TimedPieces]:
 
     Raises:
         InfeasibleDuration: Asked durations are too short, with those that will do.
+        LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
     """
-    causes = _slowed_by_more_than_joints(motions)
-    slowed = np.isin(motions.segments, list(causes))
-    parts = [] if slowed.all() else [along_lines(motions.of(~slowed))]
+    sampled = SampledLimits(motions.robot, motions.limits)
+    if not sampled.limited.any():
+        return [along_lines(motions)] if len(motions.segments) else []
+    none = np.full_like(motions.limits.tcp_linear_velocity, np.inf)
+    torque = np.full_like(motions.limits.torque, np.inf)
+    by_joints = replace(motions.limits, torque=torque, tcp_linear_velocity=none, tcp_angular_velocity=none)
+    try:
+        pieces = along_lines(replace(motions, limits=by_joints))
+    except PlanningError:
+        return [along_lines(motions)]  # the refusal is to know all limits
+    pieces = pieces.of(pieces.lengths > 0.0)
+    rows = np.searchsorted(motions.segments, pieces.segments)
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
+    factors, asks = sampled.stretch(derivatives, pieces.lengths, rows, pieces.segments, rows)
+    free = np.isnan(motions.durations)
+    slowed = factors > np.where(free, NOTICED, 1.0 + DURATION_TOLERANCE)
+    kept = ~slowed[rows]
+    parts = [stretched(pieces.of(kept), np.where(free, np.maximum(factors, 1.0), 1.0)[rows[kept]])]
     too_short = {}
     for run in path.straight_runs(motions.segments[slowed]):
         try:
@@ -163,31 +180,9 @@ def _time_lines(path: JointPath, motions: StraightMotions) -> list[TimedPieces]:
             too_short[run.first] = float(refusal.limit or np.inf)
     if too_short:
         first = next(iter(too_short))
-        raise infeasible_duration(float(path.durations[first]), too_short, *causes[first])
+        cause = sampled.causes[asks[np.searchsorted(motions.segments, first)]]
+        raise infeasible_duration(float(path.durations[first]), too_short, *cause)
     return parts
-
-
-def _slowed_by_more_than_joints(motions: StraightMotions) -> dict[int, tuple[str, str | None]]:
-    """The segments that torque or tool speed ask noticeably more time of than the joints' own limits, and which.
-
-    Or than is asked of them. Where the joints' own limits refuse what is asked, none: all are to be refused together.
-    """
-    sampled = SampledLimits(motions.robot, motions.limits)
-    if not sampled.limited.any():
-        return {}
-    none = np.full_like(motions.limits.tcp_linear_velocity, np.inf)
-    torque = np.full_like(motions.limits.torque, np.inf)
-    by_joints = replace(motions.limits, torque=torque, tcp_linear_velocity=none, tcp_angular_velocity=none)
-    try:
-        pieces = along_lines(replace(motions, limits=by_joints))
-    except PlanningError:
-        return {}
-    there = pieces.lengths > 0.0
-    rows, lengths = np.searchsorted(motions.segments, pieces.segments)[there], pieces.lengths[there]
-    derivatives = derivatives_on_unit_time(pieces.coefficients[there], lengths, DERIVATIVES)
-    factors, asks = sampled.stretch(derivatives, lengths, rows, motions.segments[rows], rows)
-    slowed = np.flatnonzero(factors > np.where(np.isnan(motions.durations), NOTICED, 1.0 + DURATION_TOLERANCE))
-    return {int(motions.segments[row]): sampled.causes[asks[row]] for row in slowed}
 
 
 def along_lines(motions: StraightMotions) -> TimedPieces:
