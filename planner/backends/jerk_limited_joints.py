@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.along_curve import stretched
 from planner.backends.assembly import TimedPieces, assemble, joined
 from planner.backends.base import ALL_HARD, END_OPTIONS, EndStates, Guarantee, end_states, enforced
-from planner.backends.demands import SampledLimits, infeasible_duration
 from planner.backends.jerk_limited import time_run
-from planner.backends.rest_to_rest import DURATION_TOLERANCE, choose_durations
+from planner.backends.rest_to_rest import choose_durations
 from planner.backends.s_curves import PHASES, s_curves
 from planner.backends.smooth_curve import smoothed
 from planner.backends.state_to_state import RateLimits, Synchronization, with_ramps
-from planner.backends.via_runs import NOTICED, refuse_impossible_ends, time_joint_run
-from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
-from planner.extrema import derivatives_on_unit_time
-from planner.sampled_peaks import DERIVATIVES
+from planner.backends.straight_lines import time_lines
+from planner.backends.via_runs import refuse_impossible_ends, time_joint_run
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -78,7 +76,7 @@ class Ruckig:
         ends = end_states(self, path.robot.dof)
         refuse_impossible_ends(path, ends)
         lines = self._lines(path, ends)
-        parts = _time_lines(path, lines)
+        parts = time_lines(path, lines, along_lines, partial(time_run, path))
         on_lines = set(lines.segments.tolist())
         for run in path.every_run:
             if run.first in on_lines:
@@ -115,7 +113,8 @@ class Ruckig:
     def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
         """At each waypoint of a run."""
         if self.synchronization == "phase":
-            return joined(_time_lines(path, path.straight_motions(run.segments)))
+            lines = path.straight_motions(run.segments)
+            return joined(time_lines(path, lines, along_lines, partial(time_run, path)))
         return joined([self._time_joint_run(path, one, ends) for one in path.straight_runs(run.segments)])
 
     def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
@@ -145,44 +144,6 @@ def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
         message = "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it"
         raise InvalidProblem([(f"/backend/{name}", message) for name in faults])
     return time_run(path, run)
-
-
-def _time_lines(path: JointPath, motions: StraightMotions) -> list[TimedPieces]:
-    """Straight lines from rest to rest: in closed form, unless torque or tool speed slow them down.
-
-    Raises:
-        InfeasibleDuration: Asked durations are too short, with those that will do.
-        LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
-    """
-    sampled = SampledLimits(motions.robot, motions.limits)
-    if not sampled.limited.any():
-        return [along_lines(motions)] if len(motions.segments) else []
-    none = np.full_like(motions.limits.tcp_linear_velocity, np.inf)
-    torque = np.full_like(motions.limits.torque, np.inf)
-    by_joints = replace(motions.limits, torque=torque, tcp_linear_velocity=none, tcp_angular_velocity=none)
-    try:
-        pieces = along_lines(replace(motions, limits=by_joints))
-    except PlanningError:
-        return [along_lines(motions)]  # the refusal is to know all limits
-    pieces = pieces.of(pieces.lengths > 0.0)
-    rows = np.searchsorted(motions.segments, pieces.segments)
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
-    factors, asks = sampled.stretch(derivatives, pieces.lengths, rows, pieces.segments, rows)
-    free = np.isnan(motions.durations)
-    slowed = factors > np.where(free, NOTICED, 1.0 + DURATION_TOLERANCE)
-    kept = ~slowed[rows]
-    parts = [stretched(pieces.of(kept), np.where(free, np.maximum(factors, 1.0), 1.0)[rows[kept]])]
-    too_short = {}
-    for run in path.straight_runs(motions.segments[slowed]):
-        try:
-            parts.append(time_run(path, run))
-        except InfeasibleDuration as refusal:
-            too_short[run.first] = float(refusal.limit or np.inf)
-    if too_short:
-        first = next(iter(too_short))
-        cause = sampled.causes[asks[np.searchsorted(motions.segments, first)]]
-        raise infeasible_duration(float(path.durations[first]), too_short, *cause)
-    return parts
 
 
 def along_lines(motions: StraightMotions) -> TimedPieces:

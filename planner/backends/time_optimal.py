@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from planner.backends.jerk_limited import time_run
 from planner.backends.jerk_limited_joints import along_lines
 from planner.backends.reachability import fastest_law
 from planner.backends.smooth_curve import smooth_curve, smoothed
+from planner.backends.straight_lines import time_lines
 from planner.backends.trapezoidal import fastest_trapezoids
 from planner.polynomials import horner, quintic_hermite
 
@@ -72,15 +74,15 @@ class TimeOptimal:
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """The fastest motion along the path; where a duration is asked, the same stretched evenly."""
+        if self.jerk_limited:
+            lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
+            return assemble(path, [*lines, *(time_run(path, smoothed(path, run)) for run in path.runs)])
         straight = path.straight
         easy = ~SampledLimits(path.robot, straight.limits).limited
-        closed_form = along_lines if self.jerk_limited else fastest_trapezoids
-        parts = [closed_form(straight.of(easy))] if easy.any() else []
+        parts = [fastest_trapezoids(straight.of(easy))] if easy.any() else []
         done = set(straight.segments[easy].tolist())
         runs = [run for run in path.every_run if run.first not in done]
-        if self.jerk_limited:
-            parts += [time_run(path, smoothed(path, run)) for run in runs]
-        elif runs:
+        if runs:
             parts.append(_time(path, runs, enforced(self)))
         return assemble(path, parts)
 

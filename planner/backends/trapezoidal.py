@@ -10,6 +10,7 @@ import numpy as np
 from planner.backends.assembly import assemble
 from planner.backends.base import ALL_HARD, Guarantee, enforced
 from planner.backends.rest_to_rest import RAMPS, UnitLaws, time_straight_motions
+from planner.backends.straight_lines import time_lines
 from planner.backends.trapezoidal_runs import time_run, time_run_with_ramps
 from planner.polynomials import PiecewisePolynomial
 
@@ -57,8 +58,8 @@ class Trapezoidal:
         times = self._times()
         kept = enforced(self)
         if times is None:
-            runs = [time_run(path, run, kept) for run in path.runs]
-            return assemble(path, [fastest_trapezoids(path.straight), *runs])
+            lines = time_lines(path, path.straight, fastest_trapezoids, lambda run: time_run(path, run, kept))
+            return assemble(path, [*lines, *(time_run(path, run, kept) for run in path.runs)])
         t1, t3 = times
         runs = [time_run_with_ramps(path, run, lambda T: _law(t1, t3, T), t1 + t3, kept) for run in path.runs]
         return assemble(path, [_with_times(path.straight, t1, t3), *runs])

@@ -13,6 +13,7 @@ from planner.backends.base import END_OPTIONS
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
 from planner.backends.state_to_state import RateLimits, Rates, least_times, with_ramps
+from planner.backends.straight_lines import NOTICED
 from planner.backends.via_problem import ViaProblem
 from planner.backends.via_states import pass_waypoints
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
@@ -35,9 +36,6 @@ POSITION_TOLERANCE = 1e-9
 MOST_SLOWINGS, ENOUGH_SLOWINGS, HASTE = 10, 4, 1.0 + 1e-4
 """Times that segments are slowed until they keep torque and tool-speed limits, those after which a motion that can be
 stretched as a whole will do, and by what segments are slowed beyond their need."""
-
-NOTICED = 1.01
-"""Factor on a duration that is worth another way."""
 
 MOST_TRIALS = 4
 """Of longer durations, before those of stopping are offered."""

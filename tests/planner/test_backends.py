@@ -259,3 +259,17 @@ def test_a_ramp_of_a_millisecond_in_a_motion_of_an_hour_keeps_its_limits() -> No
             arm, limits = load_robot("date_sorting_arm"), Limits(velocity_scale=scale)
             result = plan(PlanningProblem(arm, timed, Trapezoidal(), limits))
             assert duration is None or result.trajectory.duration == duration
+
+
+def test_a_trapezoid_under_a_limit_of_the_tools_speed_cruises_at_it() -> None:
+    """It was stretched as a whole, its ramps as well: twice the time where it is mostly ramps."""
+    problem = problem_of("kuka_kr16_l6_2", "trapezoidal", 0, 2, 0.3)
+    free, slow = plan(problem), plan(replace(problem, limits=Limits(tcp_linear_velocity=0.1)))
+    ratio = worst_on_dense_samples(replace_limits(free, slow), "tcp_linear_velocity")
+    assert worst_on_dense_samples(slow, "tcp_linear_velocity") <= 1.0
+    assert slow.trajectory.duration < 0.6 * ratio * free.trajectory.duration
+
+
+def replace_limits(result: Plan, of: Plan) -> Plan:
+    """The motion of one plan, under the limits of another."""
+    return replace(result, path=replace(result.path, limits=of.path.limits))
