@@ -1,4 +1,6 @@
-"""The exact check of a trajectory against its limits. Shares no code with the back ends.
+"""The exact check of a trajectory against its limits. Shares no code with the back ends but the arithmetic.
+
+That is polynomials and their extrema, the model of the robot, and how many samples a motion takes to begin with.
 
 Positions, velocities, accelerations and jerks are polynomials, so their extrema are found, not sampled. Torque and tool
 speed are not polynomials: they are sampled, and the check says so.
@@ -121,9 +123,7 @@ def certify(
         more_checks: Of other things than these limits.
         ends: The motion before and after the trajectory that is asked; None: rest.
     """
-    derivatives = derivatives_on_unit_time(
-        trajectory.coefficients, trajectory.lengths, max(MOST_CONTINUOUS + 1, DERIVATIVES)
-    )
+    derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, DERIVATIVES)
     still = np.zeros(robot.dof)
     smooth = _continuity(derivatives, ends or EndStates(still, still, still))
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
@@ -228,9 +228,8 @@ def _sampled_checks(
 
     quantities = np.array([limited.index(quantity) for quantity in columns])
     checks = []
-    for quantity, peak in zip(
-        limited, sampled_peaks(use, parts_of(derivatives, trajectory.lengths), quantities), strict=True
-    ):
+    peaks = sampled_peaks(use, parts_of(derivatives, trajectory.lengths), quantities)
+    for quantity, peak in zip(limited, peaks, strict=True):
         limit = float(limit_of(np.array([peak.piece]))[0, peak.column])
         known = np.isfinite(limit)  # if not, nothing is used anywhere that is limited
         check = Check(

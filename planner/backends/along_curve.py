@@ -12,7 +12,6 @@ from planner.backends.demands import SampledLimits, infeasible_duration, nothing
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
-from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -180,7 +179,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
             worst[group] = Demand(factor, cause, joint)
 
     orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES))
     for order in orders:
         limit = getattr(path.limits, RATES[order])[pieces.segments]
         found = largest_magnitudes(derivatives[order], limit, groups)
@@ -190,7 +189,7 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
             note(group, factor, f"the {RATES[order]} limit of {name} asks", name)
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
-        asked = sampled.stretch(derivatives, pieces.lengths, pieces.segments, pieces.segments, groups)
+        asked = sampled.stretch(pieces, pieces.segments, groups)
         for group, (factor, cause) in enumerate(zip(*(values.tolist() for values in asked), strict=True)):
             note(group, factor, *sampled.causes[cause])
     return dict(zip(segments.tolist(), worst, strict=True))

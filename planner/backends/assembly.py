@@ -46,6 +46,16 @@ def sampled(pieces: TimedPieces, count: int) -> tuple[FloatArray, FloatArray, Fl
     return q, v, a, j
 
 
+def largest_speeds(pieces: TimedPieces) -> FloatArray:
+    """(pieces, joints), of cubic pieces: at their ends, or where the acceleration vanishes."""
+    h = pieces.lengths[:, None]
+    v, a = differentiate(pieces.coefficients), differentiate(pieces.coefficients, 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turning = np.nan_to_num(np.clip(-a[..., 0] / a[..., 1], 0.0, h))
+    speeds: FloatArray = np.abs([horner(v, t) for t in (np.zeros_like(h), turning, h)]).max(axis=0)
+    return speeds
+
+
 def joined(parts: Sequence[TimedPieces]) -> TimedPieces:
     """All pieces, one part's after the other's."""
     order = max(part.coefficients.shape[2] for part in parts)

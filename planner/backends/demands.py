@@ -9,14 +9,15 @@ import numpy as np
 
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
+from planner.extrema import derivatives_on_unit_time
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
-from planner.sampled_peaks import parts_of
+from planner.sampled_peaks import DERIVATIVES, parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from planner.extrema import UnitPolynomials
+    from planner.backends.assembly import TimedPieces
     from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
@@ -51,10 +52,8 @@ class SampledLimits:
 
     def stretch(
         self,
-        derivatives: UnitPolynomials,
-        lengths: FloatArray,
+        pieces: TimedPieces,
         rows: np.ndarray,
-        segments: np.ndarray,
         groups: np.ndarray,
     ) -> tuple[FloatArray, np.ndarray]:
         """(groups,): factors on all times with which pieces keep these limits, less than 1 where they could be faster.
@@ -62,10 +61,8 @@ class SampledLimits:
         And (groups,): index of the cause of each.
 
         Args:
-            derivatives: Of the motion by time, `sampled_peaks.DERIVATIVES` of them.
-            lengths: (pieces,), s.
+            pieces: Of some length each.
             rows: (pieces,), of the limits.
-            segments: (pieces,), indices for the refusal.
             groups: (pieces,), from 0 on without gaps.
 
         Raises:
@@ -73,24 +70,23 @@ class SampledLimits:
         """
 
         def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-            torque = partial(self._stretch_for_torque, segments=segments[at], q=q, v=v, a=a)
+            torque = partial(self._stretch_for_torque, segments=pieces.segments[at], q=q, v=v, a=a)
             return self._of_samples(rows[at], q, v, torque)
 
-        return _peaks(needed, derivatives, lengths, groups)
+        return _peaks(needed, pieces, groups)
 
-    def use(self, derivatives: UnitPolynomials, lengths: FloatArray, rows: np.ndarray) -> FloatArray:
+    def use(self, pieces: TimedPieces, rows: np.ndarray) -> FloatArray:
         """(pieces,): the largest share of one of these limits that each piece uses.
 
         Args:
-            derivatives: Of the motion by time, `sampled_peaks.DERIVATIVES` of them.
-            lengths: (pieces,), s.
+            pieces: Of some length each.
             rows: (pieces,), of the limits.
         """
 
         def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
             return self._of_samples(rows[at], q, v, lambda limit: np.abs(inverse_dynamics(self.robot, q, v, a)) / limit)
 
-        return _peaks(shares, derivatives, lengths, np.arange(len(lengths)))[0]
+        return _peaks(shares, pieces, np.arange(len(rows)))[0]
 
     def _of_samples(
         self, rows: np.ndarray, q: FloatArray, v: FloatArray, of_torque: Callable[[FloatArray], FloatArray]
@@ -120,8 +116,7 @@ class SampledLimits:
 
 def _peaks(
     of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], FloatArray],
-    derivatives: UnitPolynomials,
-    lengths: FloatArray,
+    motion: TimedPieces,
     groups: np.ndarray,
 ) -> tuple[FloatArray, np.ndarray]:
     """(groups,): the largest values over the pieces of each group, with the margin; and (groups,): in which column.
@@ -130,12 +125,12 @@ def _peaks(
 
     Args:
         of_samples: Values (N, columns) of piece (N,), position, velocity and acceleration (N, joints).
-        derivatives: Of the motion by time, `sampled_peaks.DERIVATIVES` of them.
-        lengths: (pieces,), s.
+        motion: Pieces of some length each.
         groups: (pieces,), from 0 on without gaps.
     """
     best, columns = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
-    counts, pieces = 2 * parts_of(derivatives, lengths) + 1, np.arange(len(lengths))
+    derivatives = derivatives_on_unit_time(motion.coefficients, motion.lengths, DERIVATIVES)
+    counts, pieces = 2 * parts_of(derivatives, motion.lengths) + 1, np.arange(len(motion.lengths))
     for _ in range(MOST_HALVINGS + 1):
         own = counts[pieces]
         at, first = np.repeat(pieces, own), np.cumsum(own) - own

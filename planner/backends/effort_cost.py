@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.backends.assembly import sampled
+from planner.backends.assembly import largest_speeds, sampled
 from planner.dynamics import inverse_dynamics
 from planner.polynomials import differentiate, horner
 
@@ -77,10 +77,8 @@ def use_of_rates(pieces: TimedPieces, limits: SegmentLimits) -> float:
         limits: Of each piece.
     """
     h = pieces.lengths[:, None]
-    v, a, j = (differentiate(pieces.coefficients, k) for k in (1, 2, 3))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        turning = np.nan_to_num(np.clip(-a[..., 0] / a[..., 1], 0.0, h))
-    uses = [np.abs(horner(v, t)) / limits.velocity for t in (np.zeros_like(h), turning, h)]
+    a, j = (differentiate(pieces.coefficients, k) for k in (2, 3))
+    uses = [largest_speeds(pieces) / limits.velocity]
     uses += [np.abs(horner(a, t)) / limits.acceleration for t in (np.zeros_like(h), h)]
     uses.append(np.abs(j[..., 0]) / limits.jerk)
     return float(np.max(uses))

@@ -27,9 +27,7 @@ from planner.backends.jerk_limited import fastest_law
 from planner.backends.run_laws import time_run
 from planner.backends.splines import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit
-from planner.extrema import derivatives_on_unit_time
 from planner.polynomials import PiecewisePolynomial
-from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from planner.backends.along_curve import CurveLaw
@@ -257,5 +255,4 @@ class ThroughWaypoints(Optimum):
         sampled = SampledLimits(self.path.robot, self.path.limits)
         if not sampled.limited[pieces.segments].any():
             return np.zeros(len(pieces.lengths))
-        derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
-        return sampled.use(derivatives, pieces.lengths, pieces.segments)
+        return sampled.use(pieces, pieces.segments)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
@@ -94,14 +94,13 @@ class Ruckig:
         """
         is_first, is_last = run.first == 0, run.segments[-1] == len(path.durations) - 1
         moves = (is_first and ends.starts_moving) or (is_last and ends.ends_moving)
-        comparable = not moves and (len(run.segments) == 1 or bool(np.isnan(path.durations[run.segments]).all()))
         try:
             own, slowed = time_joint_run(path, run.segments, ends, self.synchronization, enforced(self))
         except InfeasibleDuration as refusal:
-            if comparable and refusal.joint is None:
+            if not moves and len(run.segments) == 1 and refusal.joint is None:
                 return time_run(path, run)
             raise
-        if not (comparable and slowed):
+        if moves or not slowed or not np.isnan(path.durations[run.segments]).all():
             return own
         others = [own]
         with suppress(LimitsUnsatisfiable):  # gravity, on the way of the curve
@@ -123,14 +122,7 @@ class Ruckig:
         there = np.full(len(motions.segments), self.synchronization == "phase")
         there[motions.segments == 0] &= not ends.starts_moving
         there[motions.segments == len(path.durations) - 1] &= not ends.ends_moving
-        return replace(
-            motions,
-            segments=motions.segments[there],
-            starts=motions.starts[there],
-            travels=motions.travels[there],
-            durations=motions.durations[there],
-            limits=motions.limits.of(there),
-        )
+        return motions.of(there)
 
 
 def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:

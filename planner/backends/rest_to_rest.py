@@ -13,9 +13,7 @@ import numpy as np
 
 from planner.backends.assembly import TimedPieces
 from planner.backends.demands import SampledLimits, infeasible_duration, nothing_limits
-from planner.extrema import derivatives_on_unit_time
 from planner.polynomials import summing_to
-from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -149,10 +147,7 @@ def _stretched(
         pieces = _timed(motions, laws, durations)
         own = np.repeat(np.arange(len(durations)), laws.lengths.shape[1])
         there = sampled.limited[own] & (pieces.lengths > 0.0)
-        own, lengths = own[there], pieces.lengths[there]
-        derivatives = derivatives_on_unit_time(pieces.coefficients[there], lengths, DERIVATIVES)
-        groups = np.searchsorted(rows, own)
-        factors, asks = sampled.stretch(derivatives, lengths, own, motions.segments[own], groups)
+        factors, asks = sampled.stretch(pieces.of(there), own[there], np.searchsorted(rows, own[there]))
         limited = factors > 1.0 + DURATION_TOLERANCE
         causes |= {row: sampled.causes[ask] for row, ask in zip(rows[limited], asks[limited], strict=True)}
         durations[rows[limited]] *= factors[limited]

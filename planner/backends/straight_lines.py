@@ -11,8 +11,6 @@ from planner.backends.along_curve import stretched
 from planner.backends.demands import SampledLimits, infeasible_duration
 from planner.backends.rest_to_rest import DURATION_TOLERANCE
 from planner.errors import InfeasibleDuration, PlanningError
-from planner.extrema import derivatives_on_unit_time
-from planner.sampled_peaks import DERIVATIVES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,8 +55,7 @@ def time_lines(
         return [closed_form(motions)]  # the refusal is to know all limits
     pieces = pieces.of(pieces.lengths > 0.0)
     rows = np.searchsorted(motions.segments, pieces.segments)
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, DERIVATIVES)
-    factors, asks = sampled.stretch(derivatives, pieces.lengths, rows, pieces.segments, rows)
+    factors, asks = sampled.stretch(pieces, rows, rows)
     free = np.isnan(motions.durations)
     slowed = factors > np.where(free, NOTICED, 1.0 + DURATION_TOLERANCE)
     whole = stretched(pieces, np.where(free, np.maximum(factors, 1.0), 1.0)[rows])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.along_curve import DURATION_TOLERANCE, demands, stretched
-from planner.backends.assembly import TimedPieces, joined
+from planner.backends.assembly import TimedPieces, joined, largest_speeds
 from planner.backends.base import END_OPTIONS
 from planner.backends.demands import infeasible_duration, nothing_limits
 from planner.backends.s_curves import s_curves
@@ -17,7 +17,6 @@ from planner.backends.straight_lines import NOTICED
 from planner.backends.via_problem import ViaProblem
 from planner.backends.via_states import pass_waypoints
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
-from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
     from planner.backends.along_curve import Demand
@@ -217,7 +216,9 @@ class _JointRun:
             by_tool = np.array([needed[segment].joint is None for segment in self.segments.tolist()])
             excess = np.maximum(factors * HASTE, 1.0)
             slowness = slowness * np.where(by_tool, 1.0, excess)
-            slower = _largest_speeds(motion) / excess[:, None]
+            fastest = largest_speeds(pieces)
+            fastest = np.array([fastest[pieces.segments == segment].max(axis=0) for segment in self.segments])
+            slower = fastest / excess[:, None]
             speeds = np.where((by_tool & (excess > 1.0))[:, None], np.minimum(speeds, slower), speeds)
         return best
 
@@ -314,18 +315,6 @@ class _JointRun:
         if stop_times is None or not self.at_rest:
             return None
         return np.where(stop_times > self.asked, stop_times, self.asked)
-
-
-def _largest_speeds(motion: ViaMotion) -> FloatArray:
-    """(segments, joints), of cubic pieces: at their ends, or where the acceleration vanishes."""
-    speeds = []
-    for lengths, coefficients in zip(motion.lengths, motion.coefficients, strict=True):
-        v, a = differentiate(coefficients), differentiate(coefficients, 2)
-        h = lengths[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turning = np.nan_to_num(np.clip(-a[..., 0] / a[..., 1], 0.0, h))
-        speeds.append(np.abs([horner(v, t) for t in (np.zeros_like(h), turning, h)]).max(axis=(0, 1)))
-    return np.array(speeds)
 
 
 def refuse_impossible_ends(path: JointPath, ends: EndStates) -> None:

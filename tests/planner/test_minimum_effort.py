@@ -30,6 +30,7 @@ from planner.problem import (
 )
 from planner.robots import Robot, load_robot
 from tests.planner.problems import problem_of
+from tests.planner.promises import keeps_joint_limits, keeps_sampled_limits
 
 ARM = "kuka_kr16_l6_2"
 QUICK = MinimumEffort(knots=24)
@@ -304,4 +305,7 @@ def test_more_intervals_after_narrower_limits() -> None:
     )
     problem = problem_of(ARM, "min_effort", 35, 3, 0.7989328457903327)
     problem = replace(problem, limits=speeds, backend=MinimumEffort(knots=5))
-    assert plan(problem).certificate.satisfied
+    result = plan(problem)
+    assert result.certificate.satisfied
+    keeps_joint_limits(result)
+    keeps_sampled_limits(result)

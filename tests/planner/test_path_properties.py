@@ -36,7 +36,7 @@ def keeps_its_promises_along_a_path(problem: PlanningProblem) -> None:
     except REFUSALS:
         assume(False)
     assert result.certificate.satisfied
-    keeps_joint_limits(result)
+    keeps_joint_limits(result, 17)
     keeps_sampled_limits(result, 20)
     is_continuous(result, 2 if backend.guarantees["jerk"] is Guarantee.HARD else 1)
     _goes_where_it_should(result)
