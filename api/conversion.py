@@ -10,14 +10,17 @@ from api.schemas import common, requests, robots
 from planner import problem
 from planner.backends import BACKENDS
 from planner.errors import InvalidProblem
-from planner.kinematics.poses import (
+from planner.kinematics.options import InverseKinematicsOptions
+from planner.limits import Limits
+from planner.robots import DHJoint, DHModel, Robot, read_dh, read_urdf
+from planner.robots.payload import Payload
+from planner.spatial import (
     FloatArray,
     Pose,
     project_to_rotation,
     rotation_from_quaternion,
     rotation_from_rpy,
 )
-from planner.robots import DHJoint, DHModel, Robot, read_dh, read_urdf
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,9 +46,9 @@ def to_waypoints(waypoints: Sequence[requests.Waypoint]) -> tuple[problem.AnyWay
     return tuple(_to_waypoint(waypoint) for waypoint in waypoints)
 
 
-def to_options(options: requests.InverseKinematicsOptions, seed: int) -> problem.InverseKinematicsOptions:
+def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
     """How poses are solved."""
-    return problem.InverseKinematicsOptions(
+    return InverseKinematicsOptions(
         tolerance_position=options.tolerance_position,
         tolerance_orientation=options.tolerance_orientation,
         reference=None if options.reference is None else tuple(options.reference),
@@ -63,16 +66,16 @@ def to_pose(pose: common.Pose) -> Pose:
     return Pose(np.array(pose.position), _to_rotation(pose.orientation))
 
 
-def to_payload(payload: common.Payload) -> problem.Payload:
+def to_payload(payload: common.Payload) -> Payload:
     """A payload."""
     x, y, z = payload.center_of_mass
     ixx, iyy, izz = payload.inertia
-    return problem.Payload(payload.mass, (x, y, z), (ixx, iyy, izz))
+    return Payload(payload.mass, (x, y, z), (ixx, iyy, izz))
 
 
-def to_limits(limits: common.Limits) -> problem.Limits:
+def to_limits(limits: common.Limits) -> Limits:
     """Limits, lists as tuples."""
-    return problem.Limits(**_with_tuples(limits.model_dump()))
+    return Limits(**_with_tuples(limits.model_dump()))
 
 
 def to_robot(definition: robots.RobotModel, robot_id: str) -> tuple[Robot, tuple[Finding, ...]]:

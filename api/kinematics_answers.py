@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.kinematics import FloatArray, InverseKinematicsResult, Pose
-    from planner.kinematics.reachability import Reachability
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
+    from planner.waypoints.reachability import Reachability
 
 
 def solutions_answer(robot: Robot, pose: Pose, positions: Sequence[FloatArray]) -> list[dict[str, Any]]:

@@ -42,6 +42,7 @@ from api.schemas.robots import RobotDefinition, RobotModel
 from api.store import RobotContent
 from api.worker_main import Caps, Reply, Task
 from planner.backends import BACKENDS
+from planner.certificate.samples import certify_samples
 from planner.comparison import figures
 from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem, PlanningError
@@ -58,11 +59,10 @@ from planner.kinematics import (
     with_whole_turns,
     workspace,
 )
-from planner.kinematics.reachability import reachability
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.plan import Plan, plan
-from planner.problem import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, describe, load_robot
-from planner.validate import certify_samples
+from planner.waypoints.reachability import reachability
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

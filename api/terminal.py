@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from rich.console import RenderableType
 
-    from planner.certificate import Check
+    from planner.certificate.checks import Check
     from planner.plan import Plan
     from planner.robots import Joint, Robot
 

@@ -28,10 +28,11 @@ from planner.kinematics import (
     pose_errors,
     solution_layers,
 )
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.seeds import seed_table
-from planner.kinematics.sequence import solve_waypoints
-from planner.problem import InverseKinematicsOptions, PoseWaypoint
+from planner.problem import PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
+from planner.waypoints.solve import solve_waypoints
 
 ARMS = ("panda", "ur5", "xarm7", "kuka_kr16_l6_2", "ngv_refuelling_arm", "date_sorting_arm")
 TOLERANCE = 1e-6

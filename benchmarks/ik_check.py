@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.kinematics import Pose, inverse_kinematics, solution_layers
-from planner.problem import InverseKinematicsOptions
+from planner.kinematics.options import InverseKinematicsOptions
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray

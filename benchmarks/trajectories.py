@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.machine import machine
 from benchmarks.trajectories_peers import PEERS, Motion
-from planner.backends import Cubic, MinimumEffort, Quintic, Ruckig, TimeOptimal, Trapezoidal
+from planner.backends import Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.backends.base import enforced
 from planner.errors import PlanningError
 from planner.plan import plan
@@ -28,7 +28,7 @@ from planner.robots import Robot, catalogue_ids, load_robot
 if TYPE_CHECKING:
     from benchmarks.trajectories_peers import Solver
     from planner.backends import BackEnd
-    from planner.kinematics.poses import FloatArray
+    from planner.spatial import FloatArray
 
 SIX_JOINTS = "kuka_kr16_l6_2"
 SEVEN_JOINTS, WITHOUT_IT = "panda", "date_sorting_arm"
@@ -39,9 +39,9 @@ OURS: dict[str, BackEnd] = {
     "quintic": Quintic(),
     "trapezoidal": Trapezoidal(),
     "ruckig": Ruckig(),
-    "toppra": TimeOptimal(),
-    "toppra, jerk_limited": TimeOptimal(jerk_limited=True),
-    "min_effort": MinimumEffort(knots=16),
+    "toppra": Toppra(),
+    "toppra, jerk_limited": Toppra(jerk_limited=True),
+    "min_effort": MinEffort(knots=16),
 }
 """Every back end but `auto`, which only chooses one of these."""
 

@@ -15,8 +15,8 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline, interp1d
 from benchmarks.ik import plain_urdf
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 Sampler = Callable[["FloatArray"], "tuple[FloatArray, FloatArray, FloatArray]"]
 """Times (N,) to positions, velocities and accelerations, each (N, joints)."""

@@ -10,9 +10,11 @@ import numpy as np
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.plan import Plan, plan
-from planner.problem import InverseKinematicsOptions, Payload, PlanningProblem, PoseWaypoint
+from planner.problem import PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
+from planner.robots.payload import Payload
 
 ROBOT = load_robot("date_sorting_arm")
 

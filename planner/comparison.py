@@ -13,9 +13,9 @@ from planner.kinematics.forward import tool_pose
 from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
     from planner.plan import Plan
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
 """On each part of a piece, for integrals."""

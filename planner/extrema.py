@@ -17,7 +17,7 @@ import numpy as np
 from planner.polynomials import bernstein_matrix, differentiate, horner
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
+    from planner.spatial import FloatArray
 
 PARTS = 8
 """That an interval is cut into."""

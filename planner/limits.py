@@ -12,12 +12,36 @@ from planner.errors import JointPositionLimit, MissingDynamics, Remedy
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.kinematics.poses import FloatArray
-    from planner.problem import Limits
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 JOINT_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
 TCP_QUANTITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits asked by the caller; None: the robot's own. Never wider than the robot's.
+
+    Attributes:
+        velocity: Per joint, rad/s or m/s.
+        acceleration: Per joint, rad/s^2 or m/s^2.
+        jerk: Per joint, rad/s^3 or m/s^3.
+        torque: Per joint, N m or N.
+        tcp_linear_velocity: Speed of the tool centre point, m/s.
+        tcp_angular_velocity: Angular speed of the tool, rad/s.
+        velocity_scale: Factor in (0, 1] on the velocity limits.
+        acceleration_scale: Factor in (0, 1] on the acceleration limits.
+    """
+
+    velocity: tuple[float, ...] | None = None
+    acceleration: tuple[float, ...] | None = None
+    jerk: tuple[float, ...] | None = None
+    torque: tuple[float, ...] | None = None
+    tcp_linear_velocity: float | None = None
+    tcp_angular_velocity: float | None = None
+    velocity_scale: float = 1.0
+    acceleration_scale: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,20 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
-from planner.certificate import Certificate, certify
+from planner.backends.base import END_OPTIONS, MovesAtItsEnds, end_states
+from planner.certificate.limits import certify
+from planner.certificate.tool_path import certify_tool_path
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
-from planner.kinematics.wanted import waypoint_faults
+from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES, limit_faults, refuse_unknown_torques
-from planner.path_certificate import certify_tool_path
 from planner.paths import JointPath, solve_path
 from planner.problem import BlendTransition, JointMotion, StopTransition
 from planner.remedies import remedies_for
+from planner.waypoints.targets import waypoint_faults
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.problem import Limits, PlanningProblem
+    from planner.certificate.checks import Certificate
+    from planner.limits import Limits
+    from planner.problem import PlanningProblem
     from planner.trajectory import Trajectory
 
 

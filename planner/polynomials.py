@@ -12,7 +12,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics.poses import FloatArray
+    from planner.spatial import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,39 +7,17 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.backends.cubic import Cubic
-from planner.kinematics.poses import FloatArray, Pose, rotation_y, rotation_z
+from planner.backends.splines.cubic import Cubic
+from planner.kinematics.options import InverseKinematicsOptions
+from planner.limits import Limits
+from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.robots import Robot
+    from planner.robots.payload import Payload
 
 Frame = Literal["tool", "base"]
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Limits asked by the caller; None: the robot's own. Never wider than the robot's.
-
-    Attributes:
-        velocity: Per joint, rad/s or m/s.
-        acceleration: Per joint, rad/s^2 or m/s^2.
-        jerk: Per joint, rad/s^3 or m/s^3.
-        torque: Per joint, N m or N.
-        tcp_linear_velocity: Speed of the tool centre point, m/s.
-        tcp_angular_velocity: Angular speed of the tool, rad/s.
-        velocity_scale: Factor in (0, 1] on the velocity limits.
-        acceleration_scale: Factor in (0, 1] on the acceleration limits.
-    """
-
-    velocity: tuple[float, ...] | None = None
-    acceleration: tuple[float, ...] | None = None
-    jerk: tuple[float, ...] | None = None
-    torque: tuple[float, ...] | None = None
-    tcp_linear_velocity: float | None = None
-    tcp_angular_velocity: float | None = None
-    velocity_scale: float = 1.0
-    acceleration_scale: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -193,38 +171,6 @@ class RelativeWaypoint(Waypoint):
 
 
 AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
-
-
-@dataclass(frozen=True)
-class Payload:
-    """A body carried at the robot's tip frame (the flange, whatever the tool).
-
-    Attributes:
-        mass: kg.
-        center_of_mass: m, in the tip frame.
-        inertia: Principal moments (ixx, iyy, izz) about the center of mass, kg m^2.
-    """
-
-    mass: float
-    center_of_mass: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class InverseKinematicsOptions:
-    """How poses are solved.
-
-    Attributes:
-        tolerance_position: m.
-        tolerance_orientation: rad.
-        reference: Joint position that the way through the solutions starts from; None: it may start anywhere.
-        seed: Of the random starts; the same seed gives the same answer.
-    """
-
-    tolerance_position: float = 1e-6
-    tolerance_orientation: float = 1e-6
-    reference: tuple[float, ...] | None = None
-    seed: int = 0
 
 
 @dataclass(frozen=True)

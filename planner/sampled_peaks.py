@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.extrema import UnitPolynomials
-    from planner.kinematics.poses import FloatArray
+    from planner.spatial import FloatArray
 
 CAUTION = 2.0
 """What second differences are multiplied by."""

@@ -10,7 +10,7 @@ import numpy as np
 from planner.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
+    from planner.spatial import FloatArray
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ import pytest
 
 from api.local_service import local_service
 from planner.robots import catalogue_ids
+from tests.locations import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
 CONSOLE = [text for language, text in BLOCKS if language == "console"]

@@ -1,13 +1,14 @@
 """The back ends: one file and one line here each."""
 
 from planner.backends.auto import Auto
-from planner.backends.base import QUANTITIES, BackEnd, Guarantee
-from planner.backends.cubic import Cubic
-from planner.backends.jerk_limited_joints import Ruckig
-from planner.backends.minimum_effort import MinimumEffort
-from planner.backends.quintic import Quintic
-from planner.backends.time_optimal import TimeOptimal
-from planner.backends.trapezoidal import Trapezoidal
+from planner.backends.base import BackEnd
+from planner.backends.min_effort.min_effort import MinEffort
+from planner.backends.ruckig.ruckig import Ruckig
+from planner.backends.splines.cubic import Cubic
+from planner.backends.splines.quintic import Quintic
+from planner.backends.toppra.toppra import Toppra
+from planner.backends.trapezoidal.trapezoidal import Trapezoidal
+from planner.guarantees import QUANTITIES, Guarantee
 
 BACKENDS: dict[str, type[BackEnd]] = {
     backend.kind: backend
@@ -16,8 +17,8 @@ BACKENDS: dict[str, type[BackEnd]] = {
         Quintic,
         Trapezoidal,
         Ruckig,
-        TimeOptimal,
-        MinimumEffort,
+        Toppra,
+        MinEffort,
         Auto,
     )
 }
@@ -30,9 +31,9 @@ __all__ = [
     "BackEnd",
     "Cubic",
     "Guarantee",
-    "MinimumEffort",
+    "MinEffort",
     "Quintic",
     "Ruckig",
-    "TimeOptimal",
+    "Toppra",
     "Trapezoidal",
 ]

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.base import ALL_HARD, Guarantee
-from planner.backends.jerk_limited_joints import Ruckig
-from planner.backends.quintic import Quintic
-from planner.backends.time_optimal import TimeOptimal
+from planner.backends.ruckig.ruckig import Ruckig
+from planner.backends.splines.quintic import Quintic
+from planner.backends.toppra.toppra import Toppra
 from planner.errors import InfeasibleDuration, PlanningError
+from planner.guarantees import ALL_HARD, Guarantee
 from planner.trajectory import Remark
 
 if TYPE_CHECKING:
@@ -64,6 +64,6 @@ def _choices(path: JointPath) -> Iterator[tuple[BackEnd, str, str]]:
     elif asked.all():
         yield Quintic(), "quintic", "every duration is asked, so there is no time to gain, and its jerk is low"
     yield Ruckig(), "ruckig", "the fastest that keeps the jerk limits, too"
-    yield TimeOptimal(jerk_limited=True), "toppra, jerk_limited", "the fastest on the given path within the jerk limits"
+    yield Toppra(jerk_limited=True), "toppra, jerk_limited", "the fastest on the given path within the jerk limits"
     if not inside and not asked.all():
         yield Quintic(), "quintic", "within all limits"

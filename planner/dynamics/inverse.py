@@ -10,8 +10,8 @@ import pinocchio as pin
 from planner.errors import MissingDynamics
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 
 def inverse_dynamics(

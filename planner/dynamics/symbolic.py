@@ -14,8 +14,8 @@ import numpy as np
 if TYPE_CHECKING:
     import casadi as ca
 
-    from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 ROUNDING = 1e-15
 """Elements of a rotation below this are zero: each one left in would be carried through the whole expression."""

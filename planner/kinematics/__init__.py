@@ -8,10 +8,10 @@ from planner.kinematics.inverse import (
     solution_layers,
     solutions_or_failure,
 )
-from planner.kinematics.poses import FloatArray, Pose, poses_as_dicts, quaternion
 from planner.kinematics.search import is_isolated, pose_errors
 from planner.kinematics.turns import with_whole_turns
 from planner.kinematics.workspace import Extreme, Workspace, workspace
+from planner.spatial import FloatArray, Pose, poses_as_dicts, quaternion
 
 __all__ = [
     "Extreme",

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
     from planner.kinematics.screws import Screws
+    from planner.spatial import FloatArray
 
 NEARLY = 1e-3
 """A candidate that exists but for so little (imaginary part, cosine beyond 1) is kept: polishing decides."""

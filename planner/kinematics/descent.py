@@ -12,9 +12,9 @@ from eigenpy import LDLT
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from planner.kinematics.poses import FloatArray, Pose
     from planner.kinematics.screws import Screws
     from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
 
 CONVERGED = 1e-10
 """A descent ends when the error (m, rad) is as small as this; its last step leaves far less."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from planner.kinematics.poses import FloatArray, Pose
+from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
     from planner.robots import Robot

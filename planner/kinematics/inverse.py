@@ -14,9 +14,9 @@ from planner.kinematics.turns import by_distance
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics.poses import FloatArray, Pose
-    from planner.problem import InverseKinematicsOptions
+    from planner.kinematics.options import InverseKinematicsOptions
     from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
 
 Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
 

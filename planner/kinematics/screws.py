@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 
 class Screws:

@@ -15,9 +15,9 @@ from planner.kinematics.turns import TURN, distances, nearest_turn
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics.poses import FloatArray, Pose
-    from planner.problem import InverseKinematicsOptions
+    from planner.kinematics.options import InverseKinematicsOptions
     from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
 
 QUICK_STARTS, QUICK = 16, {"patience": 2, "most": 30}
 """Starts from the table for a first solution, one after the other; one that is slow is given up for the next."""

@@ -8,14 +8,15 @@ import numpy as np
 
 from planner.kinematics.closed_form import closed_form
 from planner.kinematics.screws import Screws
+from planner.last_used import LastUsed
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
     from planner.kinematics.closed_form import ClosedForm
     from planner.kinematics.descent import Target
-    from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 ROWS = 4096
 """Configurations in a table: about 2 MB and 15 ms for a robot with six joints."""
@@ -31,6 +32,10 @@ DAMPING = 1e-4
 
 OUTSIDE = 2.0
 """What a predicted joint position outside the limits costs, for each rad or m of the predicted step."""
+
+
+MOST_TABLES = 32
+"""Tables that a process keeps, those last used."""
 
 
 class SeedTable:
@@ -87,10 +92,8 @@ class SeedTable:
 
 
 def seed_table(robot: Robot) -> SeedTable:
-    """The robot's table, made when it is first asked for and shared by the robot's copies with tools and payloads."""
-    if not robot.seed_tables:
-        robot.seed_tables.append(SeedTable(robot))
-    return robot.seed_tables[0]
+    """The robot's table, made when it is first asked for; robots with equal kinematics share one."""
+    return _tables.get(robot.kinematic_content, lambda: SeedTable(robot))
 
 
 def random_configurations(robot: Robot, count: int, seed: int) -> FloatArray:
@@ -111,3 +114,6 @@ def _errors_per_pose(positions: FloatArray, rotations: FloatArray) -> FloatArray
         errors[:, 3 + axis, 3 + 3 * i : 6 + 3 * i] = 0.5 * rotations[:, j]
         errors[:, 3 + axis, 3 + 3 * j : 6 + 3 * j] = -0.5 * rotations[:, i]
     return errors
+
+
+_tables: LastUsed[SeedTable] = LastUsed(MOST_TABLES)

@@ -11,8 +11,8 @@ from planner.limits import counted_velocity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 TURN = 2.0 * np.pi
 

@@ -11,8 +11,8 @@ from planner.kinematics.forward import tool_pose
 from planner.polynomials import PiecewisePolynomial, quintic_hermite
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 MOST = 0.48
 """Share of a segment that the blend at one of its ends may take; as much is for the other end, a little stays."""

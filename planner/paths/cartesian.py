@@ -18,20 +18,21 @@ from planner.errors import (
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import all_solutions, inverse_kinematics
-from planner.kinematics.poses import Pose, poses_as_dicts
-from planner.kinematics.wanted import pose_remedy
 from planner.paths.follow import Lost, follow
 from planner.paths.pose_paths import Arc, Line
 from planner.problem import CircularMotion, JointMotion, JointWaypoint
+from planner.spatial import Pose, poses_as_dicts
+from planner.waypoints.targets import pose_remedy
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.kinematics.poses import FloatArray
+    from planner.kinematics.options import InverseKinematicsOptions
     from planner.paths.pose_paths import PosePath
     from planner.polynomials import PiecewisePolynomial
-    from planner.problem import AnyWaypoint, InverseKinematicsOptions
+    from planner.problem import AnyWaypoint
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 SAME_CONFIGURATION = 1e-7
 """rad or m: a motion that ends this near to a joint position ends there."""

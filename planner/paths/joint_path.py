@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem, PlanningError
-from planner.kinematics.sequence import SolvedWaypoint, solve_waypoints
 from planner.limits import SegmentLimits, segment_limits
 from planner.paths.cartesian import CartesianMotions
 from planner.paths.runs import Run, build_run, straight_run
 from planner.problem import JointMotion, StopTransition
+from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
     from planner.paths.pose_paths import PosePath
     from planner.problem import PlanningProblem
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 SAME_POSITION = 1e-9
 """Waypoints closer than this in every joint (rad, m) are one and the same."""

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import pinocchio as pin
 
-from planner.kinematics.poses import Pose
+from planner.spatial import Pose
 
 if TYPE_CHECKING:
-    from planner.kinematics.poses import FloatArray
+    from planner.spatial import FloatArray
 
 COLLINEAR = 1e-6
 """Three points whose triangle has a height below this share of its longest side lie on a line."""

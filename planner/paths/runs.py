@@ -17,12 +17,12 @@ from planner.problem import BlendTransition, JointMotion, StopTransition, Throug
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics.poses import FloatArray
-    from planner.kinematics.sequence import SolvedWaypoint
     from planner.limits import SegmentLimits
     from planner.paths.cartesian import CartesianMotions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
+    from planner.spatial import FloatArray
+    from planner.waypoints.solve import SolvedWaypoint
 
 TANGENT = 1e-6
 """Relative difference of the joints' directions up to which two motions of the tool go on in the same direction."""

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.along_curve import RATES, stretched
-from planner.backends.assembly import TimedPieces, sampled
 from planner.backends.base import enforced
+from planner.backends.shared.along_curve import RATES, stretched
+from planner.backends.shared.assembly import TimedPieces, sampled
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
-from planner.limits import TCP_QUANTITIES
-from planner.problem import Limits
+from planner.limits import TCP_QUANTITIES, Limits
 from planner.remedies.higher_limits import limit_of, with_higher_limits
 from planner.remedies.lighter_payload import with_lighter_payload
 from planner.remedies.proved import first_proved
@@ -24,7 +23,6 @@ from planner.remedies.proved import first_proved
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from planner.kinematics.poses import FloatArray
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
     from planner.plan import Plan
@@ -32,6 +30,7 @@ if TYPE_CHECKING:
     from planner.remedies.higher_limits import Change, Needs
     from planner.remedies.proved import PlanOf
     from planner.robots import Robot
+    from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
 SHARES = (1.0 - 1e-9, 0.995, 0.95)

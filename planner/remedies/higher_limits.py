@@ -12,8 +12,8 @@ from planner.limits import JOINT_QUANTITIES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from planner.limits import SegmentLimits
-    from planner.problem import Limits, PlanningProblem
+    from planner.limits import Limits, SegmentLimits
+    from planner.problem import PlanningProblem
 
 Needs = dict[tuple[str, int, int], float]
 """The value that a limit must have, by quantity, segment and joint (of the tool's speeds: 0)."""

@@ -13,12 +13,12 @@ from planner.remedies.proved import first_proved
 
 if TYPE_CHECKING:
     from planner.errors import Remedy
-    from planner.kinematics.poses import FloatArray
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
     from planner.remedies.higher_limits import Needs
     from planner.remedies.proved import PlanOf
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 SHARES = (0.99, 0.9, 0.5)
 """Of a torque limit, what gravity may take; the first that leaves enough for the motion."""

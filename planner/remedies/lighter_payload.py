@@ -12,10 +12,10 @@ from planner.errors import Remedy
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from planner.kinematics.poses import FloatArray
     from planner.problem import PlanningProblem
     from planner.remedies.higher_limits import Change
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 LEAST_LEVER = 1e-9
 """N m (N) by kg, below which a joint does not feel the payload."""

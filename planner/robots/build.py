@@ -11,8 +11,8 @@ import pinocchio as pin
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics.poses import FloatArray
     from planner.robots.robot import Joint
+    from planner.spatial import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,10 +26,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.errors import UnknownRobot
-from planner.kinematics.poses import Pose
 from planner.robots.checks import with_default_limits
 from planner.robots.dh import DHJoint, DHModel, read_dh
 from planner.robots.urdf import read_urdf
+from planner.spatial import Pose
 
 if TYPE_CHECKING:
     from planner.robots.robot import Joint, Robot

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 import pinocchio as pin
 
-from planner.kinematics.poses import Pose, rotation_x, rotation_z
 from planner.robots.build import Body, Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
@@ -24,6 +23,7 @@ from planner.robots.checks import (
     shown,
 )
 from planner.robots.robot import Joint, JointKind, Robot
+from planner.spatial import Pose, rotation_x, rotation_z
 
 if TYPE_CHECKING:
     from planner.errors import Finding

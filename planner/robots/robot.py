@@ -12,9 +12,8 @@ import pinocchio as pin
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.kinematics.poses import FloatArray, Pose
-    from planner.kinematics.seeds import SeedTable
-    from planner.problem import Payload
+    from planner.robots.payload import Payload
+    from planner.spatial import FloatArray, Pose
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
 Provenance = Literal["published", "datasheet", "estimate", "default"]
@@ -100,7 +99,6 @@ class Robot:
         geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
         groups: Joints that belong together, of an uploaded SRDF.
         disabled_collisions: Pairs of links that an uploaded SRDF takes out of collision checks.
-        seed_tables: What the inverse kinematics prepare when first asked; shared by the copies with tools and payloads.
     """
 
     id: str
@@ -111,7 +109,6 @@ class Robot:
     geometry: tuple[Mapping[str, Any], ...] = ()
     groups: tuple[JointGroup, ...] = ()
     disabled_collisions: tuple[DisabledCollision, ...] = ()
-    seed_tables: list[SeedTable] = field(default_factory=list, repr=False)
 
     @cached_property
     def data(self) -> pin.Data:
@@ -177,6 +174,18 @@ class Robot:
     def has_dynamics(self) -> bool:
         """Whether torques can be computed."""
         return self.mass > 0.0
+
+    @cached_property
+    def kinematic_content(self) -> bytes:
+        """Equal for robots whose joints move their tip frame alike, within the same position limits.
+
+        That is whatever their names, tools and payloads: what depends on the kinematics alone is kept by it.
+        """
+        placements = [placement.homogeneous for placement in self.model.jointPlacements.tolist()[1:]]
+        tip = self.model.frames[self.tip_frame_id]
+        limits = self.limit("lower"), self.limit("upper")
+        arrays = [*placements, tip.placement.homogeneous, np.array(tip.parentJoint), self.is_angle, *limits]
+        return b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
 
     @cached_property
     def middle(self) -> FloatArray:

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from planner.kinematics.poses import rotation_from_rpy
 from planner.robots.build import Body
 from planner.robots.checks import MAX_NUMBER, Findings, check_angles, check_body, check_length, shown
 from planner.robots.robot import Joint
+from planner.spatial import rotation_from_rpy
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from xml.etree.ElementTree import Element
 
-    from planner.kinematics.poses import FloatArray
     from planner.robots.robot import JointKind
+    from planner.spatial import FloatArray
 
 KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
 

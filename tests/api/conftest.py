@@ -18,10 +18,11 @@ import httpx
 import psutil
 import pytest
 
+from tests.locations import ROOT
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-ROOT = Path(__file__).parents[2]
 WORKER_MEMORY_MIB = 512
 
 

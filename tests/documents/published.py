@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planner.kinematics import FloatArray, Pose
 from planner.robots import Robot, read_urdf
+from tests.locations import DATA
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-DATA = Path(__file__).parent.parent / "data"
 
 
 def document(name: str) -> dict[str, Any]:

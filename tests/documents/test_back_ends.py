@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
 from benchmarks.back_ends import document
+from tests.locations import ROOT
 
-PAGE = (Path(__file__).parents[2] / "docs/back_ends.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs/back_ends.md").read_text(encoding="utf-8")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?")
 SOLVER = "min_effort"
 """What a nonlinear solver ends at differs from machine to machine, and takes most of the time: not compared."""

@@ -18,16 +18,11 @@ from planner.kinematics import (
     jacobian,
     workspace,
 )
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.plan import Plan, plan
-from planner.problem import (
-    InverseKinematicsOptions,
-    JointWaypoint,
-    LinearMotion,
-    Payload,
-    PlanningProblem,
-    PoseWaypoint,
-)
+from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
+from planner.robots.payload import Payload
 from tests.documents.published import angle_between, document, gantry, homogeneous, matrix
 
 DOCUMENT = document("date_sorting")

@@ -6,18 +6,17 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
 from api.local_plan import plan_request, read_request
 from api.local_service import local_service
+from tests.locations import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 
 REQUESTS = {  # waypoints, and the published duration, s; None: none is published

@@ -10,16 +10,9 @@ import pytest
 from planner.backends import Cubic
 from planner.errors import UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.plan import Plan, plan
-from planner.problem import (
-    AnyWaypoint,
-    CartesianMove,
-    InverseKinematicsOptions,
-    JointWaypoint,
-    PlanningProblem,
-    PoseWaypoint,
-    RelativeWaypoint,
-)
+from planner.problem import AnyWaypoint, CartesianMove, JointWaypoint, PlanningProblem, PoseWaypoint, RelativeWaypoint
 from planner.robots import load_robot
 from planner.trajectory import Trajectory
 from tests.documents.published import angle_between, document, homogeneous, matrix, standard_dh

@@ -9,8 +9,9 @@ import pytest
 
 from planner.backends import Cubic
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, workspace
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.plan import Plan, plan
-from planner.problem import InverseKinematicsOptions, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from tests.documents.published import document, gantry, homogeneous, modified_dh
 

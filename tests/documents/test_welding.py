@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.plan import Plan, plan
 from planner.problem import (
     CartesianMove,
     CylindricalMove,
-    InverseKinematicsOptions,
     LinearMotion,
     Move,
     PlanningProblem,

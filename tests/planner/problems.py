@@ -12,14 +12,13 @@ from hypothesis import strategies as st
 
 from planner.backends import BACKENDS, BackEnd
 from planner.kinematics import Pose, forward_kinematics
-from planner.kinematics.poses import rotation_from_rpy
+from planner.limits import Limits
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,
     CircularMotion,
     JointMotion,
     JointWaypoint,
-    Limits,
     LinearMotion,
     Motion,
     PlanningProblem,
@@ -29,6 +28,7 @@ from planner.problem import (
     Transition,
 )
 from planner.robots import Robot, load_robot
+from planner.spatial import rotation_from_rpy
 
 REQUESTS = int(os.environ.get("REQUESTS") or (5000 if os.environ.get("CI") else 100))
 """Random requests a back end that its properties are tried on, a tenth of them along paths of the tool."""

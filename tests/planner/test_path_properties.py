@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import assume
 
-from planner.backends import BACKENDS, BackEnd, Guarantee, TimeOptimal
+from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose
 from planner.plan import Plan, plan
@@ -19,7 +19,7 @@ REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPat
 
 
 ALONG_PATHS: list[BackEnd] = [BACKENDS[kind](**OPTIONS_OF.get(kind, {})) for kind in sorted(BACKENDS)]
-ALONG_PATHS.append(TimeOptimal(jerk_limited=True))
+ALONG_PATHS.append(Toppra(jerk_limited=True))
 
 
 @pytest.mark.parametrize("part", PARTS)

@@ -10,19 +10,20 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
-from planner.backends.base import QUANTITIES, Guarantee
-from planner.certificate import Check, certify
+from planner.certificate.checks import Check
+from planner.certificate.limits import certify
 from planner.dynamics import inverse_dynamics
 from planner.errors import PlanningError
+from planner.guarantees import QUANTITIES, Guarantee
 from planner.kinematics import tool_speeds
-from planner.limits import SegmentLimits, segment_limits
+from planner.limits import Limits, SegmentLimits, segment_limits
 from planner.plan import plan
 from planner.polynomials import cumulative_sums, quintic_hermite
-from planner.problem import BlendTransition, Limits, PlanningProblem, StopTransition, ThroughTransition
+from planner.problem import BlendTransition, PlanningProblem, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.trajectory import Trajectory
+from tests.planner.backends.toppra.test_toppra import KUKA, robot_limits, through, tool_problem
 from tests.planner.problems import random_position
-from tests.planner.test_toppra import KUKA, robot_limits, through, tool_problem
 
 HARD = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 SAMPLES = 20_000

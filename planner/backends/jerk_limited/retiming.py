@@ -1,0 +1,394 @@
+"""The fastest change of a law of motion within limits on speed, acceleration, jerk and torque.
+
+A law is retimed: where it was at time x, the new one is after b(x)^(-1/2) of the time. With a = b' / 2 and c = b'' / 2
+all that is limited is linear in (b, a, c), but for the jerk, which is linear times sqrt(b). For a joint q(x):
+
+    velocity^2       q'^2 b
+    acceleration     q'' b + q' a
+    jerk             (q''' b + 3 q'' a + q' c) sqrt(b)
+    torque           m(q, q') a + h(q, q', q'') b + gravity(q)
+
+A jerk limit J reads |linear| <= J / sqrt(b). The right-hand side is convex: its tangents lie below it, so that a step
+that keeps the linearised limit keeps the limit (Debrouwere et al., Time-optimal path following for robots with
+convex-concave constraints using sequential convex programming, IEEE Transactions on Robotics 29, 2013). The new
+duration, the integral of 1 / sqrt(b), is convex. So an interior-point method that starts within the limits remains
+there, and whenever it ends it leaves a law that keeps them. The same holds for other convex aims, like the integral of
+the squared torques, and with durations that are to be met: as their times are convex, too, Newton's steps come to them
+from the slow side.
+
+b is a quadratic spline. Each interval has one unknown, the middle Bezier point of its parabola; the value at a node
+lies on the line between those of the two intervals that meet there.
+"""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+PLACES = np.array([0.0, 0.5, 1.0])
+"""Of each interval, where its limits are looked at. Next to a place of rest the middle tells what the ends cannot."""
+
+WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
+"""Simpson's, for the same places."""
+
+FIRST_SHARE = 0.9
+"""Of what the limits allow: b at the start."""
+
+MOST_STEPS, FIRST_CENTRING, LEAST_CENTRING = 80, 0.2, 0.15
+"""Newton steps; what is left of the barrier in the first, and in one that could be made in full."""
+
+TO_THE_WALL = 0.98
+"""Of the way to where a limit is reached (or an unknown vanishes), what a step goes."""
+
+BARRIER_KEPT = 0.1
+"""Share of what a step promises to gain that the barrier is kept at: the limits are not to be met before all else."""
+
+LEAST_STEP = 1e-6
+"""Share of a step: where no more of it can be made, what is asked is not within the limits."""
+
+MOST_HALVINGS, ARMIJO, ROUNDING = 20, 1e-4, 1e-12
+"""Of a step, until cost, barrier and missed durations together fall by this share of what they promise to."""
+
+LEAST_CURVATURE = 0.05
+"""Of the duration's own curvature, what is kept where the jerk limits make the problem concave."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLimits:
+    """|by_b b + by_a a + by_c c + offset| <= constant + inverse / sqrt(b).
+
+    Attributes:
+        by_b: (limits, points).
+        by_a: (limits, points).
+        by_c: (limits, points).
+        offset: (limits, points).
+        constant: (limits, points).
+        inverse: (limits, points).
+    """
+
+    by_b: FloatArray
+    by_a: FloatArray
+    by_c: FloatArray
+    offset: FloatArray
+    constant: FloatArray
+    inverse: FloatArray
+
+    def values(self, states: FloatArray) -> FloatArray:
+        """(limits, points): by_b b + by_a a + by_c c, for states (3, points)."""
+        b, a, c = states
+        values: FloatArray = self.by_b * b
+        values += self.by_a * a
+        values += self.by_c * c
+        return values
+
+    def scale(self, states: FloatArray) -> float:
+        """The largest factor on b with which the limits are kept."""
+        values = np.abs(self.values(states))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            plain = ((self.constant - np.abs(self.offset)) / values)[self.inverse == 0.0]
+            jerk = (self.inverse / np.sqrt(states[0]) / values)[self.inverse > 0.0]
+        return float(min(np.nanmin(plain, initial=np.inf), np.nanmin(jerk, initial=np.inf) ** (2.0 / 3.0)))
+
+
+class QuadraticSpline:
+    """b, a and c at the points (all places of all intervals) by the unknowns.
+
+    Attributes:
+        maps: (3, 3, places, intervals): (b, a, c) of the unknowns of the interval before, the own and the next.
+    """
+
+    def __init__(self, widths: FloatArray) -> None:
+        # Beyond both ends there is an interval of no width, whose unknown is the value at the end.
+        padded = np.concatenate([[0.0], widths, [0.0]])
+        both = padded[:-1] + padded[1:]
+        value, slope = np.zeros((2, 3, len(both))), np.zeros((2, 3, len(both)))
+        value[0, 0] = value[1, 1] = padded[1:] / both
+        value[0, 1] = value[1, 2] = padded[:-1] / both
+        slope[0, 0] = slope[1, 1] = -1.0 / both
+        slope[0, 1] = slope[1, 2] = 1.0 / both
+        start, end = value[0, :, :-1], value[1, :, 1:]
+        middle = np.array([[0.0], [1.0], [0.0]])
+        self.maps = np.empty((3, 3, len(PLACES), len(widths)))
+        for k, u in enumerate(PLACES):
+            self.maps[0, :, k] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
+            self.maps[1, :, k] = (1.0 - u) * slope[0, :, :-1] + u * slope[1, :, 1:]
+            self.maps[2, :, k] = (start - 2.0 * middle + end) / widths**2
+        self.count = len(widths)
+
+    def states(self, x: FloatArray) -> FloatArray:
+        """(3, points): b, a, c with unknowns (intervals + 2,)."""
+        n = self.count
+        states = self.maps[:, 0] * x[:n] + self.maps[:, 1] * x[1 : n + 1] + self.maps[:, 2] * x[2:]
+        return states.reshape(3, -1)
+
+    def force(self, forces: FloatArray) -> FloatArray:
+        """What forces (3, points) on b, a and c are on the unknowns (intervals + 2,)."""
+        n = self.count
+        own = np.einsum("yxpn,ypn->xn", self.maps, forces.reshape(3, -1, n))
+        total = np.zeros(n + 2)
+        for k in range(3):
+            total[k : k + n] += own[k]
+        return total
+
+    def bands(self, stiffness: FloatArray) -> FloatArray:
+        """(3, intervals + 2): the main and two upper diagonals of what stiffness (3, 3, points) is on the unknowns."""
+        n = self.count
+        block = stiffness.reshape(3, 3, -1, n)
+        bands = np.zeros((3, n + 2))
+        pulled = np.einsum("yzpn,zxpn->yxpn", block, self.maps)
+        for k in range(3):
+            for m in range(k, 3):
+                bands[m - k, k : k + n] += np.einsum("ypn,ypn->n", self.maps[:, k], pulled[:, m])
+        return bands
+
+
+class Aim(ABC):
+    """What a retiming is to make small: a function of b, a and c at the points."""
+
+    @abstractmethod
+    def value(self, states: FloatArray) -> float:
+        """Of states (3, points); positive."""
+
+    @abstractmethod
+    def slope(self, states: FloatArray) -> FloatArray:
+        """(3, points): its derivative by b, a and c."""
+
+    @abstractmethod
+    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
+        """(3, 3, points): its second derivative, less that of 1 / sqrt(b) times `concave` (points,).
+
+        Where that is not positive semidefinite, what is near and is.
+        """
+
+
+class Duration(Aim):
+    """The duration, s.
+
+    Attributes:
+        weights: (points,), of the sum of 1 / sqrt(b) that stands for the integral.
+    """
+
+    def __init__(self, widths: FloatArray) -> None:
+        self.weights = (WEIGHTS[:, None] * widths).ravel()
+
+    def value(self, states: FloatArray) -> float:
+        """A function of b alone."""
+        return float((self.weights * states[0] ** -0.5).sum())
+
+    def slope(self, states: FloatArray) -> FloatArray:
+        """By b alone."""
+        slope = np.zeros_like(states)
+        slope[0] = -0.5 * self.weights * states[0] ** -1.5
+        return slope
+
+    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
+        """By b alone."""
+        result = np.zeros((3, *states.shape))
+        result[0, 0] = 0.75 * states[0] ** -2.5 * np.maximum(self.weights - concave, LEAST_CURVATURE * self.weights)
+        return result
+
+
+class AskedDurations(NamedTuple):
+    """Durations of parts of a law that are to be met.
+
+    Attributes:
+        weights: (parts, points), of the sums of 1 / sqrt(b) that stand for them.
+        durations: (parts,), s.
+    """
+
+    weights: FloatArray
+    durations: FloatArray
+
+    def missed(self, b: FloatArray) -> FloatArray:
+        """(parts,), s: by how much too long they are."""
+        missed: FloatArray = self.weights @ b**-0.5 - self.durations
+        return missed
+
+    def slopes(self, b: FloatArray) -> FloatArray:
+        """(parts, 3, points): by b, a and c."""
+        slopes = np.zeros((len(self.weights), 3, len(b)))
+        slopes[:, 0] = -0.5 * self.weights * b**-1.5
+        return slopes
+
+
+class Retiming(NamedTuple):
+    """What was found.
+
+    Attributes:
+        unknowns: (intervals + 2,), of the spline b.
+        converged: Whether nothing better is left, within the tolerance, and durations are met as closely.
+    """
+
+    unknowns: FloatArray
+    converged: bool
+
+
+def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
+    """The unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
+    none_asked = AskedDurations(np.empty((0, limits.by_b.shape[1])), np.empty(0))
+    return best_retiming(widths, limits, Duration(widths), none_asked, tolerance).unknowns
+
+
+def best_retiming(
+    widths: FloatArray,
+    limits: LinearLimits,
+    aim: Aim,
+    asked: AskedDurations,
+    tolerance: float,
+    stop_at: float | None = None,
+) -> Retiming:
+    """The best law within limits.
+
+    A primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19) without slacks.
+
+    Args:
+        widths: (intervals,), of the old law's time.
+        limits: At the first places of all intervals, then at the second ones, and so on. They allow rest.
+        aim: At the same points.
+        asked: Durations to be met.
+        tolerance: Gap between the aim and its lower bound, relative, that may be left.
+        stop_at: By the monotonic clock, s; None: no limit of time.
+    """
+    spline = QuadraticSpline(widths)
+    x = np.ones(len(widths) + 2)
+    x *= FIRST_SHARE * limits.scale(spline.states(x))
+    # On the slow side of what is asked.
+    share = (1.0 + asked.missed(spline.states(x)[0]) / asked.durations).min(initial=1.0)
+    x *= share**2
+    states = spline.states(x)
+    barrier, value, centring = _Barrier(limits, states), aim.value(states), FIRST_CENTRING
+    count = 2 * barrier.over.size
+    dual_over, dual_under = value / count / barrier.over, value / count / barrier.under
+    multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, 0.0
+    for _ in range(MOST_STEPS):
+        gap = float(np.einsum("lp,lp->", dual_over, barrier.over) + np.einsum("lp,lp->", dual_under, barrier.under))
+        missed = asked.missed(states[0])
+        if max(gap, gain) < tolerance * value and (np.abs(missed) <= tolerance * asked.durations).all():
+            return Retiming(x, converged=True)
+        if stop_at is not None and time.monotonic() > stop_at:
+            break
+        push = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
+        push_over, push_under = push / barrier.over, push / barrier.under
+        stiff_over, stiff_under = dual_over / barrier.over, dual_under / barrier.under
+        concave = _over_limits(dual_over + dual_under, limits.inverse) - multipliers @ asked.weights
+        system = spline.bands(barrier.stiffness(stiff_over, stiff_under) + aim.curvature(states, concave))
+        downhill = force = spline.force(barrier.force(push_over, push_under) - aim.slope(states))
+        step = _solve(system, force)
+        if len(missed):
+            slopes = np.array([spline.force(slope) for slope in asked.slopes(states[0])])
+            yields = np.array([_solve(system, slope) for slope in slopes])
+            multipliers = np.linalg.solve(slopes @ yields.T, slopes @ step + missed)
+            step -= multipliers @ yields
+            force = force - multipliers @ slopes
+        gain = float(force @ step)
+        slack_over, slack_under = barrier.slack_changes(spline.states(step))
+        step_over = push_over - dual_over - stiff_over * slack_over
+        step_under = push_under - dual_under - stiff_under * slack_under
+        length = longest_step((x, step), (barrier.over, slack_over), (barrier.under, slack_under))
+        dual_length = longest_step((dual_over, step_over), (dual_under, step_under))
+        if length < LEAST_STEP:
+            break
+        penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
+        excess = penalty * float(np.abs(missed).sum())
+        merit, fall = value + push * barrier.height() + excess, float(downhill @ step) + excess
+        begin = x
+        for _ in range(MOST_HALVINGS):
+            x = begin + length * step
+            states = spline.states(x)
+            barrier, value = _Barrier(limits, states), aim.value(states)
+            excess = penalty * float(np.abs(asked.missed(states[0])).sum())
+            if value + push * barrier.height() + excess <= merit - ARMIJO * length * fall + ROUNDING * abs(merit):
+                break
+            length *= 0.5
+        centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
+        dual_over += dual_length * step_over
+        dual_under += dual_length * step_under
+    return Retiming(x, converged=False)
+
+
+def longest_step(*pairs: tuple[FloatArray, FloatArray]) -> float:
+    """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
+    fastest = max(-float((change / value).min()) for value, change in pairs)
+    return 1.0 if fastest <= TO_THE_WALL else TO_THE_WALL / fastest
+
+
+class _Barrier:
+    """The barrier at some b: what is left of the limits, and its derivatives by (b, a, c) at each point.
+
+    Attributes:
+        over: (limits, points), what is left below the upper bounds.
+        under: (limits, points), what is left above the lower ones.
+    """
+
+    def __init__(self, limits: LinearLimits, states: FloatArray) -> None:
+        self.limits = limits
+        self.rows = (limits.by_b, limits.by_a, limits.by_c)
+        values = limits.values(states) + limits.offset
+        bound = limits.constant + limits.inverse * states[0] ** -0.5
+        self.over, self.under = bound - values, bound + values
+        self.narrowing = 0.5 * limits.inverse * states[0] ** -1.5  # of the bounds, by b
+
+    def slack_changes(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of `over` and `under`, to first order, when b, a and c change (3, points)."""
+        values, narrowing = self.limits.values(change), self.narrowing * change[0]
+        return -narrowing - values, values - narrowing
+
+    def height(self) -> float:
+        """Of a barrier of unit strength; infinite where a limit is reached."""
+        if min(self.over.min(), self.under.min()) <= 0.0:
+            return np.inf
+        return -float(np.log(self.over).sum() + np.log(self.under).sum())
+
+    def force(self, push_over: FloatArray, push_under: FloatArray) -> FloatArray:
+        """(3, points): away from the limits; `push` is the barrier by the slack, (limits, points)."""
+        difference = push_under - push_over
+        force = np.stack([_over_limits(difference, row) for row in self.rows])
+        force[0] -= _over_limits(push_over + push_under, self.narrowing)
+        return force
+
+    def stiffness(self, over: FloatArray, under: FloatArray) -> FloatArray:
+        """(3, 3, points): the Hessian; `over` and `under` are the duals by the slack, (limits, points)."""
+        both, pull = over + under, (over - under) * self.narrowing
+        result = np.empty((3, 3, over.shape[1]))
+        for i, row in enumerate(self.rows):
+            weighted = both * row
+            for k in range(i, 3):
+                result[i, k] = result[k, i] = _over_limits(weighted, self.rows[k])
+        for k, row in enumerate(self.rows):
+            mixed = _over_limits(pull, row)
+            result[0, k] += mixed
+            result[k, 0] += mixed
+        result[0, 0] += _over_limits(both * self.narrowing, self.narrowing)
+        return result
+
+
+def _over_limits(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(points,): the sums of products over the limits."""
+    result: FloatArray = np.einsum("lp,lp->p", first, second)
+    return result
+
+
+def _solve(bands: FloatArray, right: FloatArray) -> FloatArray:
+    """Solution of a positive definite system with two diagonals on either side: L D L^T, number by number."""
+    main, first, second = (row.tolist() for row in np.pad(bands, ((0, 0), (0, 2))))
+    z = [*right.tolist(), 0.0, 0.0]
+    count = len(right)
+    near, far = [0.0] * count, [0.0] * count
+    for i in range(count):
+        near[i], far[i] = m, n = first[i] / main[i], second[i] / main[i]
+        main[i + 1] -= m * first[i]
+        first[i + 1] -= m * second[i]
+        main[i + 2] -= n * second[i]
+        z[i + 1] -= m * z[i]
+        z[i + 2] -= n * z[i]
+    z[count:] = 0.0, 0.0
+    for i in range(count - 1, -1, -1):
+        z[i] = z[i] / main[i] - near[i] * z[i + 1] - far[i] * z[i + 2]
+    return np.array(z[:count])

@@ -1,0 +1,46 @@
+"""Straight joint motions from rest to rest under limits of velocity, acceleration and jerk, in closed form."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.jerk_limited.rate_limits import RateLimits, with_ramps
+from planner.backends.jerk_limited.s_curves import PHASES, s_curves
+from planner.backends.shared.assembly import TimedPieces
+from planner.backends.shared.rest_to_rest import choose_durations
+
+if TYPE_CHECKING:
+    from planner.paths import StraightMotions
+
+QUANTITIES = ("velocity", "acceleration", "jerk")
+"""What limits a motion, by order of differentiation."""
+
+
+ROUNDED_UP = 1.0 + 1e-10
+"""Factor on durations, for what rounding may add to an acceleration where ramps are very short."""
+
+
+def along_lines(motions: StraightMotions) -> TimedPieces:
+    """Straight lines from rest to rest: the path parameter runs from 0 to 1 like a joint with the tightest limits.
+
+    A longer duration stretches the law evenly.
+    """
+    travels, limits = np.abs(motions.travels), motions.limits
+    with np.errstate(divide="ignore"):
+        by_joint = [getattr(limits, quantity) / travels for quantity in QUANTITIES]
+    one = np.ones((len(travels), 1))
+    line = with_ramps(one, RateLimits(*(limit.min(axis=1, keepdims=True) for limit in by_joint)), motions.durations)
+    shortest, laws, binds = s_curves(*(limit[:, 0] for limit in line))
+    bounds = {
+        quantity: np.where(bind[:, None] & (own <= limit), shortest[:, None] * ROUNDED_UP, 0.0)
+        for quantity, own, limit, bind in zip(QUANTITIES, by_joint, line, binds, strict=True)
+    }
+    durations = choose_durations(motions, bounds, lambda _durations: laws)
+    scaled = laws.coefficients / durations[:, None, None] ** np.arange(4)
+    coefficients = scaled[:, :, None, :] * motions.travels[:, None, :, None]
+    coefficients[..., 0] += motions.starts[:, None]
+    # Phases may be as short as 1e-9 of the whole: their lengths are kept to all their digits.
+    lengths = laws.lengths * durations[:, None]
+    return TimedPieces(lengths.ravel(), np.concatenate(coefficients), np.repeat(motions.segments, PHASES))

@@ -1,0 +1,252 @@
+"""As fast as can be along a curve, the jerk limits kept as well."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends.jerk_limited.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
+from planner.backends.shared.along_curve import (
+    CurveLaw,
+    broken_at,
+    follow_curve,
+    in_its_time,
+)
+from planner.backends.shared.demands import duration_of_run, refuse_what_gravity_exceeds
+from planner.dynamics import inverse_dynamics
+from planner.guarantees import QUANTITIES
+from planner.kinematics.forward import tool_speeds
+from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
+
+if TYPE_CHECKING:
+    from planner.backends.shared.assembly import TimedPieces
+    from planner.limits import SegmentLimits
+    from planner.paths import JointPath, Run
+    from planner.spatial import FloatArray
+
+ROUNDS = ((20, 10, 3e-2), (35, 20, 1e-3))
+"""Of the search: pieces of the law, those of each segment in addition, and the gap to the optimum that may be left."""
+
+MOST_REFINEMENTS = 10
+"""Rounds after these, while a limit is exceeded by more than it may be."""
+
+ENOUGH, REFINED, COARSE = 1.003, 1.001, 1.05
+"""How much of a limit the law may use (also between the places that a round looks at); from where on a piece is cut in
+two, and from where on in four: the jerk may end long before a piece does."""
+
+IDLE, MOST_IDLE, FINEST = 0.9, 0.03, 400
+"""Where no limit is used by this much, the law waits for a finer grid: such a piece is split, too, unless the duration
+has more than the last number of its like. For their sake alone one round is made, if they fill this share of it."""
+
+GAUSS_POINTS = 5
+"""On each piece of a law, to integrate the time that it takes after retiming."""
+
+SAMPLES_PER_PIECE, SAMPLES_PER_RADIAN = 5, 25
+"""Of torque and tool speed along a curve, by the longest travel of a joint on its piece (rad, or m)."""
+
+ENFORCED = frozenset(QUANTITIES)
+
+
+def time_run(path: JointPath, run: Run) -> TimedPieces:
+    """The fastest law s(t) along the run's curve that keeps every limit, jerk included; C2, from rest to rest.
+
+    The search begins with one quintic over the whole run. Each round splits its longest pieces and retimes it: where it
+    may be faster, and by how much, is a smooth function of time even at the ends, where speed over place has a
+    singularity. What is left between the places that the search looks at, one exact factor on all times sets right.
+
+    Raises:
+        InvalidProblem: A duration is asked of a segment that is not alone in its run.
+        InfeasibleDuration: The asked duration is too short.
+        LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+    """
+    asked = duration_of_run(path, run)
+    return in_its_time(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
+
+
+def fastest_law(path: JointPath, run: Run) -> CurveLaw:
+    """The law, but for what is left between the places that the search looks at.
+
+    Raises:
+        LimitsUnsatisfiable: Gravity exceeds a torque limit.
+    """
+    law, limits = _quintic(run), LimitsOnCurve(path, run)
+    if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
+        return limits.on_segments(law)  # nothing limits: any law will do
+    for count, each, gap in ROUNDS:
+        shares = law.lengths / law.lengths.sum()
+        law = parted(law, np.ceil(shares * (count + each * len(run.segments))).astype(int))
+        law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
+    for refinement in range(MOST_REFINEMENTS):
+        most, least = limits.used(law)
+        idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
+        if most.max() < ENOUGH and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
+            break
+        law = parted(law, np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
+        law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
+    return limits.on_segments(law)
+
+
+def _quintic(run: Run) -> PiecewisePolynomial:
+    """From rest to rest in 1 s, with a breakpoint where the curve has one."""
+    places = run.curve.breakpoints
+    inner = places[1:-1]
+    whole = PiecewisePolynomial(np.ones(1), places[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
+    law = broken_at(whole, inner, np.zeros(len(inner) + 1, dtype=int)).law
+    law.coefficients[1:, 0, 0] = inner
+    return law
+
+
+def parted(law: PiecewisePolynomial, parts: np.ndarray) -> PiecewisePolynomial:
+    """The same law with each piece in so many equal parts."""
+    lengths = np.repeat(law.lengths / parts, parts)
+    number = np.arange(len(lengths)) - np.repeat(np.cumsum(parts) - parts, parts)
+    whole = np.repeat(law.coefficients[:, 0], parts, axis=0)
+    return PiecewisePolynomial(lengths, shifted(whole, number * lengths)[:, None])
+
+
+def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
+    """(pieces,), s, that the pieces of a law take after retiming."""
+    b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(PLACES), -1)
+    u, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    u, weights = (u[:, None] + 1.0) / 2.0, weights / 2.0
+    inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
+    lengths: FloatArray = weights @ (1.0 / np.sqrt(inside)) * law.lengths
+    return lengths
+
+
+def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
+    """The law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
+    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(PLACES), -1)
+    lengths = retimed_lengths(law, unknowns)
+    s, speed, gain = law.coefficients[:, 0, :3].T * [[1.0], [1.0], [2.0]]
+    end = horner(law.coefficients[-1, 0], law.lengths[-1])
+    speed, gain = speed * np.sqrt(b[0]), gain * b[0] + speed * a[0]
+    nodes = [np.append(s, end)[:, None], np.append(speed, 0.0)[:, None], np.append(gain, 0.0)[:, None]]
+    starts, ends = tuple(x[:-1] for x in nodes), tuple(x[1:] for x in nodes)
+    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
+
+
+class Rates(NamedTuple):
+    """What a law does at the places of its pieces.
+
+    Attributes:
+        s: (places, pieces).
+        ds: (places, pieces, 1), as the next.
+        dds: Second derivative.
+        first: (places, pieces, joints), velocity of the joints; and so on.
+        second: Acceleration.
+        third: Jerk.
+    """
+
+    s: FloatArray
+    ds: FloatArray
+    dds: FloatArray
+    first: FloatArray
+    second: FloatArray
+    third: FloatArray
+
+
+class LimitsOnCurve:
+    """What the limits say about retiming a law along the run's curve.
+
+    Attributes:
+        sampled: Torques and tool speeds.
+    """
+
+    def __init__(self, path: JointPath, run: Run, *, knows_torques: bool = False) -> None:
+        self.curve, self.owners, self.limits = run.curve, run.owners, path.limits
+        self.sampled = _Sampled(path, run, knows_torques)
+
+    def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
+        """(pieces of the law,): the piece of the curve that each is on."""
+        return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
+
+    def on_segments(self, law: PiecewisePolynomial) -> CurveLaw:
+        """The law, with the segment that each of its pieces is on."""
+        return CurveLaw(law, self.owners[self.pieces(law)])
+
+    def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
+        """(pieces,), twice: the most and the least that the law uses of its limits on each, nodes and middle."""
+        halves = self.along(parted(law, np.full(len(law.lengths), 2)))
+        ratios = np.abs(halves.by_b + halves.offset) / (halves.constant + halves.inverse)
+        used = ratios.max(axis=0).reshape(len(PLACES), -1, 2)
+        return used.max(axis=(0, 2)), used.min(axis=(0, 2))
+
+    def rates(self, law: PiecewisePolynomial) -> Rates:
+        """Of the joints."""
+        on = self.pieces(law)
+        s, ds, dds, ddds = (
+            horner(differentiate(law.coefficients[:, 0], k), PLACES[:, None] * law.lengths) for k in range(4)
+        )
+        x = np.clip(s - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])[..., None]
+        dq, ddq, dddq = (horner(self.curve.derivative_coefficients(k)[on], x) for k in (1, 2, 3))
+        ds, dds, ddds = ds[..., None], dds[..., None], ddds[..., None]
+        third = dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
+        return Rates(s, ds, dds, dq * ds, ddq * ds**2 + dq * dds, third)
+
+    def along(self, law: PiecewisePolynomial) -> LinearLimits:
+        """All of them, as shares of the limits, at the places of the law's pieces."""
+        s, ds, dds, first, second, third = self.rates(law)
+        own = self.limits.of(self.owners[self.pieces(law)])
+        speeds = (np.abs(first) / own.velocity).max(axis=2)[..., None]
+        if self.sampled.has_tool:
+            speeds = np.maximum(speeds, self.sampled.tool_use(s, own)[..., None] * ds)
+        no, yes = np.zeros_like(first), np.ones_like(first)
+        groups: list[tuple[FloatArray, ...]] = [
+            (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
+            (second / own.acceleration, first / own.acceleration, no, no, yes, no),
+            (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
+        ]
+        if self.sampled.limits_torque:
+            groups.append((*(x / own.torque for x in self.sampled.torques_at(s, ds, dds)), yes, no))
+        return LinearLimits(*(np.concatenate([x[k].reshape(s.size, -1).T for x in groups]) for k in range(6)))
+
+
+class _Sampled:
+    """What no polynomial has, by the place on a curve: torques and the tool's speeds, interpolated between samples.
+
+    Along the curve the torques are m(s) s'' + h(s) s'^2 + gravity(s), and the tool's speeds are in proportion to s'.
+
+    Attributes:
+        limits_torque: Whether any torque is limited.
+        has_tool: Whether any speed of the tool is.
+    """
+
+    def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
+        curve, robot, limits = run.curve, path.robot, path.limits.of(run.segments)
+        self.limits_torque = robot.has_dynamics and bool(np.isfinite(limits.torque).any())
+        knows_torques = knows_torques or self.limits_torque
+        self.has_tool = bool(np.isfinite([limits.tcp_linear_velocity, limits.tcp_angular_velocity]).any())
+        if not (knows_torques or self.has_tool):
+            return
+        travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
+        counts = SAMPLES_PER_PIECE + (SAMPLES_PER_RADIAN * travels).astype(int)
+        ends = zip(curve.breakpoints[:-1], curve.breakpoints[1:], counts, strict=True)
+        self.places = np.append(
+            np.concatenate([np.linspace(start, end, n, endpoint=False) for start, end, n in ends]),
+            curve.breakpoints[-1],
+        )
+        q, dq, ddq = curve.evaluate(self.places)
+        if self.has_tool:
+            self.speeds = tool_speeds(robot, q, dq)
+        if knows_torques:
+            still = np.zeros_like(q)
+            segments = run.owners[curve.locate(self.places)[0]]
+            gravity = inverse_dynamics(robot, q, still, still)
+            refuse_what_gravity_exceeds(robot, segments, gravity, path.limits.torque[segments])
+            by_gain = inverse_dynamics(robot, q, still, dq) - gravity
+            by_speed = inverse_dynamics(robot, q, dq, ddq) - gravity
+            self.torques = np.concatenate([by_gain, by_speed, gravity], axis=1).T
+
+    def tool_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
+        """(places, pieces), 1/s: the ratio of the tool's speed to its limit where s' is 1."""
+        linear, angular = (np.interp(s, self.places, speed) for speed in self.speeds)
+        use: FloatArray = np.maximum(linear / limits.tcp_linear_velocity, angular / limits.tcp_angular_velocity)
+        return use
+
+    def torques_at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
+        """By b, by a, by c and without them (..., joints), for a law at s (...) with these derivatives (..., 1)."""
+        values = np.stack([np.interp(s, self.places, own) for own in self.torques], axis=-1)
+        by_gain, by_speed, gravity = np.split(values, 3, axis=-1)
+        return by_speed * ds**2 + by_gain * dds, by_gain * ds, np.zeros_like(gravity), gravity

@@ -1,0 +1,1 @@
+"""The back end of least effort, by nonlinear programming."""

@@ -1,0 +1,84 @@
+"""What a motion costs, and how much of its limits it uses: by samples of the motion itself, without the solver."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from planner.backends.shared.assembly import largest_speeds, sampled
+from planner.dynamics import inverse_dynamics
+from planner.polynomials import differentiate, horner
+
+if TYPE_CHECKING:
+    from planner.backends.shared.assembly import TimedPieces
+    from planner.limits import SegmentLimits
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+Objective = Literal["effort", "mechanical_work", "jerk"]
+
+SAMPLES, FEWEST_ON_A_PIECE = 400, 9
+"""On a motion, and on each of its pieces; odd, for Simpson's rule."""
+
+
+class Cost:
+    """The cost of motions of a robot.
+
+    Attributes:
+        units: (3, joints): what torque, power and jerk of each joint are measured by.
+    """
+
+    def __init__(self, robot: Robot, objective: Objective) -> None:
+        self.robot, self.objective = robot, objective
+        torque, jerk = (_finite(robot.limit(quantity)) for quantity in ("torque", "jerk"))
+        power = np.full_like(torque, (torque * _finite(robot.limit("velocity"))).max())
+        self.units = np.array([torque, power, jerk])
+
+    def of(self, pieces: TimedPieces) -> float:
+        """The integral over the motion, s; by Simpson's rule on each piece."""
+        count = max(FEWEST_ON_A_PIECE, SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
+        q, v, a, j = sampled(pieces, count)
+        rates = self._rate(q, v, a, j).reshape(-1, count)
+        simpson = np.full(count, 2.0)
+        simpson[1::2] = 4.0
+        simpson[[0, -1]] = 1.0
+        return float((rates @ simpson * pieces.lengths).sum() / (3.0 * (count - 1)))
+
+    def at_rest(self, positions: FloatArray) -> FloatArray:
+        """(N,), the cost of each second at positions (N, joints)."""
+        still = np.zeros_like(positions)
+        return self._rate(positions, still, still, still)
+
+    def _rate(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
+        """(N,), the cost of a second in states (N, joints)."""
+        if self.objective == "jerk":
+            jerk: FloatArray = ((j / self.units[2]) ** 2).sum(axis=1)
+            return jerk
+        torques = inverse_dynamics(self.robot, q, v, a)
+        if self.objective == "effort":
+            effort: FloatArray = ((torques / self.units[0]) ** 2).sum(axis=1)
+            return effort
+        work: FloatArray = np.abs(torques * v / self.units[1]).sum(axis=1)
+        return work
+
+
+def _finite(limits: FloatArray) -> FloatArray:
+    """A joint without a limit counts like the strongest, and 1 if there is none."""
+    known = limits[np.isfinite(limits)]
+    return np.where(np.isfinite(limits), limits, known.max(initial=0.0) or 1.0)
+
+
+def use_of_rates(pieces: TimedPieces, limits: SegmentLimits) -> float:
+    """The largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly.
+
+    Args:
+        pieces: Cubic.
+        limits: Of each piece.
+    """
+    h = pieces.lengths[:, None]
+    a, j = (differentiate(pieces.coefficients, k) for k in (2, 3))
+    uses = [largest_speeds(pieces) / limits.velocity]
+    uses += [np.abs(horner(a, t)) / limits.acceleration for t in (np.zeros_like(h), h)]
+    uses.append(np.abs(j[..., 0]) / limits.jerk)
+    return float(np.max(uses))

@@ -1,0 +1,69 @@
+"""The least effort within the limits, found by nonlinear programming: of joint motions, and of laws along a path."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from planner.backends.min_effort.options import MinEffortOptions
+from planner.backends.min_effort.runs import OnCurve, Optimum, ThroughWaypoints
+from planner.backends.shared.assembly import assemble
+from planner.errors import MissingDynamics
+from planner.guarantees import ALL_HARD, Guarantee
+from planner.trajectory import Remark
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.paths import JointPath
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class MinEffort(MinEffortOptions):
+    """The motion that minimises the integral of the sum of (torque / limit)^2, or another cost.
+
+    Between joint waypoints each joint is a cubic B-spline in time (`effort_program`), from rest to rest with no
+    acceleration at either end, through the waypoints; between them the geometry is free, and so are the times at which
+    they are passed, where none are asked. Lines, circles and blends keep their way: there the law along it is found
+    (`effort_on_curve`). The quintic of the same duration is where the search begins, along a given way the fastest law
+    within the jerk limits stretched to it, and either is the answer if nothing better within the limits is found.
+
+    A motion without an asked duration takes as long as the quintic, times `slowdown`: the choice of a back end is then
+    no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
+    minimises cost + `time_weight` x duration.
+
+    Efforts are measured by the robot's own torque limits, whatever limits are asked; a joint without a limit counts
+    like the strongest one, and 1 N m (N) if no joint has one.
+    """
+
+    kind: ClassVar[str] = "min_effort"
+    summary: ClassVar[str] = "The least torque within all limits, between waypoints on the way that takes least, C2."
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The motion of least cost of each run.
+
+        Raises:
+            MissingDynamics: The robot has neither inertias nor a payload.
+            InfeasibleDuration: A segment's duration is shorter than its limits allow.
+            LimitsUnsatisfiable: No duration keeps the limits.
+        """
+        if self.objective != "jerk" and not path.robot.has_dynamics:
+            raise MissingDynamics(f"{path.robot.id} has no link inertias and carries no payload: its effort is unknown")
+        stop_at = None if self.time_limit is None else time.monotonic() + self.time_limit
+        optima: list[Optimum] = [
+            (OnCurve if run.tool_motions or run.blended else ThroughWaypoints)(self, path, run, stop_at)
+            for run in path.every_run
+        ]
+        trajectory = assemble(path, [optimum.find() for optimum in optima])
+        stopped = [int(optimum.run.first) for optimum in optima if not optimum.converged]
+        if not stopped:
+            return trajectory
+        remark = Remark(
+            "suboptimal",
+            "the search ended before it reached an optimum: what is returned keeps all limits and costs no more than "
+            f"the quintic (segments from {', '.join(map(str, stopped))} on)",
+        )
+        return replace(trajectory, remarks=(remark,))

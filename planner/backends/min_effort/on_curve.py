@@ -1,0 +1,205 @@
+"""The law of least cost along a run whose curve is given: lines, circles, blends.
+
+Along a curve torques are linear in the square of the speed and its derivative, and effort is a convex function of them
+(Verscheure et al., Time-optimal path tracking for robots: a convex optimization approach, IEEE Transactions on
+Automatic Control 54, 2009). With b, a and c as in `retiming`, for a joint's torque m a + h b + gravity, its power and
+its jerk, by their units:
+
+    effort             integral of torque^2 / sqrt(b)
+    mechanical work    integral of |torque q'|
+    jerk               integral of (q''' b + 3 q'' a + q' c)^2 sqrt(b)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends.jerk_limited.retiming import (
+    LEAST_CURVATURE,
+    Aim,
+    AskedDurations,
+    Duration,
+    QuadraticSpline,
+    best_retiming,
+)
+from planner.backends.jerk_limited.time_law import COARSE, LimitsOnCurve, parted, retimed, retimed_lengths
+from planner.backends.min_effort.stage import SMOOTHING
+
+if TYPE_CHECKING:
+    from planner.backends.jerk_limited.retiming import LinearLimits
+    from planner.backends.min_effort.cost import Cost
+    from planner.backends.shared.along_curve import CurveLaw
+    from planner.paths import JointPath, Run
+    from planner.polynomials import PiecewisePolynomial
+    from planner.spatial import FloatArray
+
+ROUNDS = (1e-2, 1e-4)
+"""Of the search: the gap to the optimum, relative to the cost, that may be left; each begins with the law before."""
+
+NEARLY, CORRECTIONS, ROUNDING = 1e-2, 10, 1e-14
+"""By what share the search may miss asked durations; Newton steps until they are met, and what may still be missed."""
+
+
+@dataclass(frozen=True, eq=False)
+class RetimingCost(Aim):
+    """The integral of size(y) b^power, for each row y = by_b b + by_a a + by_c c + offset; and of time.
+
+    Attributes:
+        by_b: (rows, points); as the next.
+        by_a: By a.
+        by_c: By c.
+        offset: Without them.
+        power: Of b.
+        absolute: The size is |y|, rounded where y changes its sign; otherwise y^2.
+        duration: Whose weights are those of the integral.
+        time_weight: Cost of a second.
+    """
+
+    by_b: FloatArray
+    by_a: FloatArray
+    by_c: FloatArray
+    offset: FloatArray
+    power: float
+    absolute: bool
+    duration: Duration
+    time_weight: float
+
+    def _rows(self, states: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The rows y (rows, points), the sum of their sizes (points,), and of each size half its slope by y, by y."""
+        b, a, c = states
+        y = self.by_b * b + self.by_a * a + self.by_c * c + self.offset
+        if not self.absolute:
+            return y, (y**2).sum(axis=0), np.ones_like(y)
+        size = np.sqrt(y**2 + SMOOTHING**2)
+        return y, size.sum(axis=0), 0.5 / size
+
+    def value(self, states: FloatArray) -> float:
+        """The cost."""
+        size = self._rows(states)[1]
+        return float((self.duration.weights * size * states[0] ** self.power).sum()) + (
+            self.time_weight * self.duration.value(states)
+        )
+
+    def slope(self, states: FloatArray) -> FloatArray:
+        """By b, a and c."""
+        b, p = states[0], self.power
+        y, size, stiffness = self._rows(states)
+        scale = self.duration.weights * b**p
+        slope = np.stack([2.0 * scale * (stiffness * y * row).sum(axis=0) for row in (self.by_b, self.by_a, self.by_c)])
+        slope[0] += scale * p * size / b
+        slope += self.time_weight * self.duration.slope(states)
+        return slope
+
+    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
+        """Of y^2 b^p: 2 b^p u u^T - p (p + 1) y^2 b^(p - 2) e e^T, with u = dy + p y / b e and e of b.
+
+        Of |y| it is that of the parabola which touches it and is nowhere below.
+        """
+        b, p = states[0], self.power
+        y, size, stiffness = self._rows(states)
+        scale = 2.0 * self.duration.weights * b**p
+        rows = (self.by_b + p * y / b, self.by_a, self.by_c)
+        result = np.empty((3, *states.shape))
+        for i, row in enumerate(rows):
+            for k in range(i, 3):
+                result[i, k] = result[k, i] = scale * (stiffness * row * rows[k]).sum(axis=0)
+        weights = self.duration.weights
+        own = -p * (p + 1.0) * weights * size * b ** (p - 2.0)
+        times = 0.75 * b**-2.5 * (self.time_weight * weights - concave)
+        least = LEAST_CURVATURE * weights * (size * b ** (p - 2.0) + self.time_weight * b**-2.5)
+        result[0, 0] += np.maximum(own + times, least)
+        return result
+
+
+class FoundLaw(NamedTuple):
+    """A law, and whether nothing better is left."""
+
+    law: CurveLaw
+    converged: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The search for the law of least cost along the curve of a run.
+
+    Attributes:
+        path: With its limits.
+        run: Of the path.
+        cost: What is minimised.
+        time_weight: Cost of a second.
+        parts: (parts, segments), bool: segments whose duration together is asked.
+        durations: (parts,), s.
+        knots: Pieces of the law.
+        stop_at: By the monotonic clock, s; None: no limit of time.
+    """
+
+    path: JointPath
+    run: Run
+    cost: Cost
+    time_weight: float
+    parts: np.ndarray
+    durations: FloatArray
+    knots: int
+    stop_at: float | None
+
+    def improved(self, law: PiecewisePolynomial, margin: float) -> FoundLaw | None:
+        """A better law than a first one; None: the durations cannot be met.
+
+        Args:
+            law: s(t), with a breakpoint where the curve has one.
+            margin: By which all limits are narrower.
+        """
+        limits = LimitsOnCurve(self.path, self.run, knows_torques=self.cost.objective != "jerk")
+        for gap in ROUNDS:
+            even = np.ceil(self.knots * law.lengths / law.lengths.sum()).astype(int)
+            most = limits.used(law)[0]
+            law = parted(law, np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
+            asked, within = self._asked(limits.on_segments(law)), _narrowed(limits.along(law), margin)
+            found = best_retiming(law.lengths, within, self._aim(limits, law), asked, gap, self.stop_at)
+            missed = asked.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
+            if (np.abs(missed) > NEARLY * asked.durations).any():
+                return None
+            law = retimed(law, _on_time(law, found.unknowns, asked))
+        return FoundLaw(limits.on_segments(law), found.converged)
+
+    def _aim(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> RetimingCost:
+        """The cost of retiming a law."""
+        torque, power, jerk = self.cost.units
+        s, ds, dds, first, second, third = limits.rates(law)
+        by_work = self.cost.objective == "mechanical_work"
+        if self.cost.objective == "jerk":
+            rows, exponent = (third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5
+        else:
+            unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
+            by_b, by_a, by_c, gravity = limits.sampled.torques_at(s, ds, dds)
+            rows = (by_b * unit, by_a * unit, by_c * unit, gravity * unit)
+        by_b, by_a, by_c, offset = (row.reshape(s.size, -1).T for row in rows)
+        return RetimingCost(by_b, by_a, by_c, offset, exponent, by_work, Duration(law.lengths), self.time_weight)
+
+    def _asked(self, law: CurveLaw) -> AskedDurations:
+        weights = Duration(law.law.lengths).weights.reshape(-1, len(law.segments))
+        own = self.parts[:, law.segments - self.run.first]
+        return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)
+
+
+def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDurations) -> FloatArray:
+    """The nearest unknowns with which the asked durations are met to rounding: the search meets them about."""
+    spline = QuadraticSpline(law.lengths)
+    parts = asked.weights[:, : len(law.lengths)] > 0.0
+    for _ in range(CORRECTIONS):
+        missed = parts @ retimed_lengths(law, unknowns) - asked.durations
+        if (np.abs(missed) <= ROUNDING * asked.durations).all():
+            break
+        slopes = np.array([spline.force(slope) for slope in asked.slopes(spline.states(unknowns)[0])])
+        unknowns = unknowns - np.linalg.lstsq(slopes, missed)[0]
+    return unknowns
+
+
+def _narrowed(limits: LinearLimits, margin: float) -> LinearLimits:
+    """What is left of each limit beside gravity, by a margin less."""
+    held = np.abs(limits.offset)
+    constant = np.where(limits.inverse > 0.0, 0.0, held + (limits.constant - held) / margin)
+    return replace(limits, constant=constant, inverse=limits.inverse / margin)

@@ -1,0 +1,61 @@
+"""The options of the back end of least effort."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from planner.backends.min_effort.cost import Objective  # noqa: TC001 - the schema of the options is made from it
+
+
+@dataclass(frozen=True)
+class MinEffortOptions:
+    """What is minimised, on how many intervals, and what a motion without an asked duration may take.
+
+    Attributes:
+        objective: `effort`: s; `mechanical_work`: of all joints' |torque x velocity|, by the largest power of any
+            joint, s; `jerk`: of the sum of (jerk / limit)^2, s.
+        knots: Intervals of the spline from stop to stop; at least 8 on each segment.
+        slowdown: Of motions without an asked duration, against the shortest quintic.
+        time_weight: Cost of a second; None: durations are not traded against the cost.
+        time_limit: s, after which the best motion found is returned, with the warning `suboptimal`.
+    """
+
+    objective: Objective = field(
+        default="effort",
+        metadata={
+            "description": "What is minimised: the integral of the squared torques by their limits, of the joints' "
+            "mechanical power, or of the squared jerk."
+        },
+    )
+    knots: int = field(
+        default=50,
+        metadata={
+            "description": "Intervals of the spline from one stop to the next; at least 8 on each segment.",
+            "ge": 8,
+            "le": 200,
+        },
+    )
+    slowdown: float = field(
+        default=1.0,
+        metadata={
+            "description": "A motion without an asked duration takes this many times as long as the shortest quintic.",
+            "ge": 1.0,
+            "le": 100.0,
+        },
+    )
+    time_weight: float | None = field(
+        default=None,
+        metadata={
+            "description": "Cost of a second, against the objective: then durations that are not asked are found so "
+            "that both together are least. Omitted: such a duration is the quintic's.",
+            "gt": 0.0,
+        },
+    )
+    time_limit: float | None = field(
+        default=None,
+        metadata={
+            "description": "After this time, s, the best motion found so far is the answer, never worse than the "
+            "quintic, with the warning `suboptimal`. Omitted: until the optimum is found.",
+            "gt": 0.0,
+        },
+    )

@@ -1,0 +1,296 @@
+"""Least-cost motions by IPOPT: the program of a robot and layout, built once, solved for any numbers.
+
+Half of an iteration goes into the second derivative and the slopes of the torques, a third into linear algebra. Beside
+it, measured: fatrop on states and jerks, with derivatives by CasADi, takes 1.5 times as long as this, as IPOPT does on
+the same stages; Gauss-Newton saves a sixth of an iteration and needs up to three times as many; stages compiled by gcc
+halve the time, 0.1 s for 50 knots and six joints, but a robot and payload takes 11 s to compile.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from planner.backends.min_effort.stage import stage_of, tool_stage_of
+from planner.backends.min_effort.terms import RESTING, TOOL_SHARES, Layout, Parameters, build_terms, with_derivatives
+from planner.dynamics.symbolic import dynamics_content
+from planner.last_used import LastUsed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import casadi as ca
+
+    from planner.polynomials import PiecewisePolynomial
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+INSIDE = 1.0 - 1e-7
+"""Of a limit: what the solver may use, so that its own tolerance stays within the limit."""
+
+IPOPT: dict[str, Any] = {
+    "sb": "yes",
+    "print_level": 0,
+    "tol": 3e-5,
+    "constr_viol_tol": 1e-9,
+    "bound_relax_factor": 1e-10,
+    "mu_init": 3e-3,
+    "max_iter": 200,
+}
+"""The cost is scaled to about 1, and what it begins with is near the limits already."""
+
+AGAIN: dict[str, Any] = IPOPT | {
+    "warm_start_init_point": "yes",
+    "mu_init": 1e-5,
+    **{
+        f"warm_start_{push}": 1e-9
+        for push in ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
+    },
+}
+"""From the solution of nearly the same numbers: two thirds of the iterations."""
+
+UNNEEDED = {"calc_lam_p": False, "no_nlp_grad": True}
+"""What CasADi would build for the sensitivity of the optimum to the parameters."""
+
+NEARLY_THERE = 1e-6
+"""Distance from a waypoint, by the run's travel, up to which an iterate is put onto it."""
+
+CACHED_PROGRAMS = 8
+"""Programs that a worker keeps, some MB each."""
+
+
+class Numbers(NamedTuple):
+    """A motion to be found.
+
+    Attributes:
+        positions: (segments + 1, joints), rad or m.
+        lower: (joints,), position limits.
+        upper: (joints,).
+        rates: (3, segments, joints): limits of velocity, acceleration and jerk, infinite: none.
+        torque: (pieces, joints), limits, infinite: none.
+        tool: (pieces, 2), limits of the squares of the tool's speed and angular speed.
+        units: (3, joints): what torque, power and jerk are measured by in the cost.
+        durations: (segments,), s: those asked or, where free, a first guess.
+        free: (segments,), whether a duration is to be found.
+        total: s, of the free durations together; None: to be found, too.
+        time_weight: Cost of a second.
+        cost: Of the first guess, to scale by.
+        resting: Cost of a second at rest at the start, and at the end.
+    """
+
+    positions: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    rates: FloatArray
+    torque: FloatArray
+    tool: FloatArray
+    units: FloatArray
+    durations: FloatArray
+    free: np.ndarray
+    total: float | None
+    time_weight: float
+    cost: float
+    resting: FloatArray
+
+
+class Motion(NamedTuple):
+    """A spline in power form.
+
+    Attributes:
+        lengths: (pieces,), s.
+        coefficients: (pieces, joints, 4), ascending powers of local time.
+        converged: Whether it is an optimum.
+        multipliers: Of the bounds and of the constraints, as the solver has them.
+    """
+
+    lengths: FloatArray
+    coefficients: FloatArray
+    converged: bool
+    multipliers: tuple[Any, Any]
+
+
+LEAST_TIME, MOST_TIME = 0.25, 10.0
+"""Bounds on a free duration, as multiples of its first guess."""
+
+
+class Program:
+    """The program of one robot and layout, parametric in all numbers."""
+
+    def __init__(self, robot: Robot, layout: Layout) -> None:
+        import casadi as ca
+
+        self.layout, self.joints, self.pieces = layout, robot.dof, layout.segments * layout.intervals
+        parameters = Parameters(layout, robot.dof)
+        terms, p = build_terms(layout, robot.dof, parameters), parameters.all
+        tool = tool_stage_of(robot) if layout.watches_tool else None
+        functions = with_derivatives(terms, parameters, stage_of(robot, layout.objective), tool)
+        count = {name: terms.x.numel() if name == "x" else functions["jac_g"].size1_out("g") for name in ("x", "g")}
+        self.inequalities = count["g"] - terms.at_via.numel() - 1
+        self.watch = _watch_of(count["x"], count["g"], p.numel(), self.inequalities)
+        value, derivatives = functions.pop("value"), functions
+        shared: dict[str, Any] = {"iteration_callback": self.watch, "print_time": False, **UNNEEDED, **derivatives}
+        f, g = value(terms.x, p)
+        program: dict[str, Any] = {"x": terms.x, "p": p, "f": f, "g": g}
+        self.solver, self.solver_again = (
+            ca.nlpsol("least_cost", "ipopt", program, {**shared, "ipopt": own}) for own in (IPOPT, AGAIN)
+        )
+        self.motion = ca.Function("motion", [terms.x, p], terms.motion)
+        self.at_via = ca.Function("at_via", [terms.x, p], [terms.at_via, ca.jacobian(terms.at_via, terms.x)])
+
+    def solve(
+        self,
+        m: Numbers,
+        first: PiecewisePolynomial,
+        stop_at: float | None,
+        multipliers: tuple[Any, Any] | None = None,
+    ) -> Motion:
+        """The optimum, or the best motion within the limits that there was when time was up.
+
+        Args:
+            m: What is asked.
+            first: A motion to begin with, of the same durations.
+            stop_at: By the monotonic clock, s; None: no limit of time.
+            multipliers: If the first motion is this program's own for nearly the same numbers: those of it.
+        """
+        length, unit_time = float(np.abs(m.positions - m.positions[0]).max()), float(m.durations.mean())
+        p = self._numbers(m, length, unit_time)
+        durations = m.durations / unit_time
+        box = self._box(m, length)
+        begin = np.clip(self._coefficients(first, m, length), *box)
+        via = np.zeros(self.joints * (self.layout.segments - 1))
+        inequalities = np.full(self.inequalities, INSIDE)
+        total = [-np.inf, np.inf] if m.total is None else [m.total / unit_time] * 2
+        self.watch.begin(stop_at)
+        solver, known = self.solver, {}
+        if multipliers is not None:
+            solver, known = self.solver_again, dict(zip(("lam_x0", "lam_g0"), multipliers, strict=True))
+        result = solver(
+            **known,
+            x0=np.concatenate([begin, durations]),
+            p=p,
+            lbx=np.concatenate([box[0], np.where(m.free, LEAST_TIME, 1.0) * durations]),
+            ubx=np.concatenate([box[1], np.where(m.free, MOST_TIME, 1.0) * durations]),
+            lbg=np.concatenate([-inequalities, via, total[:1]]),
+            ubg=np.concatenate([inequalities, via, total[1:]]),
+        )
+        converged = bool(solver.stats()["success"])
+        x = np.array(result["x"]).ravel() if converged or self.watch.best is None else self.watch.best
+        x = self._onto_waypoints(x, p)
+        found = np.where(m.free, x[-self.layout.segments :] * unit_time, m.durations)
+        return Motion(
+            self._lengths(found), self._powers(x, p, m.positions[0]), converged, (result["lam_x"], result["lam_g"])
+        )
+
+    def _lengths(self, durations: FloatArray) -> FloatArray:
+        """(pieces,), s, that sum to the durations (segments,) exactly: breakpoints on the grid of their numbers."""
+        column = durations[:, None]
+        even = np.arange(self.layout.intervals + 1) / self.layout.intervals
+        return np.diff((even * column + column) - column, axis=1).ravel()
+
+    def _numbers(self, m: Numbers, length: float, unit_time: float) -> FloatArray:
+        """In the order in which the program has them."""
+        owners = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
+        velocity, acceleration, jerk = 1.0 / m.rates[:, owners]
+        torque, tool = 1.0 / m.torque, 1.0 / m.tool
+        tool = np.vstack([np.maximum(tool[:-1], tool[1:]), *[tool] * len(TOOL_SHARES)])[: self.layout.tool_instants]
+        points = (m.positions - m.positions[0]) / length
+        parts = [
+            points[-1],
+            [length, unit_time],
+            points[1:-1].T,
+            np.max([velocity[:-2], velocity[1:-1], velocity[2:]], axis=0).T,
+            np.maximum(acceleration[:-1], acceleration[1:]).T,
+            jerk.T,
+            np.maximum(torque[:-1], torque[1:]).T,
+            tool.T,
+            m.units[:2],
+            m.units[2],
+            m.free.astype(float),
+            [m.time_weight, *m.resting],
+            m.positions[0],
+            [1.0 / m.cost],
+        ]
+        return np.concatenate([np.ravel(part, order="F") for part in parts])
+
+    def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:
+        """Bounds on the coefficients that are unknown, by the position limits."""
+        count = self.pieces + 3 - 2 * RESTING
+        lower, upper = (np.tile((limit - m.positions[0]) / length, count) for limit in (m.lower, m.upper))
+        return lower, upper
+
+    def _coefficients(self, motion: PiecewisePolynomial, m: Numbers, length: float) -> FloatArray:
+        """The unknown ones of the spline near a motion: its blossoms, by Taylor's formula at the breakpoints."""
+        h = np.repeat(m.durations / self.layout.intervals, self.layout.intervals)
+        inner = slice(1, self.pieces - 2)
+        q, v, a = motion.evaluate(np.cumsum(h)[inner])
+        before, after = h[:-1, None][inner], h[1:, None][inner]
+        coefficients = q + (after - before) / 3.0 * v - before * after / 6.0 * a
+        normal: FloatArray = ((coefficients - m.positions[0]) / length).ravel()
+        return normal
+
+    def _onto_waypoints(self, x: FloatArray, p: FloatArray) -> FloatArray:
+        """The nearest coefficients that meet the waypoints beyond the solver's tolerance."""
+        if self.layout.segments == 1:
+            return x
+        error, slopes = self.at_via(x, p)
+        inner = len(x) - self.layout.segments
+        change = np.linalg.lstsq(np.array(slopes)[:, :inner], np.array(error).ravel())[0]
+        return np.concatenate([x[:inner] - change, x[inner:]])
+
+    def _powers(self, x: FloatArray, p: FloatArray, origin: FloatArray) -> FloatArray:
+        """(pieces, joints, 4): coefficients of the powers of local time."""
+        q, v, a, j, _ = (np.array(value) for value in self.motion(x, p))
+        powers = [q[:, :-1] + origin[:, None], v[:, :-1], a[:, :-1] / 2.0, j / 6.0]
+        return np.stack(powers, axis=-1).transpose(1, 0, 2)
+
+
+def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: int) -> Any:
+    """What CasADi calls at every iteration: keeps the best iterate within the limits, and stops when time is up."""
+    import casadi as ca
+
+    shapes = {"x": unknowns, "f": 1, "g": constraints, "lam_x": unknowns, "lam_g": constraints, "lam_p": parameters}
+
+    class Watch(ca.Callback):
+        def __init__(self) -> None:
+            ca.Callback.__init__(self)
+            self.begin(None)
+            self.construct("watch", {})
+
+        def begin(self, stop_at: float | None) -> None:
+            self.stop_at, self.least = stop_at, np.inf
+            self.best: FloatArray | None = None
+
+        def get_n_in(self) -> int:
+            return int(ca.nlpsol_n_out())
+
+        def get_n_out(self) -> int:
+            return 1
+
+        def get_name_in(self, i: int) -> str:
+            return str(ca.nlpsol_out(i))
+
+        def get_sparsity_in(self, i: int) -> Any:
+            return ca.Sparsity.dense(shapes[ca.nlpsol_out(i)])
+
+        def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
+            if self.stop_at is None:
+                return [0]
+            x, f, g = (np.array(value).ravel() for value in arguments[:3])
+            inside = (
+                np.abs(g[:inequalities]).max() <= 1.0 and np.abs(g[inequalities:-1]).max(initial=0.0) <= NEARLY_THERE
+            )
+            if inside and f[0] < self.least:
+                self.best, self.least = x, float(f[0])
+            return [int(time.monotonic() > self.stop_at)]
+
+    return Watch()
+
+
+_programs: LastUsed[Program] = LastUsed(CACHED_PROGRAMS)
+
+
+def program_of(robot: Robot, layout: Layout) -> Program:
+    """The program of a robot and layout, built when first asked for and kept while it is among the last used."""
+    return _programs.get((dynamics_content(robot), layout), lambda: Program(robot, layout))

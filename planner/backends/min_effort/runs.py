@@ -1,0 +1,258 @@
+"""The motion of least cost on one run: where its curve is given, and where only its waypoints are."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.jerk_limited.time_law import fastest_law
+from planner.backends.min_effort.cost import Cost, use_of_rates
+from planner.backends.min_effort.on_curve import Search
+from planner.backends.min_effort.program import Numbers, program_of
+from planner.backends.min_effort.terms import Layout
+from planner.backends.shared.along_curve import (
+    DURATION_TOLERANCE,
+    demands,
+    follow_curve,
+    in_its_time,
+    most_demanding,
+    stretched,
+)
+from planner.backends.shared.assembly import TimedPieces
+from planner.backends.shared.demands import SampledLimits
+from planner.backends.splines.runs import time_run
+from planner.backends.splines.timed_spline import interpolating_spline
+from planner.errors import InfeasibleDuration, JointPositionLimit
+from planner.guarantees import QUANTITIES
+from planner.polynomials import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from planner.backends.min_effort.options import MinEffortOptions
+    from planner.backends.shared.along_curve import CurveLaw
+    from planner.paths import JointPath, Run
+    from planner.spatial import FloatArray
+
+FEWEST_INTERVALS = 8
+"""Intervals of the spline on a segment that is passed without stopping: fewer leave it little freedom."""
+
+FIRST_MARGIN, MOST_REPAIRS = 1.003, 8
+"""What torques and tool speeds may be higher by between the instants that the solver sees, to begin with."""
+
+REPAIR, NEAR, LEAST_REPAIR = 1.5, 0.5, 2e-3
+"""On a piece where that does not do, this multiple of the excess is added to it, or of this share of a neighbour's, to
+which it would move; and a little."""
+
+COARSE, FINE = 1.05, 32
+"""An excess between the breakpoints above this asks for twice as many intervals, if there are not as many as this."""
+
+NO_CHOICE = 1.01
+"""Up to this multiple of the shortest duration along a curve, the fastest law is the only one there is, nearly."""
+
+
+class Optimum(ABC):
+    """The search on one run.
+
+    Attributes:
+        converged: Whether an optimum was found.
+    """
+
+    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run, stop_at: float | None) -> None:
+        self.options, self.path, self.stop_at = options, path, stop_at
+        self.run = run
+        self.enforced = frozenset(QUANTITIES)
+        self.cost = Cost(path.robot, options.objective)
+        self.asked = path.durations[run.segments]
+        self.free = np.isnan(self.asked)
+        self.converged = False
+
+    @abstractmethod
+    def find(self) -> TimedPieces:
+        """The best motion within the limits.
+
+        Raises:
+            InfeasibleDuration: Nothing found keeps the limits in the asked duration.
+            LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+        """
+
+    def price(self, pieces: TimedPieces) -> float:
+        """What is to be least."""
+        return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
+
+    def durations(self, pieces: TimedPieces) -> FloatArray:
+        """(segments,), s."""
+        return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.run.segments])
+
+
+class OnCurve(Optimum):
+    """Along the curve of the run: lines, circles, blends.
+
+    The cost is never above that of the fastest law within the jerk limits, stretched to the same duration, nor above
+    the quintic's; where durations are asked of segments that are passed without stopping, only not above the quintic's.
+    """
+
+    def find(self) -> TimedPieces:
+        """The best motion within the limits."""
+        law = fastest_law(self.path, self.run)
+        known, refusal = self._known(law)
+        found = self._search(law.law, self.durations(known[0]) if known else self.asked)
+        if found is not None:
+            return min([*known, found], key=self.price)
+        if refusal and not known:
+            raise refusal
+        needed = most_demanding(demands(self.path, known[0], self.enforced).values()).factor
+        self.converged = needed > 1.0 / NO_CHOICE
+        return min(known, key=self.price)
+
+    def _known(self, law: CurveLaw) -> tuple[list[TimedPieces], InfeasibleDuration | None]:
+        """What is within the limits without a search, the fastest law first; and the quintic's refusal if it is not.
+
+        Raises:
+            InfeasibleDuration: What is asked is too short.
+        """
+        known: list[TimedPieces] = []
+        refusal = None
+        try:
+            known.append(time_run(self.path, self.run, 5, self.enforced))
+        except InfeasibleDuration as error:
+            refusal = error
+        if self.free.all():
+            known[0] = stretched(known[0], self.options.slowdown)
+        if self.free.all() or len(self.asked) == 1:
+            pieces = follow_curve(self.run, law)
+            fastest = in_its_time(self.path, self.run, float(self.asked[0]), pieces, self.enforced)
+            if self.free.all() and self.options.time_weight is None:
+                fastest = stretched(fastest, max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
+            known.insert(0, fastest)
+        elif refusal and self.free.any():
+            raise refusal
+        return known, refusal
+
+    def _search(self, law: PiecewisePolynomial, durations: FloatArray) -> TimedPieces | None:
+        """The optimum; None: none was found that keeps the limits.
+
+        Args:
+            law: To begin with, in any time.
+            durations: (segments,), s: those asked; those that are not asked are met together, unless time has a weight.
+        """
+        weight = self.options.time_weight
+        parts = np.eye(len(durations), dtype=bool)[~self.free]
+        if self.free.any() and weight is None:
+            parts = np.vstack([parts, self.free])
+        knots = max(self.options.knots, FEWEST_INTERVALS * len(durations))
+        law = law.stretched(float(durations.sum() / law.lengths.sum()))
+        search = Search(self.path, self.run, self.cost, weight or 0.0, parts, parts @ durations, knots, self.stop_at)
+        margin = FIRST_MARGIN
+        for _ in range(MOST_REPAIRS):
+            found = search.improved(law, margin)
+            if found is None:
+                return None
+            pieces = follow_curve(self.run, found.law)
+            factor = most_demanding(demands(self.path, pieces, self.enforced).values()).factor
+            if not len(parts):
+                pieces, factor = stretched(pieces, max(factor, 1.0)), 1.0
+            if factor <= 1.0 + DURATION_TOLERANCE:
+                self.converged = found.converged
+                return pieces
+            law, margin = found.law.law, margin * min(factor**3, COARSE)
+        return None
+
+
+class ThroughWaypoints(Optimum):
+    """Through the waypoints, where the way between them is free: never worse than the quintic of the same duration."""
+
+    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run, stop_at: float | None) -> None:
+        super().__init__(options, path, run, stop_at)
+        self.positions = path.positions[run.first : run.first + len(run.segments) + 1]
+        self.limits = path.limits.of(run.segments)
+
+    def find(self) -> TimedPieces:
+        """The best motion within the limits."""
+        refusal = None
+        try:
+            first = self._quintic(self.path)
+        except InfeasibleDuration as error:
+            refusal, first = error, self._too_fast()
+        found = self._solve(first)
+        candidates = [] if refusal else [first]
+        if found is not None:
+            candidates.insert(0, found)
+            factor = float(found.lengths.sum() / first.lengths.sum())
+            if factor > 1.0 and self.free.all():
+                candidates.append(stretched(first, factor))
+        if refusal and not candidates:
+            raise refusal
+        return min(candidates, key=self.price)
+
+    def _quintic(self, path: JointPath) -> TimedPieces:
+        """What is never to be worse: the quintics through the waypoints, or along the run's curve if they overshoot."""
+        try:
+            pieces = time_run(path, replace(self.run, is_spline=True), 5, self.enforced)
+        except JointPositionLimit:
+            pieces = time_run(path, replace(self.run, is_spline=False), 5, self.enforced)
+        return stretched(pieces, self.options.slowdown) if self.free.all() else pieces
+
+    def _too_fast(self) -> TimedPieces:
+        """The quintic at the asked durations, which breaks limits: a beginning all the same."""
+        asked = self.path.durations.copy()
+        asked[self.run.segments] = np.nan
+        at_leisure = self._quintic(replace(self.path, durations=asked))
+        durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.run.segments])
+        return TimedPieces(durations, interpolating_spline(self.positions, durations, 5), self.run.segments)
+
+    def _solve(self, first: TimedPieces) -> TimedPieces | None:
+        """The optimum from a first motion; None: none was found that keeps the limits."""
+        segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
+        tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
+        watches_tool = bool(np.isfinite(tool).any())
+        intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
+        free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
+        durations = self.durations(first)
+        torque = limits.torque if self.path.robot.has_dynamics else np.full_like(limits.torque, np.inf)
+        numbers = Numbers(
+            positions=self.positions,
+            lower=limits.lower,
+            upper=limits.upper,
+            rates=np.array([limits.velocity, limits.acceleration, limits.jerk]),
+            torque=torque,
+            tool=tool,
+            units=self.cost.units,
+            durations=durations,
+            free=free,
+            total=float(durations[free].sum()) if weight is None else None,
+            time_weight=weight or 0.0,
+            cost=self.price(first),
+            resting=self.cost.at_rest(self.positions[[0, -1]]),
+        )
+        begin, multipliers = PiecewisePolynomial(first.lengths, first.coefficients), None
+        margins = np.full((segments * intervals, 1), FIRST_MARGIN)
+        for _ in range(MOST_REPAIRS):
+            rows = np.repeat(np.arange(segments), intervals)
+            program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
+            narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
+            motion = program.solve(narrowed, begin, self.stop_at, multipliers)
+            owners = self.run.segments[rows]
+            pieces, own = TimedPieces(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
+            if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
+                return None
+            use = self._use(pieces)
+            if (use <= 1.0).all():
+                self.converged = motion.converged
+                return pieces
+            if use.max() > COARSE and len(rows) < FINE:
+                intervals, margins, multipliers = 2 * intervals, np.repeat(margins, 2, axis=0), None
+            else:
+                excess = np.maximum(use - 1.0, 0.0)
+                excess = np.max([excess, NEAR * np.append(excess[1:], 0.0), NEAR * np.append(0.0, excess[:-1])], axis=0)
+                margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
+                begin, multipliers = PiecewisePolynomial(motion.lengths, motion.coefficients), motion.multipliers
+        return None
+
+    def _use(self, pieces: TimedPieces) -> FloatArray:
+        """(pieces,): the largest share of a torque or tool speed limit."""
+        sampled = SampledLimits(self.path.robot, self.path.limits)
+        if not sampled.limited[pieces.segments].any():
+            return np.zeros(len(pieces.lengths))
+        return sampled.use(pieces, pieces.segments)

@@ -1,0 +1,132 @@
+"""The cost and the limits at one instant as CasADi functions, with their first and second derivatives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from planner.dynamics.symbolic import dynamics_content, symbolic_motion
+from planner.last_used import LastUsed
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from planner.backends.min_effort.cost import Objective
+    from planner.robots import Robot
+
+CACHED_STAGES = 4
+"""Kept in a worker: most of the time that a program takes to build goes into its stage."""
+
+SMOOTHING = 1e-3
+"""Of a joint's largest power: how far the magnitude of its power is rounded where it changes its sign."""
+
+
+class Stage(NamedTuple):
+    """Functions of the state z = (positions, velocities, accelerations, weight), (3 joints + 1,).
+
+    The weight is the time that the instant stands for, so that cost times weight is its share of an integral.
+
+    Attributes:
+        value: (z, units) -> weighted cost, and the torques (joints,).
+        gradient: (z, units) -> derivative of the weighted cost (states,).
+        slopes: (z) -> derivative of the torques (joints, states).
+        curvature: (z, units, cost factor, multipliers of the torques) -> second derivative (states, states) of the
+            sum but for J' D J, its first (states,), D's diagonal (joints,), and J, slopes of the torques (joints,
+            states).
+    """
+
+    value: ca.Function
+    gradient: ca.Function
+    slopes: ca.Function
+    curvature: ca.Function
+
+
+class ToolStage(NamedTuple):
+    """Functions of the state z = (positions, velocities), (2 joints,).
+
+    Attributes:
+        value: (z) -> squares of the tool's speeds (2,), m^2/s^2 and rad^2/s^2.
+        slopes: (z) -> their derivative (2, states).
+        curvature: (z, multipliers of them) -> second derivative of their sum (states, states), and its first (states,).
+    """
+
+    value: ca.Function
+    slopes: ca.Function
+    curvature: ca.Function
+
+
+_stages: LastUsed[Stage] = LastUsed(CACHED_STAGES)
+_tool_stages: LastUsed[ToolStage] = LastUsed(CACHED_STAGES)
+
+
+def stage_of(robot: Robot, objective: Objective) -> Stage:
+    """The functions of a robot with its payload, built when first asked for."""
+    return _stages.get((dynamics_content(robot), objective), lambda: build_stage(robot, objective))
+
+
+def tool_stage_of(robot: Robot) -> ToolStage:
+    """The functions of a robot with its tool, built when first asked for."""
+    return _tool_stages.get(dynamics_content(robot), lambda: build_tool_stage(robot))
+
+
+def build_tool_stage(robot: Robot) -> ToolStage:
+    """The functions of a robot with its tool."""
+    import casadi as ca
+
+    n = robot.dof
+    z, multipliers = ca.SX.sym("z", 2 * n), ca.SX.sym("multipliers", 2)
+    tool = symbolic_motion(robot, z[:n], z[n:], ca.SX(n, 1))
+    squares = ca.vertcat(ca.sumsqr(tool.tool_velocity), ca.sumsqr(tool.tool_spin))
+    hessian, gradient = ca.hessian(ca.dot(multipliers, squares), z)
+    return ToolStage(
+        ca.Function("squares", [z], [squares], {"cse": True}),
+        ca.Function("slopes", [z], [ca.densify(ca.jacobian(squares, z))], {"cse": True}),
+        ca.Function("curvature", [z, multipliers], [ca.densify(hessian), ca.densify(gradient)], {"cse": True}),
+    )
+
+
+def build_stage(robot: Robot, objective: Objective) -> Stage:
+    """The functions of a robot with its payload.
+
+    `units` (2, joints) are what torque and power of each joint are measured by. The cost is the sum over the joints of
+    (torque / unit)^2 for `effort`, of |torque x velocity| / unit for `mechanical_work`, none for `jerk`.
+    """
+    import casadi as ca
+
+    n = robot.dof
+    z, units, factor = ca.SX.sym("z", 3 * n + 1), ca.SX.sym("units", 2, n), ca.SX.sym("factor")
+    q, v, a, weight = ca.vertsplit(z, [0, n, 2 * n, 3 * n, 3 * n + 1])
+    by_motion = ca.densify(symbolic_motion(robot, q, v, a).torques if robot.has_dynamics else ca.SX(n, 1))
+    torques = ca.SX.sym("torques", n)
+    scaled = {
+        "effort": lambda: ca.sumsqr(torques / units[0, :].T),
+        "mechanical_work": lambda: ca.sum1(ca.sqrt((torques * v / units[1, :].T) ** 2 + SMOOTHING**2) - SMOOTHING),
+        "jerk": lambda: ca.SX(0),
+    }
+    of_torques = weight * scaled[objective]()
+    cost = ca.substitute(of_torques, torques, by_motion)
+    multipliers = ca.SX.sym("multipliers", n)
+
+    # With y = dL/dtorques held, the second derivative of L(torques(z), z) is that of y' torques plus J' L'' J: half the
+    # operations of differentiating the whole twice. The part of L'' by torques alone is a diagonal: J' and J are
+    # multiplied for all instants at once, by the caller.
+    seeds = ca.SX.sym("seeds", n)
+    slopes = ca.jacobian(by_motion, z)
+    bent = ca.hessian(ca.dot(seeds, by_motion), z)[0]
+    second, first = ca.hessian(factor * of_torques, ca.vertcat(torques, z))
+    second, first = (ca.substitute([expression], [torques], [by_motion])[0] for expression in (second, first))
+    held = multipliers + first[:n]
+    crossed = slopes.T @ second[:n, n:]
+    hessian = second[n:, n:] + crossed + crossed.T + ca.substitute([bent], [seeds], [held])[0]
+    gradient = first[n:] + slopes.T @ held
+    arguments: list[Any] = [z, units]
+    return Stage(
+        ca.Function("value", arguments, [cost, by_motion], {"cse": True}),
+        ca.Function("gradient", arguments, [ca.densify(ca.gradient(cost, z))], {"cse": True}),
+        ca.Function("slopes", [z], [ca.densify(slopes)], {"cse": True}),
+        ca.Function(
+            "curvature",
+            [*arguments, factor, multipliers],
+            [ca.densify(hessian), ca.densify(gradient), ca.densify(ca.diag(second[:n, :n])), ca.densify(slopes)],
+            {"cse": True},
+        ),
+    )

@@ -1,0 +1,132 @@
+"""Jerk-limited motions by Ruckig: every joint as fast as its velocity, acceleration and jerk limits allow."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from planner.backends.base import END_OPTIONS, end_states, enforced
+from planner.backends.jerk_limited.straight_lines import along_lines
+from planner.backends.jerk_limited.time_law import time_run
+from planner.backends.ruckig.via_runs import refuse_impossible_ends, time_joint_run
+from planner.backends.shared.assembly import TimedPieces, assemble, joined
+from planner.backends.shared.smooth_curve import smoothed
+from planner.backends.shared.straight_lines import time_lines
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
+from planner.guarantees import ALL_HARD, EndStates, Guarantee
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.backends.ruckig.state_to_state import Synchronization
+    from planner.paths import JointPath, Run, StraightMotions
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Ruckig:
+    """Jerk-limited from state to state (Berscheid and Kroeger 2021), through waypoints with the best rates found.
+
+    Attributes:
+        synchronization: `phase`: joint motions from rest to rest are straight lines in joint space. `time`: the joints
+            only arrive together, each on a law of its own.
+        initial_velocity: Per joint, rad/s or m/s, at the first waypoint; None: at rest.
+        initial_acceleration: Per joint, rad/s^2 or m/s^2, there; None: none.
+        final_velocity: Per joint, rad/s or m/s, at the last waypoint; None: at rest.
+    """
+
+    kind: ClassVar[str] = "ruckig"
+    summary: ClassVar[str] = (
+        "As fast as velocity, acceleration and jerk limits allow, waypoints passed with the best rates found, C2."
+    )
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+
+    synchronization: Synchronization = field(
+        default="phase",
+        metadata={
+            "description": "`phase`: joint motions from rest to rest are straight lines in joint space; "
+            "`time`: the joints only arrive together."
+        },
+    )
+    initial_velocity: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the first waypoint, rad/s or m/s; omitted: at rest."},
+    )
+    initial_acceleration: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the first waypoint, rad/s^2 or m/s^2; omitted: none."},
+    )
+    final_velocity: tuple[float, ...] | None = field(
+        default=None,
+        metadata={"description": "Per joint at the last waypoint, rad/s or m/s; omitted: at rest."},
+    )
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The fastest motion, or one of the asked durations."""
+        ends = end_states(self, path.robot.dof)
+        refuse_impossible_ends(path, ends)
+        lines = self._lines(path, ends)
+        parts = time_lines(path, lines, along_lines, partial(time_run, path))
+        on_lines = set(lines.segments.tolist())
+        for run in path.every_run:
+            if run.first in on_lines:
+                continue
+            if run.is_spline or run.first in path.straight.segments:
+                parts.append(self._time_joint_run(path, run, ends))
+            else:
+                parts.append(_time_curved_run(path, run, ends))
+        return assemble(path, parts)
+
+    def _time_joint_run(self, path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+        """Each joint on a law of its own; or all on one along a smooth curve, if torque or tool speed make that faster.
+
+        Such a limit slows a segment as a whole, but the law along a curve only where it has to.
+        """
+        is_first, is_last = run.first == 0, run.segments[-1] == len(path.durations) - 1
+        moves = (is_first and ends.starts_moving) or (is_last and ends.ends_moving)
+        try:
+            own, slowed = time_joint_run(path, run.segments, ends, self.synchronization, enforced(self))
+        except InfeasibleDuration as refusal:
+            if not moves and len(run.segments) == 1 and refusal.joint is None:
+                return time_run(path, run)
+            raise
+        if moves or not slowed or not np.isnan(path.durations[run.segments]).all():
+            return own
+        others = [own]
+        with suppress(LimitsUnsatisfiable):  # gravity, on the way of the curve
+            others.append(time_run(path, smoothed(path, run)))
+        if len(run.segments) > 1:
+            others.append(self._stopping(path, run, ends))
+        return min(others, key=lambda pieces: float(pieces.lengths.sum()))
+
+    def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+        """At each waypoint of a run."""
+        if self.synchronization == "phase":
+            lines = path.straight_motions(run.segments)
+            return joined(time_lines(path, lines, along_lines, partial(time_run, path)))
+        return joined([self._time_joint_run(path, one, ends) for one in path.straight_runs(run.segments)])
+
+    def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
+        """The straight motions that one scalar law moves, from rest to rest."""
+        motions = path.straight
+        there = np.full(len(motions.segments), self.synchronization == "phase")
+        there[motions.segments == 0] &= not ends.starts_moving
+        there[motions.segments == len(path.durations) - 1] &= not ends.ends_moving
+        return motions.of(there)
+
+
+def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+    """Motions of the tool, and blends: the fastest jerk-limited law along the run's curve, from rest to rest."""
+    faults = []
+    if ends.starts_moving and run.first == 0:
+        faults = [name for name in END_OPTIONS[:2] if getattr(ends, name).any()]
+    if ends.ends_moving and run.segments[-1] == len(path.durations) - 1:
+        faults.append(END_OPTIONS[2])
+    if faults:
+        message = "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it"
+        raise InvalidProblem([(f"/backend/{name}", message) for name in faults])
+    return time_run(path, run)

@@ -1,0 +1,228 @@
+"""Joints from state to state, each as fast as its limits allow: single calls of Ruckig, taken out as cubics.
+
+A state is a position, a velocity and an acceleration (Berscheid and Kroeger, Jerk-limited Real-time Trajectory
+Generation with Arbitrary Target States, 2021). Numbers should be about 1 for the library's absolute tolerances: the
+callers choose their units so. Waypoints between start and goal are never handed over: the library would send them to
+a server on the internet.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+import ruckig
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.backends.jerk_limited.rate_limits import RateLimits
+    from planner.spatial import FloatArray
+
+Synchronization = Literal["phase", "time"]
+
+SAME_TIME = 1e-12
+"""Share of the duration below which two ends of phases are one."""
+
+_SYNCHRONIZATIONS = {
+    "phase": ruckig.Synchronization.Phase,
+    "time": ruckig.Synchronization.Time,
+    "none": ruckig.Synchronization.No,
+}
+
+
+class Rates(NamedTuple):
+    """Velocity and acceleration, both (states, joints)."""
+
+    velocity: FloatArray
+    acceleration: FloatArray
+
+
+class Passage(NamedTuple):
+    """One motion of all joints.
+
+    Attributes:
+        duration: s.
+        lowest: (joints,), the least position on the way, from the start on.
+        highest: (joints,), the greatest.
+        profiles: Ruckig's, one a joint.
+    """
+
+    duration: float
+    lowest: FloatArray
+    highest: FloatArray
+    profiles: Sequence[ruckig.Profile]
+
+
+class ShortestTimes:
+    """The shortest times of many motions of single joints: one call of the library for all of them.
+
+    The library's degrees of freedom are the joints of all rows, which it does not synchronise.
+
+    Args:
+        travels: (rows, joints).
+        limits: Of each row and joint.
+    """
+
+    def __init__(self, travels: FloatArray, limits: RateLimits) -> None:
+        self.shape = travels.shape
+        self._input = _input(travels.ravel(), *(limit.ravel() for limit in limits))
+        self._input.synchronization = _SYNCHRONIZATIONS["none"]
+        self._library = ruckig.Ruckig(travels.size)
+        self._output = ruckig.Trajectory(travels.size)
+
+    def between(self, starts: Rates, ends: Rates) -> FloatArray:
+        """(rows, joints), s; infinite, all of them, where any of these motions is impossible."""
+        if not _calculate(self._library, self._input, self._output, starts, ends):
+            return np.full(self.shape, np.inf)
+        times: FloatArray = np.array(self._output.independent_min_durations).reshape(self.shape)
+        return times
+
+
+class Passages:
+    """Motions of all joints at once, row by row.
+
+    Args:
+        travels: (rows, joints).
+        limits: Of each row and joint.
+        least: (rows,), s: no motion is shorter; NaN: as short as can be.
+        synchronization: `time`: all joints arrive at the same time. `phase`: on a straight line, too, if the states
+            at the ends permit it.
+    """
+
+    def __init__(
+        self, travels: FloatArray, limits: RateLimits, least: FloatArray, synchronization: Synchronization
+    ) -> None:
+        self._inputs = [_input(travel, *row) for travel, *row in zip(travels, *limits, strict=True)]
+        for own, seconds in zip(self._inputs, least.tolist(), strict=True):
+            own.synchronization = _SYNCHRONIZATIONS[synchronization]
+            own.minimum_duration = None if np.isnan(seconds) else seconds
+        self._library = ruckig.Ruckig(travels.shape[1])
+
+    def of(self, rows: Sequence[int], starts: Rates, ends: Rates) -> list[Passage | None]:
+        """Some of the motions, from the rates (motions, joints) at their starts to those at their ends; None: none."""
+        outputs: list[ruckig.Trajectory | None] = []
+        for row, *rates in zip(rows, *starts, *ends, strict=True):
+            output = ruckig.Trajectory(len(rates[0]))
+            found = _calculate(self._library, self._inputs[row], output, Rates(*rates[:2]), Rates(*rates[2:]))
+            outputs.append(output if found else None)
+        profiles = [profile for output in outputs if output is not None for profile in output.profiles[0]]
+        if not profiles:
+            return [None] * len(outputs)
+        lowest, highest = (iter(x.reshape(-1, starts.velocity.shape[1])) for x in _extremes(profiles))
+        return [
+            None if output is None else Passage(output.duration, next(lowest), next(highest), output.profiles[0])
+            for output in outputs
+        ]
+
+
+def _input(
+    travel: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray
+) -> ruckig.InputParameter:
+    asked = ruckig.InputParameter(len(travel))
+    asked.target_position = travel.tolist()
+    asked.max_velocity, asked.max_acceleration = velocity.tolist(), acceleration.tolist()
+    asked.max_jerk = jerk.tolist()
+    return asked
+
+
+def _calculate(
+    library: ruckig.Ruckig, asked: ruckig.InputParameter, output: ruckig.Trajectory, start: Rates, end: Rates
+) -> bool:
+    asked.current_velocity, asked.current_acceleration = (rate.ravel().tolist() for rate in start)
+    asked.target_velocity, asked.target_acceleration = (rate.ravel().tolist() for rate in end)
+    try:
+        library.calculate(asked, output)
+    except (ruckig.RuckigError, ValueError):  # a ValueError: of a result that its enumeration has no name for
+        return False
+    return True
+
+
+def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArray]:
+    """The least and the greatest position (profiles,) on the way; the library's `position_extrema` misses many."""
+    p, v, a, j, t = (np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t"))
+    ends = p
+    p, v, a = p[:, :-1], v[:, :-1], a[:, :-1]
+    # Both roots of v + a t + j t^2 / 2 without cancellation; what lies beyond the phase counts as its end.
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        q = -a - np.copysign(np.sqrt(np.maximum(a**2 - 2.0 * v * j, 0.0)), a)
+        roots = np.nan_to_num(np.stack([q / j, 2.0 * v / q]))
+    roots = np.clip(roots, 0.0, t)
+    turns = p + roots * (v + roots * (a / 2.0 + roots * j / 6.0))
+    return np.minimum(turns.min(axis=(0, 2)), ends.min(axis=1)), np.maximum(turns.max(axis=(0, 2)), ends.max(axis=1))
+
+
+def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Rates) -> tuple[FloatArray, FloatArray]:
+    """The profiles as cubics on common pieces: the phases of all joints.
+
+    What rounding has left between the end of the profiles and the state that they are to reach is taken up by a change
+    of the jerks, the least there is.
+
+    Args:
+        profiles: One a joint, from position 0 on.
+        travel: (joints,), to the end.
+        end: Velocity and acceleration (joints,) there.
+
+    Returns:
+        Lengths (pieces,), and coefficients (pieces, joints, 4), ascending powers of local time.
+    """
+    # In extended precision: a phase may be as short as 1e-8 of the whole.
+    phases = np.array([profile.t for profile in profiles], dtype=np.longdouble)
+    phase_ends = np.cumsum(phases, axis=1)
+    phase_starts = phase_ends - phases
+    duration = phase_ends.max()
+    times = np.unique(phase_ends[phase_ends < duration * (1.0 - SAME_TIME)])
+    times = np.concatenate([[0.0], times[times > SAME_TIME * duration], [duration]])
+    times = times[np.append(True, np.diff(times) > SAME_TIME * duration)]
+    middles = (times[:-1] + times[1:]) / 2.0
+    phase = (middles[:, None, None] > phase_ends[:, :-1]).sum(axis=2)
+    joint = np.arange(len(profiles))
+    p, v, a, j = (
+        np.array([getattr(profile, name) for profile in profiles])[joint, phase] for name in ("p", "v", "a", "j")
+    )
+    since = (times[:-1, None] - phase_starts[joint, phase]).astype(np.float64)
+    coefficients = np.stack(
+        [
+            p + since * (v + since * (a / 2.0 + since * j / 6.0)),
+            v + since * (a + since * j / 2.0),
+            (a + since * j) / 2.0,
+            j / 6.0,
+        ],
+        axis=-1,
+    )
+    lengths = np.diff(times).astype(np.float64)
+    return lengths, coefficients + _correction(lengths, coefficients, travel, end)
+
+
+def _correction(lengths: FloatArray, coefficients: FloatArray, travel: FloatArray, end: Rates) -> FloatArray:
+    """Cubics from rest whose jerks, least in the mean square, reach what is missing at the end."""
+    h = lengths[:, None]
+    p, v, a, j = (coefficients[-1, :, k] for k in range(4))
+    t = lengths[-1]
+    missing = np.stack(
+        [
+            travel - (p + t * (v + t * (a + t * j))),
+            end.velocity - (v + t * (2.0 * a + 3.0 * t * j)),
+            end.acceleration - (2.0 * a + 6.0 * t * j),
+        ]
+    )
+    # Where there is no jerk, the acceleration jumps at the end.
+    missing[2, ~coefficients[..., 3].any(axis=0)] = 0.0
+    # What 1 unit of jerk on each piece does to position, velocity and acceleration at the end.
+    left = lengths.sum() - np.cumsum(lengths)
+    effect = np.stack(
+        [
+            lengths * (lengths**2 / 6.0 + left * (lengths + left) / 2.0),
+            lengths * (lengths / 2.0 + left),
+            lengths,
+        ]
+    )
+    jerk = np.linalg.lstsq(effect, missing)[0]
+
+    def from_zero(change: FloatArray) -> FloatArray:
+        return np.concatenate([np.zeros((1, change.shape[1])), np.cumsum(change, axis=0)[:-1]])
+
+    acceleration = from_zero(h * jerk)
+    velocity = from_zero(h * (acceleration + h * jerk / 2.0))
+    position = from_zero(h * (velocity + h * (acceleration / 2.0 + h * jerk / 6.0)))
+    return np.stack([position, velocity, acceleration / 2.0, jerk / 6.0], axis=-1)

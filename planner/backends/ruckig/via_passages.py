@@ -1,0 +1,152 @@
+"""The synchronised motions between waypoints, and how they are mended by slowing single joints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes, cubic_pieces
+from planner.backends.ruckig.via_problem import LATE, OUTSIDE, ROUNDING, ViaMotion, ViaProblem
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+SLOWER = (0.75, 0.5, 0.25, 0.0)
+"""Factors on a joint's velocity and acceleration at a waypoint that are tried where a segment is to be mended."""
+
+MOST_MENDINGS = 24
+"""Joints that are slowed at a waypoint, one after the other."""
+
+
+class MendedPassages:
+    """The synchronised motions between the waypoints, in the units of the search."""
+
+    def __init__(self, problem: ViaProblem, rates: Rates) -> None:
+        self.problem, self.rates = problem, rates
+        travels = problem.travels
+        self._passages = Passages(travels, problem.limits, problem.asked, problem.synchronization)
+        self._room = problem.lower - problem.positions[:-1], problem.upper - problem.positions[:-1]
+        self._times = ShortestTimes(travels, problem.limits)
+        self.shortest = self._shortest()
+        self.passages = self._passages.of(range(len(travels)), *_ends(rates))
+
+    @property
+    def cost(self) -> float:
+        """The total time, and what it leaves undone."""
+        return sum(self._cost(segment, passage) for segment, passage in enumerate(self.passages))
+
+    def _passage(self, segment: int, rates: Rates) -> Passage | None:
+        (passage,) = self._passages.of([segment], *_ends(Rates(*(rate[segment : segment + 2] for rate in rates))))
+        return passage
+
+    def _cost(self, segment: int, passage: Passage | None) -> float:
+        if passage is None:
+            return np.inf
+        asked = self.problem.asked[segment]
+        time = passage.duration if np.isnan(asked) else LATE * max(passage.duration - asked, 0.0)
+        return float(time + OUTSIDE * self._outside(segment, passage).sum())
+
+    def _outside(self, segment: int, passage: Passage) -> FloatArray:
+        """(joints,), how far each joint leaves its limits, and 1 for doing so at all."""
+        below, above = self._room[0][segment] - passage.lowest, passage.highest - self._room[1][segment]
+        outside: FloatArray = np.maximum(np.maximum(below, above), 0.0)
+        return np.where(outside > ROUNDING, 1.0 + outside, 0.0)
+
+    def _faults(self, segment: int) -> tuple[float, np.ndarray]:
+        """How much could be gained by mending a segment, and which joints might be to blame."""
+        passage = self.passages[segment]
+        everyone = np.arange(self.shortest.shape[1])
+        if passage is None:
+            return np.inf, everyone
+        outside = self._outside(segment, passage)
+        least = np.fmax(self.shortest[segment].max(), self.problem.asked[segment])
+        late = passage.duration - least
+        if late <= 1e-6 * least:
+            late = 0.0
+        return late + OUTSIDE * outside.sum(), everyone if late > 0.0 else np.flatnonzero(outside)
+
+    @property
+    def faulty_joints(self) -> np.ndarray:
+        """(joints,): which might be to blame for what is to be mended."""
+        faulty = np.zeros(self.shortest.shape[1], dtype=bool)
+        for segment in range(len(self.passages)):
+            worth, joints = self._faults(segment)
+            if worth > 0.0:
+                faulty[joints] = True
+        return faulty
+
+    def mend(self) -> None:
+        """Slow one joint at one waypoint or at two, the best choice each time, until nothing can be gained."""
+        hopeless: set[int] = set()
+        for _ in range(MOST_MENDINGS):
+            faults = {s: self._faults(s) for s in range(len(self.passages)) if s not in hopeless}
+            worst = max(faults, key=lambda s: faults[s][0], default=None)
+            if worst is None or faults[worst][0] == 0.0:
+                return
+            if not self._mend(worst, faults[worst][1]):
+                hopeless.add(worst)
+            else:
+                hopeless.clear()
+
+    def _mend(self, segment: int, joints: np.ndarray) -> bool:
+        inner = [k for k in (segment, segment + 1) if 0 < k < len(self.passages)]
+        places = [[k] for k in inner] + ([inner] if len(inner) == 2 else [])
+        near = range(max(segment - 1, 0), min(segment + 2, len(self.passages)))
+        least = sum(self._cost(s, self.passages[s]) for s in near) * (1.0 - ROUNDING)
+        best = None
+        for joint in joints:
+            for place in places:
+                if not any(rate[place, joint].any() for rate in self.rates):
+                    continue
+                for factor in SLOWER:
+                    rates = Rates(*(rate.copy() for rate in self.rates))
+                    for rate in rates:
+                        rate[place, joint] *= factor
+                    trial = {s: self._passage(s, rates) if {s, s + 1} & set(place) else self.passages[s] for s in near}
+                    cost = sum(self._cost(s, passage) for s, passage in trial.items())
+                    if cost < least:
+                        least, best = cost, (rates, trial)
+        if best is None:
+            return False
+        self.rates = best[0]
+        for s, passage in best[1].items():
+            self.passages[s] = passage
+        self.shortest = self._shortest()
+        return True
+
+    def _shortest(self) -> FloatArray:
+        """(segments, joints)."""
+        return self._times.between(*_ends(self.rates))
+
+    def motion(self, problem: ViaProblem, length: FloatArray, time: float) -> ViaMotion | None:
+        """In SI units; None where one of the motions is impossible."""
+        passages = [passage for passage in self.passages if passage is not None]
+        if len(passages) < len(self.passages):
+            return None
+        durations, lengths, coefficients = [], [], []
+        for segment, passage in enumerate(passages):
+            asked = self.problem.asked[segment]
+            kept = passage.duration <= asked * (1.0 + ROUNDING)
+            end = Rates(*(rate[segment + 1] for rate in self.rates))
+            h, c = cubic_pieces(passage.profiles, self.problem.travels[segment], end)
+            scale = (problem.asked[segment] if kept else passage.duration * time) / h.sum()
+            durations.append(float(scale * h.sum()))
+            lengths.append(h * scale)
+            c = c * length[:, None] / scale ** np.arange(4)
+            c[..., 0] += problem.positions[segment]
+            coefficients.append(c)
+        starts = problem.positions[:-1]
+        return ViaMotion(
+            np.array(durations),
+            lengths,
+            coefficients,
+            starts + length * np.array([passage.lowest for passage in passages]),
+            starts + length * np.array([passage.highest for passage in passages]),
+            self.shortest.argmax(axis=1),
+        )
+
+
+def _ends(rates: Rates) -> tuple[Rates, Rates]:
+    """(segments, joints), at the start and at the end of each, of those at waypoints."""
+    return Rates(*(rate[:-1] for rate in rates)), Rates(*(rate[1:] for rate in rates))

@@ -1,0 +1,362 @@
+"""Joint motions from state to state with durations: waypoints passed without stopping, ends in motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.base import END_OPTIONS
+from planner.backends.jerk_limited.rate_limits import RateLimits, least_times, with_ramps
+from planner.backends.jerk_limited.s_curves import s_curves
+from planner.backends.ruckig.state_to_state import Rates
+from planner.backends.ruckig.via_problem import ViaProblem
+from planner.backends.ruckig.via_states import pass_waypoints
+from planner.backends.shared.along_curve import DURATION_TOLERANCE, demands, stretched
+from planner.backends.shared.assembly import TimedPieces, joined, largest_speeds
+from planner.backends.shared.demands import infeasible_duration, nothing_limits
+from planner.backends.shared.straight_lines import NOTICED
+from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
+
+if TYPE_CHECKING:
+    from planner.backends.ruckig.state_to_state import Synchronization
+    from planner.backends.ruckig.via_problem import ViaMotion
+    from planner.backends.shared.along_curve import Demand
+    from planner.guarantees import EndStates
+    from planner.paths import JointPath
+    from planner.spatial import FloatArray
+
+EXCESS = 3e-10
+"""Of a time, that is taken for rounding: the certificate allows a jerk three times that."""
+
+POSITION_TOLERANCE = 1e-9
+"""rad or m beyond a position limit that is rounding."""
+
+MOST_SLOWINGS, ENOUGH_SLOWINGS, HASTE = 10, 4, 1.0 + 1e-4
+"""Times that segments are slowed until they keep torque and tool-speed limits, those after which a motion that can be
+stretched as a whole will do, and by what segments are slowed beyond their need."""
+
+MOST_TRIALS = 4
+"""Of longer durations, before those of stopping are offered."""
+
+SURELY = 1.0 + 1e-6
+"""What a duration that is offered as a remedy is longer by than the one that was found."""
+
+
+def time_joint_run(
+    path: JointPath, segments: np.ndarray, ends: EndStates, synchronization: Synchronization, enforced: frozenset[str]
+) -> tuple[TimedPieces, bool]:
+    """The fastest motion found through the waypoints of some joint motions, never slower than stopping at each.
+
+    And whether torque or tool speed slowed it down.
+
+    Args:
+        path: With limits and durations.
+        segments: (segments,), indices of segments that follow each other.
+        ends: Of the whole path; those that are its first or last segment heed them.
+        synchronization: Of the joints, where there are no waypoints between.
+        enforced: The quantities whose limits are kept.
+
+    Raises:
+        InfeasibleDuration: An asked duration is too short.
+        JointPositionLimit: From the state at an end, a joint cannot stay within its position limits.
+        LimitsUnsatisfiable: The state at an end breaks a limit, nothing limits a duration, or gravity exceeds a torque
+            limit.
+    """
+    return _JointRun(path, segments, ends, synchronization, enforced).time()
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A motion that keeps its limits, but for what is said here.
+
+    Attributes:
+        pieces: Of it.
+        durations: (segments,), s.
+        shortest: (segments,), s: those without any asked, where each segment is by itself.
+        motion: As it came, before it was stretched.
+        needed: By segment, what the limits demand of it.
+        slowed: Whether torque or tool speed ask for noticeably more time than the joints' own limits.
+    """
+
+    pieces: TimedPieces
+    durations: FloatArray
+    shortest: FloatArray
+    motion: ViaMotion
+    needed: dict[int, Demand]
+    slowed: bool
+
+
+class _JointRun:
+    """A run of joint motions, and what is asked of it."""
+
+    def __init__(
+        self,
+        path: JointPath,
+        segments: np.ndarray,
+        ends: EndStates,
+        synchronization: Synchronization,
+        enforced: frozenset[str],
+    ) -> None:
+        self.path, self.segments, self.enforced = path, segments, enforced
+        self.asked = path.durations[segments]
+        self.still = np.zeros(path.robot.dof)
+        is_first, is_last = segments[0] == 0, segments[-1] == len(path.durations) - 1
+        start = Rates(ends.initial_velocity, ends.initial_acceleration) if is_first else Rates(self.still, self.still)
+        end = Rates(ends.final_velocity if is_last else self.still, self.still)
+        own = path.limits.of(segments)
+        positions = path.positions[np.append(segments, segments[-1] + 1)]
+        limits = RateLimits(own.velocity, own.acceleration, own.jerk)
+        limits = with_ramps(np.diff(positions, axis=0), limits, self.asked)
+        self.problem = ViaProblem(
+            positions,
+            own.lower,
+            own.upper,
+            limits,
+            self.asked,
+            start,
+            end,
+            synchronization if len(segments) == 1 else "time",
+        )
+        self.starts_moving, self.ends_moving = (any(r.any() for r in rates) for rates in (start, end))
+        self.at_rest = not (self.starts_moving or self.ends_moving)
+
+    def time(self) -> tuple[TimedPieces, bool]:
+        """The pieces of the best candidate, and whether it was slowed down."""
+        idle = np.flatnonzero(least_times(self.problem.travels, self.problem.limits).max(axis=1) <= 0.0)
+        if len(idle):
+            raise nothing_limits(int(self.segments[idle[0]]))
+        free = np.full(len(self.asked), np.nan)
+        through = None
+        if self.at_rest and len(self.segments) > 1 and np.isnan(self.asked).all():
+            through = self._slowed(free, stopping=False)
+            if through is not None and through.durations.sum() <= self._least_stopping():
+                return through.pieces, through.slowed
+        stopping = self._stopping() if self.at_rest else self._slowed(free, stopping=True)
+        stop_times = None if stopping is None else stopping.shortest
+        if through is None and (len(self.segments) > 1 or not self.at_rest):
+            through = self._slowed(self.asked, stopping=False, stop_times=stop_times)
+        if stopping is not None and not self.at_rest:
+            stopping = self._slowed(self.asked, stopping=True, stop_times=stop_times)
+        candidates = [candidate for candidate in (stopping, through) if candidate is not None]
+        feasible = [candidate for candidate in candidates if not self._too_short(candidate).any()]
+        if feasible:
+            best = min(feasible, key=lambda candidate: float(candidate.durations.sum()))
+            return best.pieces, best.slowed
+        if not candidates:
+            raise self._leaves_limits()
+        raise self._infeasible(candidates[-1], stop_times)
+
+    def _too_short(self, candidate: _Candidate) -> np.ndarray:
+        too_short: np.ndarray = candidate.durations > self.asked * (1.0 + DURATION_TOLERANCE)
+        return too_short
+
+    def _least_stopping(self) -> float:
+        """S, what stopping at each waypoint takes at least: the joint limits by themselves."""
+        d = np.abs(self.problem.travels)
+        with np.errstate(divide="ignore"):
+            times = s_curves(*((limit / d).ravel() for limit in self.problem.limits))[0].reshape(d.shape)
+        return float(np.where(d > 0.0, times, 0.0).max(axis=1).sum())
+
+    def _stopping(self) -> _Candidate | None:
+        """Each segment from rest to rest by itself: a longer duration stretches it."""
+        alone = replace(self.problem, asked=np.full(len(self.asked), np.nan))
+        motion = pass_waypoints(alone, stopping=True)
+        if motion is None:
+            return None
+        needed = demands(self.path, self._pieces(motion), self.enforced)
+        parts, durations = [], []
+        for k, segment in enumerate(self.segments.tolist()):
+            shortest = float(motion.durations[k] * needed[segment].factor)
+            duration = max(shortest, self.asked[k]) if self.asked[k] > 0.0 else shortest
+            if shortest * (1.0 - DURATION_TOLERANCE) <= self.asked[k] < shortest:
+                duration = self.asked[k]
+            pieces = TimedPieces(motion.lengths[k], motion.coefficients[k], np.full(len(motion.lengths[k]), segment))
+            parts.append(stretched(pieces, duration / float(motion.lengths[k].sum())))
+            durations.append(duration)
+        factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
+        slowed = bool((factors > NOTICED).any())
+        return _Candidate(joined(parts), np.array(durations), motion.durations * factors, motion, needed, slowed)
+
+    def _slowed(self, asked: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None) -> _Candidate | None:
+        """The motion under limits that are made narrower until torque and tool speed keep theirs, too."""
+        slowness = np.ones(len(asked))
+        if stop_times is not None:
+            # Where there is more time than from rest to rest, a slow motion rather than a detour.
+            slowness = np.fmax(1.0, asked / stop_times)
+            if self.starts_moving:
+                slowness[0] = 1.0
+            if self.ends_moving:
+                slowness[-1] = 1.0
+        best: _Candidate | None = None
+        speeds = np.full_like(self.problem.travels, np.inf)
+        slowed = False
+        for slowing in range(MOST_SLOWINGS):
+            if best is not None and slowing >= ENOUGH_SLOWINGS:
+                break
+            problem = replace(self.problem, asked=asked, limits=self._slowed_limits(slowness, speeds))
+            motion = pass_waypoints(problem, stopping=stopping)
+            if motion is None or self._outside(motion) is not None:
+                break
+            pieces = self._pieces(motion)
+            needed = demands(self.path, pieces, self.enforced)
+            factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
+            worst = float(factors.max())
+            slowed = slowed or worst > NOTICED
+            if worst <= 1.0 + EXCESS:
+                found = _Candidate(pieces, motion.durations, motion.durations, motion, needed, slowed)
+                return found if best is None or found.durations.sum() < best.durations.sum() else best
+            if self.at_rest and np.isnan(asked).all():
+                total = motion.durations * worst
+                whole = _Candidate(stretched(pieces, worst), total, total, motion, needed, slowed)
+                best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
+                if worst <= HASTE:
+                    return best
+            # The tool's speed takes slower joints, but no gentler ones; torque takes both.
+            by_tool = np.array([needed[segment].joint is None for segment in self.segments.tolist()])
+            excess = np.maximum(factors * HASTE, 1.0)
+            slowness = slowness * np.where(by_tool, 1.0, excess)
+            fastest = largest_speeds(pieces)
+            fastest = np.array([fastest[pieces.segments == segment].max(axis=0) for segment in self.segments])
+            slower = fastest / excess[:, None]
+            speeds = np.where((by_tool & (excess > 1.0))[:, None], np.minimum(speeds, slower), speeds)
+        return best
+
+    def _slowed_limits(self, slowness: FloatArray, speeds: FloatArray) -> RateLimits:
+        """The limits of slower segments, no joint faster than `speeds`; wide enough for the motion at the ends."""
+        slowed = self.problem.limits.slowed(slowness)
+        slowed = slowed._replace(velocity=np.minimum(slowed.velocity, speeds))
+        for row, rates in ((0, self.problem.start), (-1, self.problem.end)):
+            after = rates.velocity + rates.acceleration * np.abs(rates.acceleration) / (2.0 * slowed.jerk[row])
+            least = np.maximum(np.abs(rates.velocity), np.abs(after)) * (1.0 + DURATION_TOLERANCE)
+            slowed.velocity[row] = np.minimum(
+                np.maximum(slowed.velocity[row], least), self.problem.limits.velocity[row]
+            )
+            slowed.acceleration[row] = np.maximum(slowed.acceleration[row], np.abs(rates.acceleration))
+        return slowed
+
+    def _pieces(self, motion: ViaMotion) -> TimedPieces:
+        own = [np.full(len(lengths), segment) for lengths, segment in zip(motion.lengths, self.segments, strict=True)]
+        return TimedPieces(np.concatenate(motion.lengths), np.concatenate(motion.coefficients), np.concatenate(own))
+
+    def _outside(self, motion: ViaMotion) -> tuple[int, int, float, float] | None:
+        """Segment (within the run), joint, position and limit, where a position limit is left the farthest."""
+        below, above = self.problem.lower - motion.lowest, motion.highest - self.problem.upper
+        excess = np.maximum(below, above)
+        k, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
+        if excess[k, joint] <= POSITION_TOLERANCE:
+            return None
+        if above[k, joint] > below[k, joint]:
+            return int(k), int(joint), float(motion.highest[k, joint]), float(self.problem.upper[joint])
+        return int(k), int(joint), float(motion.lowest[k, joint]), float(self.problem.lower[joint])
+
+    def _leaves_limits(self) -> JointPositionLimit | LimitsUnsatisfiable:
+        """The refusal where the motion at the ends leaves no way, or none within the position limits."""
+        motion = pass_waypoints(self.problem, stopping=True)
+        beyond = None if motion is None else self._outside(motion)
+        rates = (*self.problem.start, self.problem.end.velocity)
+        options = [option for option, rate in zip(END_OPTIONS, rates, strict=True) if rate.any()]
+        remedies = [Remedy(f"/backend/{option}", None, "none there") for option in options]
+        if beyond is None:
+            message = "with the motion at the ends no other was found that keeps the torque and tool speed limits"
+            return LimitsUnsatisfiable(message, segment=int(self.segments[0]), remedies=remedies)
+        k, joint, value, limit = beyond
+        name = self.path.robot.joint_names[joint]
+        return JointPositionLimit(
+            f"with the motion at the ends, {name} would pass its limit {limit:.6g} on segment {self.segments[k]}",
+            segment=int(self.segments[k]),
+            joint=name,
+            value=value,
+            limit=limit,
+            remedies=remedies,
+        )
+
+    def _infeasible(self, candidate: _Candidate, stop_times: FloatArray | None) -> InfeasibleDuration:
+        """The refusal of asked durations, with such instead that are found by trying them."""
+        short = self._too_short(candidate)
+        needed = self._longer_durations(candidate.durations, stop_times)
+        first = int(np.flatnonzero(short)[0])
+        segment = int(self.segments[first])
+        if needed is None:
+            given = np.flatnonzero(self.asked > 0.0)
+            return InfeasibleDuration(
+                f"with the durations asked around segment {segment} no motion was found that keeps the limits",
+                waypoint=segment + 1,
+                segment=segment,
+                value=float(self.asked[first]),
+                remedies=[
+                    Remedy(f"/waypoints/{self.segments[k] + 1}/duration", None, "as fast as the limits allow")
+                    for k in given
+                ],
+            )
+        changed = np.flatnonzero(needed > self.asked)
+        # The first that was too short may do as it is, once others are longer.
+        first = first if first in changed else int(changed[0])
+        segment = int(self.segments[first])
+        longer = {int(self.segments[k]): float(needed[k]) for k in (first, *changed)}
+        demand = candidate.needed[segment]
+        if demand.joint is None and demand.factor > 1.0:
+            return infeasible_duration(float(self.asked[first]), longer, demand.cause, None)
+        joint = self.path.robot.joint_names[int(candidate.motion.slowest[first])]
+        return infeasible_duration(float(self.asked[first]), longer, f"the limits of {joint} ask", joint)
+
+    def _longer_durations(self, durations: FloatArray, stop_times: FloatArray | None) -> FloatArray | None:
+        """Durations (segments,) with which there is a motion: as asked, but longer where that is too short."""
+        needed = self.asked
+        if len(self.asked) > 1 or not self.at_rest:
+            for _ in range(MOST_TRIALS):
+                needed = np.where(durations > needed * (1.0 + DURATION_TOLERANCE), durations * SURELY, needed)
+                tried = self._slowed(needed, stopping=False, stop_times=stop_times)
+                if tried is None:
+                    break
+                durations = tried.durations
+                if not (durations > needed * (1.0 + DURATION_TOLERANCE)).any():
+                    return needed
+        if stop_times is None or not self.at_rest:
+            return None
+        return np.where(stop_times > self.asked, stop_times, self.asked)
+
+
+def refuse_impossible_ends(path: JointPath, ends: EndStates) -> None:
+    """Hold the motion at the ends against the limits of the first and the last segment.
+
+    Raises:
+        LimitsUnsatisfiable: It breaks one, or is bound to.
+    """
+    limits, velocity, acceleration = path.limits, ends.initial_velocity, ends.initial_acceleration
+    bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk[0])
+    most = [limits.velocity[0], limits.acceleration[0], limits.velocity[0], limits.velocity[-1]]
+    checks = (
+        ("initial_velocity", velocity, "the velocity of {} at the start", np.clip(velocity, -most[0], most[0])),
+        (
+            "initial_acceleration",
+            acceleration,
+            "the acceleration of {} at the start",
+            np.clip(acceleration, -most[1], most[1]),
+        ),
+        ("initial_acceleration", bound_for, "the velocity of {} that its initial acceleration leads to", None),
+        (
+            "final_velocity",
+            ends.final_velocity,
+            "the velocity of {} at the end",
+            np.clip(ends.final_velocity, -most[3], most[3]),
+        ),
+    )
+    for (option, values, what, allowed), limit in zip(checks, most, strict=True):
+        beyond = np.flatnonzero(np.abs(values) > limit)
+        if not len(beyond):
+            continue
+        joint = int(beyond[0])
+        name, value = path.robot.joint_names[joint], float(values[joint])
+        remedy = (
+            (None, "begin without acceleration") if allowed is None else (allowed.tolist(), "what the limits allow")
+        )
+        raise LimitsUnsatisfiable(
+            f"{what.format(name)} is {value:.6g}, beyond its limit {limit[joint]:.6g}",
+            segment=len(path.durations) - 1 if option == "final_velocity" else 0,
+            joint=name,
+            value=value,
+            limit=float(limit[joint]),
+            remedies=[Remedy(f"/backend/{option}", *remedy)],
+        )

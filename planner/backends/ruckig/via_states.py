@@ -1,0 +1,178 @@
+"""With which velocities and accelerations to pass waypoints, so that the whole takes the least time.
+
+Between two waypoints each joint moves from state to state as fast as it can, and waits for the slowest: a segment
+takes the longest of its joints' shortest times. States near to the best come from the program of `via_program`, whose
+pieces of constant jerk have fixed ends; the exact times then move each joint's state at each waypoint a little.
+
+Two things these times do not show: a joint may be unable to arrive later than its shortest time but for a range of
+durations (then all wait longer), and it may leave its position limits on the way. Such a joint keeps the program's
+states, which are away from both; what is left is mended by slowing single joints at single waypoints.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.jerk_limited.rate_limits import least_times
+from planner.backends.ruckig.state_to_state import Rates, ShortestTimes
+from planner.backends.ruckig.via_passages import MendedPassages
+from planner.backends.ruckig.via_problem import LATE, ROUNDING, ViaMotion, ViaProblem
+from planner.backends.ruckig.via_program import passing_states
+from planner.backends.ruckig.viable_speeds import ViableSpeeds
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+EXPONENT = 200.0
+"""Of the norm that stands for the longest time: joints that hardly wait are not to hold up the others."""
+
+AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in 0.1 + np.arange(6) * np.pi / 3.0)])
+"""Changes of the two variables of a joint at a waypoint that are tried; none first."""
+
+WIDEST, MOST_SWEEPS, LEAST_GAIN = 0.15, 3, 1e-6
+"""Their size; how often all waypoints are moved; the relative gain that is worth a move."""
+
+INSIDE = 1.0 - 1e-4
+"""Share of the possible velocities and accelerations that a waypoint is passed with."""
+
+
+def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
+    """The fastest motion found; asked durations and position limits are kept as far as can be: to be looked at.
+
+    Args:
+        problem: In SI units.
+        stopping: Whether to come to rest at each inner waypoint.
+
+    Returns:
+        None: The motions at the ends are impossible.
+    """
+    reach = np.abs(problem.travels).max(axis=0)
+    length = np.where(reach > 0.0, reach, 1.0)
+    times = np.fmax(least_times(problem.travels, problem.limits).max(axis=1), problem.asked)
+    time = float(times.mean())
+    scaled = problem.in_units(length, time)
+    search = _Search(scaled)
+    if stopping or len(times) == 1:
+        return search.passages(search.at_rest).motion(problem, length, time)
+    found = search.nearest(passing_states(scaled))
+    passages = search.polished(found)
+    passages.mend()
+    return passages.motion(problem, length, time)
+
+
+class _Search:
+    """Over velocities and accelerations at the inner waypoints; in units in which everything is about 1.
+
+    The variables are shares of the velocities and accelerations that are possible.
+    """
+
+    def __init__(self, problem: ViaProblem) -> None:
+        self.problem = problem
+        travels, limits = problem.travels, problem.limits
+        count, joints = travels.shape
+        self.asked = problem.asked
+        velocity, acceleration, jerk = (np.minimum(limit[1:], limit[:-1]) for limit in limits)
+        # Never faster than a joint can be that travels all the way in one direction: the variables are to matter.
+        way = np.maximum(np.abs(travels).sum(axis=0), 1.0)
+        velocity = np.minimum(velocity, np.minimum(np.cbrt(4.0 * jerk * way**2), 2.0 * np.sqrt(acceleration * way)))
+        velocity = velocity * INSIDE
+        self.acceleration = np.minimum(acceleration, np.sqrt(2.0 * jerk * velocity)) * INSIDE
+        self.acceleration = np.where(np.isfinite(jerk), self.acceleration, 0.0)
+        inner = problem.positions[1:-1]
+        self._viable = ViableSpeeds(problem.upper - inner, inner - problem.lower, velocity, acceleration, jerk)
+        self._shape = (2, count - 1, joints)
+
+    @property
+    def at_rest(self) -> Rates:
+        """(waypoints, joints): all inner waypoints at rest."""
+        return self.rates(np.zeros(self._shape))
+
+    def rates(self, x: FloatArray) -> Rates:
+        """(waypoints, joints), of the variables (2, inner waypoints, joints)."""
+        inner, start, end = self._inner_rates(x), self.problem.start, self.problem.end
+        return Rates(
+            np.vstack([start.velocity, inner.velocity, end.velocity]),
+            np.vstack([start.acceleration, inner.acceleration, end.acceleration]),
+        )
+
+    def _inner_rates(self, x: FloatArray) -> Rates:
+        """(..., inner waypoints, joints), of the variables (..., 2, inner waypoints, joints)."""
+        share = np.clip(x, -1.0, 1.0)
+        acceleration = share[..., 1, :, :] * self.acceleration
+        velocity = share[..., 0, :, :]
+        return Rates(velocity * self._viable.highest(acceleration, velocity), acceleration)
+
+    def passages(self, rates: Rates) -> MendedPassages:
+        """The motions with these rates (waypoints, joints)."""
+        return MendedPassages(self.problem, rates)
+
+    def nearest(self, rates: Rates) -> Rates:
+        """The nearest rates that are possible."""
+        return self.rates(self._variables(rates))
+
+    def polished(self, rates: Rates) -> MendedPassages:
+        """The same, each joint's state at each waypoint moved to the best of those around it, as long as that helps.
+
+        The shortest times have cliffs, where a joint can just not reach a speed in its segment, and no slope leads
+        along them. Every other waypoint is moved at once, as its segments depend on no other that moves. A joint whose
+        motions are at fault then returns to where it was, and stays there.
+        """
+        count = self._shape[1]
+        groups = [group for first in (0, 1) if len(group := np.arange(first, count, 2))]
+        batches = [self._batch(np.tile(np.concatenate([group, group + 1]), len(AROUND))) for group in groups]
+        x, radius = self._variables(rates), np.full(self._shape[1:], WIDEST)
+        for _ in range(MOST_SWEEPS):
+            moved = x
+            for group, batch in zip(groups, batches, strict=True):
+                moved = self._moved(moved, group, batch, radius)
+            passages = self.passages(self.rates(moved))
+            if (faulty := passages.faulty_joints).any():
+                moved[..., faulty], radius[:, faulty] = x[..., faulty], 0.0
+                passages = self.passages(self.rates(moved))
+            x = moved
+        return passages
+
+    def _variables(self, rates: Rates) -> FloatArray:
+        """(2, inner waypoints, joints): those of rates, or of the nearest that are possible."""
+        velocity, acceleration = (rate[1:-1] for rate in rates)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.clip(np.nan_to_num(acceleration / self.acceleration), -1.0, 1.0)
+            shares = np.stack([velocity / self._viable.highest(share * self.acceleration, velocity), share])
+        limited: FloatArray = np.clip(np.nan_to_num(shares), -1.0, 1.0)
+        return limited
+
+    def _moved(self, x: FloatArray, group: np.ndarray, batch: ShortestTimes, radius: FloatArray) -> FloatArray:
+        """The variables with these waypoints moved, and the radius (inner waypoints, joints) adapted for the next."""
+        rates, trials = self.rates(x), x + AROUND[:, :, None, None] * radius
+        starts, ends = [], []
+        for own, trial in zip(rates, self._inner_rates(trials), strict=True):
+            before, after = (np.broadcast_to(own[at], trial[:, group].shape) for at in (group, group + 2))
+            starts.append(np.concatenate([before, trial[:, group]], axis=1))
+            ends.append(np.concatenate([trial[:, group], after], axis=1))
+        times = batch.between(Rates(*starts), Rates(*ends))
+        if not np.isfinite(times).all():
+            return x
+        times = times.reshape(len(AROUND), 2, len(group), -1)
+        costs = self._costs(times[:, 0], group) + self._costs(times[:, 1], group + 1)
+        best = np.where(costs.min(axis=0) < costs[0] * (1.0 - LEAST_GAIN), costs.argmin(axis=0), 0)
+        x = x.copy()
+        for k in (0, 1):
+            x[k, group] += AROUND[best, k] * radius[group]
+        radius[group] = np.where(best > 0, np.minimum(radius[group] * 1.5, WIDEST), radius[group] * 0.5)
+        return x
+
+    def _batch(self, rows: np.ndarray) -> ShortestTimes:
+        return ShortestTimes(self.problem.travels[rows], self.problem.limits.of(rows))
+
+    def _costs(self, times: FloatArray, segments: np.ndarray) -> FloatArray:
+        """(trials, segments, joints): of a segment where one joint takes another time (the first trial: as it is)."""
+        own = times[:1]
+        longest = np.maximum(own.max(axis=2, keepdims=True), ROUNDING)
+        with np.errstate(over="ignore"):
+            powers, others = (times / longest) ** EXPONENT, (own / longest) ** EXPONENT
+        totals = longest * (others.sum(axis=2, keepdims=True) - others + powers) ** (1.0 / EXPONENT)
+        asked = self.asked[segments][:, None]
+        costs: FloatArray = np.where(np.isnan(asked), totals, LATE * np.maximum(totals - asked, 0.0))
+        return costs

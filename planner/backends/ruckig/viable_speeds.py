@@ -1,0 +1,68 @@
+"""With which speeds a joint may pass a place between its position limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+NO_LIMIT = 1e6
+"""In the place of infinite, in units in which everything is about 1: so that 0 times it is 0."""
+
+
+class ViableSpeeds:
+    """Speeds from which a joint can stop before its position limits, and to which it can have come from rest.
+
+    Args:
+        above: (places, joints): room below the upper position limits.
+        below: The same above the lower ones.
+        velocity: (places, joints), limits there and on both sides.
+        acceleration: The same.
+        jerk: The same.
+    """
+
+    def __init__(
+        self, above: FloatArray, below: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray
+    ) -> None:
+        self._rooms = np.minimum([above, below], NO_LIMIT)
+        self._velocity, self._jerk = velocity, jerk
+        self._acceleration = np.minimum(acceleration, NO_LIMIT)
+        self._finite_jerk = np.minimum(jerk, NO_LIMIT**2)
+        # Below this speed the acceleration limit is not reached.
+        self._eased = self._acceleration**2 / self._finite_jerk
+        self._at_rest = self._stopping(self._rooms)
+
+    def highest(self, acceleration: FloatArray, velocity: FloatArray) -> FloatArray:
+        """The highest speed with an acceleration, in the direction of a velocity.
+
+        It must not have been beyond its limit just before, nor be so just after. With an acceleration, the joint has a
+        speed v + j t^2 / 2 when that ends, or had it when that began, t = |acceleration| / j later, or earlier where
+        the acceleration opposes the motion, and v t + j t^3 / 3 onward, or back.
+
+        Args:
+            acceleration: (..., places, joints).
+            velocity: (..., places, joints).
+        """
+        up = velocity > 0.0
+        onward = np.where(up, acceleration, -acceleration)
+        t = onward / self._jerk
+        change = np.abs(onward * t) / 2.0
+        speed = self._velocity
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            room, own = (np.where(up, x[side], x[1 - side]) for x in (self._rooms, self._at_rest))
+            # One step to the fixed point that the speed is, from without acceleration: it ends on the safe side.
+            speed = np.minimum(speed, self._stopping(room - sign * t * (own + change / 1.5)))
+        return np.maximum(speed - change, 0.0)
+
+    def _stopping(self, room: FloatArray) -> FloatArray:
+        """The highest speed without acceleration from which a joint stops within its room."""
+        room = np.maximum(room, 0.0)
+        eased = np.cbrt(room**2 * self._finite_jerk)
+        half = self._eased / 2.0
+        speed: FloatArray = np.where(
+            eased <= self._eased, eased, np.sqrt(half**2 + 2.0 * self._acceleration * room) - half
+        )
+        return speed

@@ -1,0 +1,247 @@
+"""Time on a curve: a scalar law s(t) along it, turned into pieces q(s(t)), and what the limits demand of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends.shared.assembly import TimedPieces
+from planner.backends.shared.demands import SampledLimits, infeasible_duration, nothing_limits
+from planner.extrema import derivatives_on_unit_time, largest_magnitudes
+from planner.kinematics.forward import tool_speeds
+from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from planner.paths import JointPath, Run
+    from planner.spatial import FloatArray
+
+PROBES = np.array([0.25, 0.5, 0.75])
+"""Where a piece is compared with the curve that it follows."""
+
+MOST_HALVINGS = 12
+"""Times that pieces are halved until they follow the curve."""
+
+BISECTIONS = 55
+"""Steps until a point of time is as exact as a floating-point number."""
+
+NO_LENGTH = 1e-9
+"""Share of an interval below which a part of it is rounding."""
+
+SPEED_SAMPLES = 17
+"""On each piece of a curve, of the tool's speed."""
+
+RATES = ("position", "velocity", "acceleration", "jerk")
+"""The derivatives of a motion, by their order."""
+
+DURATION_TOLERANCE = 1e-9
+"""Relative shortfall of an asked duration that is taken for rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurveLaw:
+    """A scalar law along a run.
+
+    Attributes:
+        law: s(t), (pieces, 1, order), over s, ascending without end from 0 to the length of the run's curve.
+        segments: (pieces,), index of the segment that each piece of the law belongs to.
+    """
+
+    law: PiecewisePolynomial
+    segments: np.ndarray
+
+
+def broken_at(law: PiecewisePolynomial, places: FloatArray, segments: np.ndarray) -> CurveLaw:
+    """A law over several segments, with a breakpoint wherever one ends.
+
+    Args:
+        law: s(t), ascending.
+        places: (segments - 1,), values of s where the segments meet.
+        segments: (segments,), their indices.
+    """
+    lengths, coefficients, owners = [], [], []
+    ends = law.evaluate(law.breakpoints, [0])[0][:, 0]
+    for piece, own in enumerate(law.coefficients):
+        times = _times(law, piece, places, ends[piece], ends[piece + 1])
+        lengths += np.diff(times).tolist()
+        coefficients += [shifted(own, float(t)) for t in times[:-1]]
+        middles = law.breakpoints[piece] + (times[:-1] + times[1:]) / 2.0
+        owners += segments[np.searchsorted(places, law.evaluate(middles, [0])[0][:, 0])].tolist()
+    return CurveLaw(PiecewisePolynomial(np.array(lengths), np.array(coefficients)), np.array(owners))
+
+
+def follow_curve(run: Run, timed: CurveLaw) -> TimedPieces:
+    """The pieces q(s(t)): quintics in time that meet the curve, its velocity and acceleration at both of their ends.
+
+    They are halved until they keep to the curve within the run's tolerance. Between the pieces of the law the
+    acceleration may jump, as the law's does.
+    """
+    law, curve = timed.law, run.curve
+    at = law.evaluate(law.breakpoints, [0])[0][:, 0]
+    at[-1] = curve.breakpoints[-1]
+    pieces, starts, ends = [], [], []
+    for piece in range(len(law.lengths)):
+        times = _times(law, piece, curve.breakpoints, at[piece], at[piece + 1])
+        pieces += [piece] * (len(times) - 1)
+        starts += times[:-1].tolist()
+        ends += times[1:].tolist()
+    where, start, end = np.array(pieces), np.array(starts), np.array(ends)
+    for _ in range(MOST_HALVINGS):
+        coefficients = _quintics(law, curve, where, start, end)
+        rough = np.zeros(len(where), dtype=bool)
+        for probe in PROBES:
+            t = probe * (end - start)
+            due = _state(law, curve, where, start + t)[0]
+            rough |= np.abs(horner(coefficients, t[:, None]) - due).max(axis=1) > run.tolerance
+        if not rough.any():
+            break
+        middle = (start + end) / 2.0
+        halves = np.repeat(np.arange(len(where)), 1 + rough)
+        second = np.append(False, np.diff(halves) == 0)
+        first = np.append(second[1:], False)
+        where, start, end = where[halves], start[halves], end[halves]
+        start, end = np.where(second, middle[halves], start), np.where(first, middle[halves], end)
+    return TimedPieces(end - start, coefficients, timed.segments[where])
+
+
+def _times(law: PiecewisePolynomial, piece: int, places: FloatArray, start: float, end: float) -> FloatArray:
+    """Local times on a piece of the law, from s = `start` to `end`: its ends, and when it passes the places between.
+
+    By bisection, as the law ascends.
+    """
+    margin = NO_LENGTH * (end - start)
+    inner = places[(places > start + margin) & (places < end - margin)]
+    length = law.lengths[piece]
+    low, high = np.zeros(len(inner)), np.full(len(inner), length)
+    for _ in range(BISECTIONS if len(inner) else 0):
+        middle = (low + high) / 2.0
+        before = horner(law.coefficients[piece, 0], middle) < inner
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.concatenate([[0.0], high, [length]])
+
+
+def _quintics(
+    law: PiecewisePolynomial, curve: PiecewisePolynomial, where: np.ndarray, start: FloatArray, end: FloatArray
+) -> FloatArray:
+    return quintic_hermite(end - start, _state(law, curve, where, start), _state(law, curve, where, end))
+
+
+def _state(
+    law: PiecewisePolynomial, curve: PiecewisePolynomial, where: np.ndarray, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position, velocity and acceleration (N, joints) at local times t (N,) of the law's pieces `where` (N,)."""
+    own = law.coefficients[where, 0]
+    s, ds, dds = (horner(differentiate(own, k), t) for k in range(3))
+    q, dq, ddq = curve.evaluate(np.clip(s, 0.0, curve.breakpoints[-1]))
+    return q, dq * ds[:, None], ddq * ds[:, None] ** 2 + dq * dds[:, None]
+
+
+class Demand(NamedTuple):
+    """The factor on all times with which a segment keeps its limits, and which limit asks for it.
+
+    Attributes:
+        factor: Less than 1 where the segment could be faster.
+        cause: For a message, with a verb.
+        joint: Its name, if the limit is one of a joint.
+    """
+
+    factor: float
+    cause: str
+    joint: str | None
+
+
+def most_demanding(needed: Iterable[Demand]) -> Demand:
+    """The one with the largest factor."""
+    return max(needed, key=lambda demand: demand.factor)
+
+
+def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, Demand]:
+    """What the limits demand of each segment of some pieces.
+
+    Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
+
+    Args:
+        path: With the limits.
+        pieces: Of whole segments.
+        guarantees: The quantities that have to be kept.
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
+    """
+    segments, groups = np.unique(pieces.segments, return_inverse=True)
+    worst = [Demand(0.0, "nothing asks", None)] * len(segments)
+
+    def note(group: int, factor: float, cause: str, joint: str | None) -> None:
+        if factor > worst[group].factor:
+            worst[group] = Demand(factor, cause, joint)
+
+    orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
+    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES))
+    for order in orders:
+        limit = getattr(path.limits, RATES[order])[pieces.segments]
+        found = largest_magnitudes(derivatives[order], limit, groups)
+        factors = (np.abs(found.values) / limit[found.pieces, found.joints]) ** (1.0 / order)
+        for group, (factor, joint) in enumerate(zip(factors.tolist(), found.joints.tolist(), strict=True)):
+            name = path.robot.joint_names[joint]
+            note(group, factor, f"the {RATES[order]} limit of {name} asks", name)
+    sampled = SampledLimits(path.robot, path.limits)
+    if sampled.limited[segments].any():
+        asked = sampled.stretch(pieces, pieces.segments, groups)
+        for group, (factor, cause) in enumerate(zip(*(values.tolist() for values in asked), strict=True)):
+            note(group, factor, *sampled.causes[cause])
+    return dict(zip(segments.tolist(), worst, strict=True))
+
+
+def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
+    """The same motion in `factor` times the time; for all pieces, or (pieces,)."""
+    powers = np.reshape(factor, (-1, 1, 1)) ** np.arange(pieces.coefficients.shape[2])
+    return TimedPieces(pieces.lengths * factor, pieces.coefficients / powers, pieces.segments)
+
+
+def in_its_time(path: JointPath, run: Run, asked: float, pieces: TimedPieces, enforced: frozenset[str]) -> TimedPieces:
+    """The motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
+
+    Args:
+        path: With limits and durations.
+        run: Of the path.
+        asked: Its duration, s; NaN: the shortest.
+        pieces: Its motion, in any time.
+        enforced: The quantities whose limits are kept.
+
+    Raises:
+        InfeasibleDuration: The asked duration is too short.
+        LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+    """
+    own = float(pieces.lengths.sum())
+    demand = most_demanding(demands(path, pieces, enforced).values())
+    if not np.isnan(asked):
+        if asked < demand.factor * own * (1.0 - DURATION_TOLERANCE):
+            raise infeasible_duration(asked, {run.first: demand.factor * own}, demand.cause, demand.joint)
+        return stretched(pieces, asked / own)
+    if demand.factor <= 0.0:
+        raise nothing_limits(run.first)
+    return stretched(pieces, demand.factor)
+
+
+class ToolSpeeds:
+    """How much of its limits the tool's speed uses along a curve, by its speed on the curve."""
+
+    def __init__(self, path: JointPath, run: Run) -> None:
+        curve, limits = run.curve, path.limits
+        linear, angular = limits.tcp_linear_velocity[run.owners], limits.tcp_angular_velocity[run.owners]
+        self.places = np.zeros(1)
+        self.use = np.zeros(1)
+        if np.isfinite(linear).any() or np.isfinite(angular).any():
+            unit = (np.arange(SPEED_SAMPLES) + 0.5) / SPEED_SAMPLES
+            self.places = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
+            speeds = tool_speeds(path.robot, *curve.evaluate(self.places, [0, 1]))
+            limit = np.repeat(linear, SPEED_SAMPLES), np.repeat(angular, SPEED_SAMPLES)
+            self.use = np.maximum(speeds[0] / limit[0], speeds[1] / limit[1])
+
+    def excess(self, places: FloatArray) -> FloatArray:
+        """1/s: the ratio of tool speed to limit at unit speed along the curve."""
+        use: FloatArray = np.interp(places, self.places, self.use)
+        return use

@@ -1,0 +1,75 @@
+"""Straight joint motions from rest to rest: in closed form, unless torque or tool speed slow them down."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.shared.along_curve import stretched
+from planner.backends.shared.demands import SampledLimits, infeasible_duration
+from planner.backends.shared.rest_to_rest import DURATION_TOLERANCE
+from planner.errors import InfeasibleDuration, PlanningError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.backends.shared.assembly import TimedPieces
+    from planner.paths import JointPath, Run, StraightMotions
+
+NOTICED = 1.01
+"""Factor on a duration that is worth another way."""
+
+
+def time_lines(
+    path: JointPath,
+    motions: StraightMotions,
+    closed_form: Callable[[StraightMotions], TimedPieces],
+    time_run: Callable[[Run], TimedPieces],
+) -> list[TimedPieces]:
+    """Each in its time, the shortest or the one asked.
+
+    A law in closed form, stretched until it keeps torque and tool speed, is slow everywhere; a law along the line is
+    only where it has to be.
+
+    Args:
+        path: That the motions belong to.
+        motions: Of it.
+        closed_form: The fastest law by the joints' own limits.
+        time_run: The fastest found along a curve by all limits.
+
+    Raises:
+        InfeasibleDuration: Asked durations are too short, with those that will do.
+        LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
+    """
+    sampled = SampledLimits(motions.robot, motions.limits)
+    if not sampled.limited.any():
+        return [closed_form(motions)] if len(motions.segments) else []
+    none = np.full_like(motions.limits.tcp_linear_velocity, np.inf)
+    torque = np.full_like(motions.limits.torque, np.inf)
+    by_joints = replace(motions.limits, torque=torque, tcp_linear_velocity=none, tcp_angular_velocity=none)
+    try:
+        pieces = closed_form(replace(motions, limits=by_joints))
+    except PlanningError:
+        return [closed_form(motions)]  # the refusal is to know all limits
+    pieces = pieces.of(pieces.lengths > 0.0)
+    rows = np.searchsorted(motions.segments, pieces.segments)
+    factors, asks = sampled.stretch(pieces, rows, rows)
+    free = np.isnan(motions.durations)
+    slowed = factors > np.where(free, NOTICED, 1.0 + DURATION_TOLERANCE)
+    whole = stretched(pieces, np.where(free, np.maximum(factors, 1.0), 1.0)[rows])
+    parts, too_short = [whole.of(~slowed[rows])], {}
+    for run, row in zip(path.straight_runs(motions.segments[slowed]), np.flatnonzero(slowed), strict=True):
+        own = whole.of(rows == row)
+        try:
+            along = time_run(run)
+            parts.append(min(own, along, key=lambda part: float(part.lengths.sum())) if free[row] else along)
+        except InfeasibleDuration as refusal:
+            needed = float(motions.durations[row] * factors[row])
+            too_short[run.first] = min(needed, refusal.limit or np.inf)
+    if too_short:
+        first = next(iter(too_short))
+        at = int(np.searchsorted(motions.segments, first))
+        raise infeasible_duration(float(motions.durations[at]), too_short, *sampled.causes[asks[at]])
+    return parts

@@ -1,0 +1,1 @@
+"""The polynomial back ends: cubic and quintic, and splines through waypoints."""

@@ -1,0 +1,36 @@
+"""The third-order polynomial of the seed documents, rest to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from planner.backends.base import enforced
+from planner.backends.shared.assembly import assemble
+from planner.backends.shared.rest_to_rest import PolynomialLaw
+from planner.backends.splines.runs import time_run
+from planner.guarantees import ALL_HARD, Guarantee
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.paths import JointPath
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Cubic:
+    """theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1.
+
+    Velocity is zero at both ends; acceleration jumps there, so that jerk is reported, not limited.
+    """
+
+    kind: ClassVar[str] = "cubic"
+    summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
+    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
+    law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The cubic of each segment, at the asked durations or the shortest."""
+        runs = [time_run(path, run, 3, enforced(self)) for run in path.runs]
+        return assemble(path, [self.law.time(path.straight), *runs])

@@ -1,0 +1,173 @@
+"""Interpolating splines in time, at rest at both ends: C2 of degree 3, C4 of degree 5; and how they depend on time.
+
+On each segment the spline is the Hermite polynomial of the derivatives at its ends. Those at the inner waypoints
+(velocity for degree 3, velocity and acceleration for degree 5) are the unknowns; that the next derivatives are
+continuous as well gives a block-tridiagonal system for them, the same for all joints: Biagiotti and Melchiorri,
+Trajectory Planning for Automatic Machines and Robots (2008), ch. 4.4 for degree 3; de Boor, A Practical Guide to
+Splines (2001), ch. IV and IX in general. Each unknown and each equation is scaled by the shorter segment beside its
+waypoint, so that durations of very different lengths do no harm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import perm
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+Degree = Literal[3, 5]
+
+
+@dataclass(frozen=True, eq=False)
+class InterpolatingSpline:
+    """A spline, on unit time in each segment, and the system that it solves.
+
+    Below, k = (degree - 1) / 2 is the number of derivatives that are known at an end, or unknown at a waypoint.
+
+    Attributes:
+        degree: 3 or 5.
+        durations: (segments,), s.
+        unit: (segments, joints, degree + 1), ascending powers of unit time.
+        ends: (segments, joints, degree): travel, then derivatives 1 to k at the start, then at the end, by unit time.
+        scales: (segments - 1,), s: the shorter segment beside each inner waypoint.
+        system: (k (segments - 1), k (segments - 1)): jumps of derivatives k + 1 to 2 k at each inner waypoint by its
+            and its neighbours' derivatives 1 to k, all by time in units of `scales`.
+    """
+
+    degree: Degree
+    durations: FloatArray
+    unit: FloatArray
+    ends: FloatArray
+    scales: FloatArray
+    system: FloatArray
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """(segments, joints, degree + 1), ascending powers of local time."""
+        powers: FloatArray = self.durations[:, None, None] ** np.arange(self.degree + 1)
+        return self.unit / powers
+
+    @cached_property
+    def _inverse(self) -> FloatArray:
+        return np.asarray(np.linalg.inv(self.system), dtype=np.float64)
+
+    def sensitivities(self, segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray) -> FloatArray:
+        """Slopes (points, segments) of derivatives by time at fixed unit times, by the logarithm of each duration.
+
+        Differentiates the system: its solution x at A x = b changes by -A^-1 times the change of A x - b at fixed x.
+
+        Args:
+            segment: (points,).
+            joint: (points,).
+            order: (points,), of the derivative.
+            u: (points,), unit time on the segment.
+        """
+        h, (hermite, orders), k = self.durations, _hermite(self.degree), (self.degree - 1) // 2
+        points, segments = np.arange(len(u)), len(h)
+        weights = _monomials(self.degree, order, u) @ hermite / (h[segment] ** order)[:, None]
+        slopes = np.zeros((len(u), segments))
+        slopes[points, segment] = (weights * self.ends[segment, joint] * (orders - order[:, None])).sum(axis=1)
+        if segments == 1:
+            return slopes
+        # By the unknowns at the waypoints before and after, then by the equations there; none at the outer ends.
+        scales = np.concatenate([[1.0], self.scales, [1.0]])
+        known, by_unknown = np.arange(1, k + 1), np.zeros((len(u), segments + 1, k))
+        before, after = h[segment] / scales[segment], h[segment] / scales[segment + 1]
+        by_unknown[points, segment] = weights[:, 1 : k + 1] * before[:, None] ** known
+        by_unknown[points, segment + 1] = weights[:, k + 1 :] * after[:, None] ** known
+        by_jump = np.zeros_like(by_unknown)
+        inner = by_unknown[:, 1:-1].reshape(len(u), -1) @ self._inverse
+        by_jump[:, 1:-1] = inner.reshape(len(u), segments - 1, k)
+        # The jumps by the logarithm of the duration of the segment before them, and of the one after.
+        matched = np.arange(k + 1, 2 * k + 1)
+        at_start, at_end = _matched_derivatives(self.degree)
+        changes = self.ends[:, :, None, :] * (orders - matched[:, None])
+        jump_after = (changes * at_start).sum(axis=3) * ((scales[:-1] / h)[:, None] ** matched)[:, None]
+        jump_before = (changes * at_end).sum(axis=3) * ((scales[1:] / h)[:, None] ** matched)[:, None]
+        for row in range(k):
+            slopes -= by_jump[:, 1:, row] * jump_before[:, :, row].T[joint]
+            slopes += by_jump[:, :-1, row] * jump_after[:, :, row].T[joint]
+        return slopes
+
+
+def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) -> InterpolatingSpline:
+    """The spline of `degree` through `positions`, at rest at both ends.
+
+    Args:
+        positions: (segments + 1, joints).
+        durations: (segments,), s, positive.
+        degree: 3: velocity 0 at both ends, C2. 5: velocity and acceleration 0 at both ends, C4.
+    """
+    h, k = durations, (degree - 1) // 2
+    travels = np.diff(positions, axis=0)
+    inner, joints = len(h) - 1, positions.shape[1]
+    scales = np.minimum(h[:-1], h[1:])
+    blocks = np.zeros((inner, k, inner, k))
+    before, after = h[:-1], h[1:]
+    at_start, at_end = _matched_derivatives(degree)
+    known, matched = np.arange(1, k + 1), np.arange(k + 1, 2 * k + 1)
+
+    def block(weights: FloatArray, h: FloatArray, row_scale: FloatArray, column_scale: FloatArray) -> FloatArray:
+        rows: FloatArray = (row_scale / h)[:, None, None] ** matched[:, None]
+        return weights * rows * (h / column_scale)[:, None, None] ** known
+
+    start, end, i = slice(1, k + 1), slice(k + 1, None), np.arange(inner)
+    blocks[i, :, i, :] = block(at_end[:, end], before, scales, scales)
+    blocks[i, :, i, :] -= block(at_start[:, start], after, scales, scales)
+    blocks[i[1:], :, i[:-1], :] = block(at_end[:, start], before[1:], scales[1:], scales[:-1])
+    blocks[i[:-1], :, i[1:], :] = -block(at_start[:, end], after[:-1], scales[:-1], scales[1:])
+    system = blocks.reshape(inner * k, inner * k)
+    jumps = (at_end[:, 0] * (scales / before)[:, None] ** matched)[..., None] * travels[:-1, None]
+    jumps -= (at_start[:, 0] * (scales / after)[:, None] ** matched)[..., None] * travels[1:, None]
+    unknowns = np.linalg.solve(system, -jumps.reshape(inner * k, joints)).reshape(inner, k, joints)
+
+    at_waypoints = np.zeros((inner + 2, k, joints))
+    at_waypoints[1:-1] = unknowns / scales[:, None, None] ** known[:, None]
+    powers = h[:, None, None] ** known[:, None]
+    ends = np.concatenate([travels[:, None], at_waypoints[:-1] * powers, at_waypoints[1:] * powers], axis=1)
+    ends = ends.transpose(0, 2, 1)
+    unit = ends @ _hermite(degree)[0].T
+    unit[:, :, 0] = positions[:-1]
+    return InterpolatingSpline(degree, durations, unit, ends, scales, system)
+
+
+@lru_cache
+def _hermite(degree: Degree) -> tuple[FloatArray, np.ndarray]:
+    """(degree + 1, degree): travel and derivatives at both ends to powers on unit time; and the derivatives' orders."""
+    known = range(1, (degree + 1) // 2)
+    orders = np.array([0, *known, *known])
+    conditions = np.zeros((degree, degree))
+    conditions[0] = 1.0
+    times = np.repeat([0.0, 1.0], len(known))
+    conditions[1:] = _monomials(degree, orders[1:], times)[:, 1:]
+    hermite = np.zeros((degree + 1, degree))
+    # Whole numbers and halves, but for the rounding of the inverse.
+    hermite[1:] = np.round(2.0 * np.linalg.inv(conditions)) / 2.0
+    return hermite, orders
+
+
+@lru_cache
+def _matched_derivatives(degree: Degree) -> tuple[FloatArray, FloatArray]:
+    """The derivatives that have to match at a waypoint, by `ends`, at unit times 0 and 1; each (k, degree)."""
+    matched = np.arange((degree + 1) // 2, degree)
+    hermite = _hermite(degree)[0]
+    zeros = np.zeros(len(matched))
+    return _monomials(degree, matched, zeros) @ hermite, _monomials(degree, matched, zeros + 1.0) @ hermite
+
+
+@lru_cache
+def _falling_factorials(degree: Degree) -> FloatArray:
+    """(degree + 1, degree + 1): of the power k (column) differentiated r (row) times."""
+    return np.array([[float(perm(power, order)) for power in range(degree + 1)] for order in range(degree + 1)])
+
+
+def _monomials(degree: Degree, order: np.ndarray, u: FloatArray) -> FloatArray:
+    """(points, degree + 1): derivatives of the powers 0 to `degree` at u, both (points,)."""
+    exponents = np.maximum(np.arange(degree + 1) - order[:, None], 0)
+    values: FloatArray = _falling_factorials(degree)[order] * u[:, None] ** exponents
+    return values

@@ -1,0 +1,39 @@
+"""The fifth-order polynomial, rest to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING, ClassVar
+
+from planner.backends.base import enforced
+from planner.backends.shared.assembly import assemble
+from planner.backends.shared.rest_to_rest import PolynomialLaw
+from planner.backends.splines.runs import time_run
+from planner.guarantees import ALL_HARD, Guarantee
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.paths import JointPath
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Quintic:
+    """theta(t) = theta_i + dtheta (10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5): velocity and acceleration zero at both ends.
+
+    The minimum-jerk law (Flash and Hogan 1985). Its jerk is largest, 60 dtheta / T^3, at both ends.
+    """
+
+    kind: ClassVar[str] = "quintic"
+    summary: ClassVar[str] = "Fifth-order polynomial, rest to rest: smooth acceleration, limited jerk, C2."
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+    law: ClassVar[PolynomialLaw] = PolynomialLaw(
+        (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), velocity=15.0 / 8.0, acceleration=10.0 / sqrt(3.0), jerk=60.0
+    )
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The quintic of each segment, at the asked durations or the shortest."""
+        runs = [time_run(path, run, 5, enforced(self)) for run in path.runs]
+        return assemble(path, [self.law.time(path.straight), *runs])

@@ -1,0 +1,243 @@
+"""Polynomial laws for what is passed without stopping: splines through the waypoints, or along the curve."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.shared.along_curve import (
+    DURATION_TOLERANCE,
+    NO_LENGTH,
+    CurveLaw,
+    ToolSpeeds,
+    broken_at,
+    demands,
+    follow_curve,
+    stretched,
+)
+from planner.backends.shared.assembly import TimedPieces
+from planner.backends.shared.demands import infeasible_duration, nothing_limits
+from planner.backends.splines.shortest_durations import shortest_durations
+from planner.backends.splines.timed_spline import (
+    DurationsTooShort,
+    NothingLimits,
+    PositionOvershoot,
+    interpolating_spline,
+    timed_spline,
+)
+from planner.errors import InfeasibleDuration, Remedy
+from planner.limits import passes_a_limit
+from planner.polynomials import PiecewisePolynomial, differentiate, horner
+
+if TYPE_CHECKING:
+    from planner.backends.shared.along_curve import Demand
+    from planner.backends.splines.interpolation import Degree
+    from planner.paths import JointPath, Run
+    from planner.spatial import FloatArray
+
+SAMPLES = 24
+"""Of a law on each of its intervals while its shape is sought; the shape that is found is then checked exactly."""
+
+SHARES = np.linspace(0.0, 1.0, 9)
+"""By which free intervals are slowed down beside slow ones, from not at all to their pace, until the law ascends."""
+
+LEAST_FACTOR, ROUNDING = 1e-9, 1e-9
+"""What an interval counts that nothing limits; and a speed backwards, relative to the mean, that is rounding."""
+
+MOST_LENGTHENINGS = 30
+"""Times that segments without a duration are lengthened beside such with one."""
+
+UNHURRIED = 1.0005
+"""What they are lengthened by beyond their need."""
+
+
+def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> TimedPieces:
+    """Between joint motions, the spline of each joint through the waypoints; else a law s(t) along the run's curve.
+
+    Raises:
+        InfeasibleDuration: An asked duration is shorter than its limits allow, or no law without a way back has it.
+        JointPositionLimit: A spline leaves the position limits between waypoints.
+        LimitsUnsatisfiable: Nothing limits the durations, or gravity exceeds a torque limit.
+    """
+    return (_SplineTiming if run.is_spline else _CurveTiming)(path, run, degree, enforced).time()
+
+
+class _Timing(ABC):
+    """A run whose intervals share the time somehow, and at last so that all limits are kept.
+
+    Attributes:
+        segments: (intervals,), index of the segment that each belongs to.
+        asked: (intervals,), s, duration asked of that segment; NaN: as fast as the limits allow.
+    """
+
+    segments: np.ndarray
+
+    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
+        self.path, self.run, self.degree, self.enforced = path, run, degree, enforced
+
+    @property
+    def asked(self) -> FloatArray:
+        asked: FloatArray = self.path.durations[self.segments]
+        return asked
+
+    def time(self) -> TimedPieces:
+        """The pieces that keep the limits."""
+        durations, free = self.first_durations(), np.isnan(self.asked)
+        for _ in range(MOST_LENGTHENINGS):
+            pieces = self.pieces(durations)
+            needed = demands(self.path, pieces, self.enforced)
+            if free.all():
+                factor = max(demand.factor for demand in needed.values())
+                if factor <= 0.0:
+                    raise nothing_limits(self.run.first)
+                return stretched(pieces, factor)
+            excess = np.array([needed[segment].factor for segment in self.segments])
+            if (excess <= 1.0 + DURATION_TOLERANCE).all():
+                return pieces
+            if not (free & (excess > 1.0)).any():
+                break
+            durations = np.where(free, durations * np.maximum(excess, 1.0) * UNHURRIED, durations)
+        raise self._infeasible(needed)
+
+    @abstractmethod
+    def first_durations(self) -> FloatArray:
+        """(intervals,), s: those asked, and about the shortest for the others; all free: a multiple of the shortest."""
+
+    @abstractmethod
+    def pieces(self, durations: FloatArray) -> TimedPieces:
+        """The motion with these durations (intervals,)."""
+
+    def _infeasible(self, needed: dict[int, Demand]) -> InfeasibleDuration:
+        worst = max(needed, key=lambda segment: needed[segment].factor)
+        return self.too_short(needed[worst].factor, needed[worst].cause, needed[worst].joint, worst)
+
+    def too_short(self, factor: float, cause: str, joint: str | None, segment: int) -> InfeasibleDuration:
+        """The refusal where all asked durations would have to be longer by a factor."""
+        asked = self.path.durations
+        given = [k for k in self.run.segments.tolist() if not np.isnan(asked[k])]
+        given.sort(key=lambda k: k != segment)
+        longer = {k: float(asked[k] * factor * (1.0 + DURATION_TOLERANCE)) for k in given}
+        return infeasible_duration(float(asked[given[0]]), longer, cause, joint)
+
+
+class _SplineTiming(_Timing):
+    """Joint motions through waypoints: what lies between the waypoints is the spline's."""
+
+    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
+        super().__init__(path, run, degree, enforced)
+        self.segments = run.segments
+        self.positions = path.positions[run.first : run.first + len(run.segments) + 1]
+
+    def first_durations(self) -> FloatArray:
+        """By the search for the shortest spline."""
+        limits = self.path.limits.of(self.segments)
+        try:
+            return timed_spline(self.positions, limits, self.asked, self.degree).durations
+        except NothingLimits:
+            raise nothing_limits(self.run.first) from None
+        except DurationsTooShort as short:
+            name = self.path.robot.joint_names[short.joint]
+            segment = self.run.first + short.segment
+            cause = f"the {short.quantity} limit of {name} asks"
+            raise self.too_short(short.factor, cause, name, segment) from None
+        except PositionOvershoot as overshoot:
+            name = self.path.robot.joint_names[overshoot.joint]
+            segment = self.run.first + overshoot.segment
+            ends = [k for k in (segment, segment + 1) if self.run.first < k <= self.run.segments[-1]]
+            raise passes_a_limit(ends, segment, name, overshoot.value, overshoot.limit) from None
+
+    def pieces(self, durations: FloatArray) -> TimedPieces:
+        """One polynomial a segment."""
+        coefficients = interpolating_spline(self.positions, durations, self.degree)
+        return TimedPieces(durations, coefficients, self.segments)
+
+
+class _CurveTiming(_Timing):
+    """A law of the degree along the curve: the spline s(t) through the waypoints and the ends of blends.
+
+    The intervals between them share the time so that each comes as near to its limits as it can. A single law over the
+    whole run is such a spline, too: the search begins there.
+    """
+
+    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
+        super().__init__(path, run, degree, enforced)
+        marks = np.union1d(run.stations, run.corners)
+        self.places = run.curve.breakpoints[marks]
+        self.segments = run.owners[marks[:-1]]
+        self.speeds = ToolSpeeds(path, run)
+
+    def first_durations(self) -> FloatArray:
+        """Those of the best law found; the intervals of a segment share its asked duration in proportion."""
+        free = np.isnan(self.asked)
+        single = self._single.law.lengths
+        shape = self._shortest(single, np.full(len(free), np.nan))
+        shape = shape if self._ascends(shape) else single
+        if free.all():
+            return shape
+        shares = shape / np.array([shape[self.segments == segment].sum() for segment in self.segments])
+        asked = shares * self.asked
+        quick = self._shortest(shape, asked)
+        # A spline swings back where a quick interval meets a slow one: then the free ones keep pace with those asked.
+        slow = np.where(free, shape * np.nanmax(asked / shape), asked)
+        paces = (quick ** (1.0 - share) * slow**share for share in SHARES)
+        return next((durations for durations in paces if self._ascends(durations)), slow)
+
+    def pieces(self, durations: FloatArray) -> TimedPieces:
+        """Quintics along the curve."""
+        if self._ascends(durations):
+            return follow_curve(self.run, CurveLaw(self._law(durations), self.segments))
+        if np.isnan(self.asked).all():
+            return follow_curve(self.run, self._single)
+        raise self._runs_backwards()
+
+    def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
+        return shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
+
+    def _ascends(self, durations: FloatArray) -> bool:
+        slowest, mean = self._samples(durations)[1], self.places[-1] / durations.sum()
+        return bool(slowest >= -ROUNDING * mean)
+
+    @cached_property
+    def _single(self) -> CurveLaw:
+        """One law from rest to rest over the whole run, in 1 s, in its intervals."""
+        ends = np.array([[0.0], [self.places[-1]]])
+        law = PiecewisePolynomial(np.ones(1), interpolating_spline(ends, np.ones(1), self.degree))
+        return broken_at(law, self.places[1:-1], self.segments)
+
+    def _law(self, durations: FloatArray) -> PiecewisePolynomial:
+        return PiecewisePolynomial(durations, interpolating_spline(self.places[:, None], durations, self.degree))
+
+    def _samples(self, durations: FloatArray) -> tuple[FloatArray, float]:
+        """From samples of the law: for each interval the factor on its time that its limits ask; the least speed."""
+        law, curve, limits = self._law(durations), self.run.curve, self.path.limits
+        t = np.linspace(0.0, 1.0, SAMPLES) * durations[:, None]
+        s, ds, dds, ddds = (horner(differentiate(law.coefficients, k), t)[..., None] for k in range(4))
+        starts, ends = self.places[:-1, None], self.places[1:, None]
+        margin = NO_LENGTH * (ends - starts)  # at its ends an interval's own derivatives count
+        places = np.clip(s[..., 0], starts + margin, ends - margin).ravel()
+        dq, ddq, dddq = (value.reshape(*t.shape, -1) for value in curve.evaluate(places, [1, 2, 3]))
+        motion = {
+            "velocity": dq * ds,
+            "acceleration": ddq * ds**2 + dq * dds,
+            "jerk": dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds,
+        }
+        factors = [self.speeds.excess(places).reshape(t.shape) * np.abs(ds[..., 0])]
+        for order, (quantity, values) in enumerate(motion.items(), 1):
+            if quantity in self.enforced:
+                ratios = np.abs(values) / getattr(limits, quantity)[self.segments][:, None]
+                factors.append(ratios.max(axis=2) ** (1.0 / order))
+        return np.maximum(np.hstack(factors).max(axis=1), LEAST_FACTOR), float(ds.min())
+
+    def _runs_backwards(self) -> InfeasibleDuration:
+        given = np.unique(self.segments[~np.isnan(self.asked)])
+        segment = int(given[0])
+        return InfeasibleDuration(
+            f"with the durations asked around segment {segment} the arm would have to run back and forth on its path",
+            waypoint=segment + 1,
+            segment=segment,
+            value=float(self.path.durations[segment]),
+            remedies=[Remedy(f"/waypoints/{k + 1}/duration", None, "as fast as the limits allow") for k in given],
+        )

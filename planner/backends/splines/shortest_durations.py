@@ -1,0 +1,267 @@
+"""The shortest durations of segments whose motions depend on each other's durations.
+
+The durations of a spline all shape all of it. What it shares with any motion of fixed shape is that all durations
+times k divide velocity by k, acceleration by k^2 and jerk by k^3 and leave the positions alone: the factor that
+makes a motion keep its rate limits is exact, and only the ratios of the durations are to be searched for.
+
+The search is a trust-region sequence of quadratic programs (Nocedal and Wright, Numerical Optimization, 2006,
+ch. 18: linearised limits with a penalty on their excess) in the logarithms of the durations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.spatial import FloatArray
+
+MOST_STEPS, MOST_STEPS_TO_KEEP_LIMITS = 14, 20
+"""Quadratic programs in one search; the latter as long as limits are broken that scaling does not mend."""
+
+LEAST_GAIN = 3e-3
+"""Decrease of the merit that the linearised limits must promise for a step to be worth it."""
+
+LARGEST_STEP = 0.8
+"""Trust region: how far the logarithm of a duration may change in one step."""
+
+PENALTY = 20.0
+"""Weight of an excess over a limit against the logarithm of the total duration."""
+
+MARGIN = 5e-4
+"""Excess below 0 that is aimed at where scaling all durations does not mend a broken limit."""
+
+MOST_INTERIOR_STEPS, GAP = 25, 0.05
+"""A quadratic program is solved until its duality gap is this share of its gain."""
+
+DIFFERENCE = 1e-6
+"""Relative change of a duration that its effect is measured by."""
+
+REACH = 7
+"""Segments apart whose effects on a motion are measured at once: a spline forgets as fast as 0.43^segments."""
+
+NEAR = 0.5
+"""Measured ratios above this share of the largest are looked into."""
+
+
+class LinearisedLimits(NamedTuple):
+    """The limits that are nearly or not kept, to first order in the logarithms of the durations.
+
+    Attributes:
+        excess: (limits,): log(|rate| / limit) / order for a rate, overshoot for a position; positive: broken.
+        slopes: (limits, segments): of the excess.
+        is_rate: (limits,): whether longer durations, all by the same factor, lower the excess.
+    """
+
+    excess: FloatArray
+    slopes: FloatArray
+    is_rate: np.ndarray
+
+
+class Assessment(Protocol):
+    """A motion at certain durations, held against its limits."""
+
+    @property
+    def durations(self) -> FloatArray:
+        """(segments,), s."""
+
+    @property
+    def ratios(self) -> FloatArray:
+        """(segments,): the worst of velocity, sqrt(acceleration) and cbrt(jerk) over their limits."""
+
+    @property
+    def overshoot(self) -> float:
+        """Excess over the position limits, relative to the motion; 0: none."""
+
+    def linearise(self) -> LinearisedLimits:
+        """The limits that a change of the durations could break, and those broken."""
+
+
+A = TypeVar("A", bound=Assessment)
+
+
+def shortest_durations(
+    evaluate: Callable[[FloatArray], FloatArray], start: FloatArray, asked: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Durations of least sum at which a motion keeps its rate limits; for any motion, by its ratios alone.
+
+    A segment's ratio may depend on all durations, and mostly does on those of its few neighbours. Slopes are
+    measured, about `REACH` evaluations each time.
+
+    Args:
+        evaluate: Durations (segments,) to the positive ratios (segments,): the largest of velocity ratio,
+            sqrt(acceleration ratio) and cbrt(jerk ratio) on each segment, so that all durations times k give
+            all ratios divided by k.
+        start: (segments,), s, positive: where to begin; asked durations go before it.
+        asked: (segments,), s; NaN where free.
+
+    Returns:
+        Durations and their ratios, both (segments,). Asked durations are kept; if a ratio is above 1, they
+        cannot be, and all durations times the largest ratio are feasible.
+    """
+    free = np.isnan(asked)
+
+    def assess(durations: FloatArray) -> _MeasuredMotion:
+        return _MeasuredMotion(durations, evaluate(durations), evaluate)
+
+    start = np.where(free, start, asked)
+    motion = search_durations(assess, start, free) if free.any() else assess(start)
+    if free.all():
+        motion = assess(motion.durations * motion.ratios.max())
+    return motion.durations, motion.ratios
+
+
+@dataclass(frozen=True, eq=False)
+class _MeasuredMotion:
+    """A motion known by its ratios alone."""
+
+    durations: FloatArray
+    ratios: FloatArray
+    evaluate: Callable[[FloatArray], FloatArray]
+    overshoot: float = 0.0
+
+    def linearise(self) -> LinearisedLimits:
+        """Every REACH-th duration is changed at once, and each ratio's change is put down to the nearest."""
+        segments = np.arange(len(self.durations))
+        excess, slopes = np.log(self.ratios), np.zeros((len(segments), len(segments)))
+        for first in range(min(REACH, len(segments))):
+            changed = segments[first::REACH]
+            stretched = self.durations.copy()
+            stretched[changed] *= 1.0 + DIFFERENCE
+            nearest = changed[np.abs(segments[:, None] - changed).argmin(axis=1)]
+            slopes[segments, nearest] = (np.log(self.evaluate(stretched)) - excess) / DIFFERENCE
+        # All durations times k divide every ratio by k: a segment's own has to make up for what is out of reach.
+        slopes[segments, segments] -= 1.0 + slopes.sum(axis=1)
+        near = excess > excess.max() + np.log(NEAR)
+        return LinearisedLimits(excess[near], slopes[near], np.ones(np.count_nonzero(near), bool))
+
+
+def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free: np.ndarray) -> A:
+    """The motion of least duration that keeps its limits, or else comes nearest to it.
+
+    Where all durations are free, those of the motion returned still want scaling by its largest ratio.
+
+    Args:
+        assess: Durations (segments,) to the motion.
+        start: (segments,), s, positive.
+        free: (segments,): which durations may change.
+    """
+    scalable = bool(free.all())
+
+    def broken(motion: A) -> float:
+        return max(motion.overshoot, 0.0 if scalable else float(np.log(motion.ratios.max())), 0.0)
+
+    def merit(motion: A) -> float:
+        stretch = float(motion.ratios.max()) if scalable else 1.0
+        return float(np.log(motion.durations.sum() * stretch)) + PENALTY * broken(motion)
+
+    best = assess(start)
+    value = merit(best)
+    radius = np.full(len(start), LARGEST_STEP)
+    for steps in range(MOST_STEPS_TO_KEEP_LIMITS):
+        if steps >= MOST_STEPS and broken(best) == 0.0:
+            break
+        step, promised = _best_step(best, free, radius)
+        if promised < LEAST_GAIN:
+            break
+        trial = assess(best.durations * np.exp(step))
+        excess = np.log(trial.ratios) - (np.log(best.ratios.max()) if scalable else 0.0)
+        gain = value - merit(trial)
+        radius = _next_radius(radius, step, excess, gain / promised)
+        if gain < 0.7 * promised and excess.max() > 0.0:
+            # Give back, only there, what linearised limits promised too much of.
+            repaired = assess(trial.durations * np.exp(np.where(free, np.maximum(excess, 0.0), 0.0)))
+            trial = min(trial, repaired, key=merit)
+        if merit(trial) < value:
+            best, value = trial, merit(trial)
+    return best
+
+
+def _next_radius(radius: FloatArray, step: FloatArray, excess: FloatArray, success: float) -> FloatArray:
+    """Larger after a success; else smaller around the segments whose limits broke: the others are far from there."""
+    if success > 0.7:
+        return np.minimum(2.0 * radius, LARGEST_STEP)
+    if excess.max() <= 0.0:
+        return 0.5 * radius
+    around, moved = _worst_nearby(excess), _worst_nearby(np.abs(step))
+    return np.where(around > 0.2 * excess.max(), np.clip(0.5 * moved, 0.25 * radius, 0.7 * radius), radius)
+
+
+def _worst_nearby(values: FloatArray) -> FloatArray:
+    """The largest of each value and its two neighbours on either side."""
+    padded = np.pad(values, 2, constant_values=-np.inf)
+    worst: FloatArray = np.lib.stride_tricks.sliding_window_view(padded, 5).max(axis=1)
+    return worst
+
+
+def _best_step(motion: Assessment, free: np.ndarray, radius: FloatArray) -> tuple[FloatArray, float]:
+    """The best change of the logarithms of the durations under linearised limits, and what it promises."""
+    durations, limits = motion.durations, motion.linearise()
+    scalable = limits.is_rate & free.all()
+    excess = limits.excess + np.where(scalable, -np.log(motion.ratios.max()), MARGIN)
+    slopes = limits.slopes[:, free]
+    reachable = excess + np.abs(slopes) @ radius[free] > 0.0
+    excess, slopes = excess[reachable], slopes[reachable]
+    shares = durations[free] / durations.sum()
+    change, promised = _quadratic_program(shares, slopes, excess, radius[free])
+    step = np.zeros(len(durations))
+    step[free] = change
+    return step, promised
+
+
+def _quadratic_program(
+    shares: FloatArray, slopes: FloatArray, excess: FloatArray, radius: FloatArray
+) -> tuple[FloatArray, float]:
+    """Minimise shares . (d + d^2 / 2) + PENALTY max(0, excess + slopes d) over |d| <= radius.
+
+    The objective is the second-order model of a sum of exponentials. A primal-dual interior-point method that
+    starts at d = 0 with the bound on the excess loose (Nocedal and Wright, ch. 16.6 and 19).
+
+    Returns:
+        d and the decrease of the minimised function.
+    """
+    count, variables = slopes.shape
+    matrix = np.column_stack([slopes, np.full(count, -1.0)])
+    cost, curvature = np.append(shares, PENALTY), np.append(shares, 0.0)
+    worst = max(0.0, float(excess.max(initial=0.0)))
+    x = np.append(np.zeros(variables), worst + 0.1)
+    lower = np.append(-radius, 0.0)
+    # The bound on the excess has no upper side; one that never binds keeps the arrays alike.
+    upper = np.append(radius, 100.0 * (worst + 1.0))
+    inequalities = count + 2 * (variables + 1)
+    slack, below, above = -excess - matrix @ x, x - lower, upper - x
+    barrier = 1.0 / inequalities
+    by_limit, by_lower, by_upper = barrier / slack, barrier / below, barrier / above
+    gain, diagonal = 0.0, np.arange(variables + 1)
+    for _ in range(MOST_INTERIOR_STEPS):
+        barrier = 0.03 * float(by_limit @ slack + by_lower @ below + by_upper @ above) / inequalities
+        hessian = (matrix.T * (by_limit / slack)) @ matrix
+        hessian[diagonal, diagonal] += curvature + by_lower / below + by_upper / above
+        slope = cost + curvature * x + matrix.T @ (barrier / slack) - barrier / below + barrier / above
+        dx = np.linalg.solve(hessian, -slope)
+        dslack = -(matrix @ dx)
+        dual = (barrier - by_limit * dslack) / slack - by_limit
+        dual_lower = (barrier - by_lower * dx) / below - by_lower
+        dual_upper = (barrier + by_upper * dx) / above - by_upper
+        primal_step = _longest_step((slack, dslack), (below, dx), (above, -dx))
+        dual_step = _longest_step((by_limit, dual), (by_lower, dual_lower), (by_upper, dual_upper))
+        x = x + primal_step * dx
+        slack, below, above = -excess - matrix @ x, x - lower, upper - x
+        by_limit = by_limit + dual_step * dual
+        by_lower, by_upper = by_lower + dual_step * dual_lower, by_upper + dual_step * dual_upper
+        d = x[:-1]
+        after = max(0.0, float((excess + slopes @ d).max(initial=0.0)))
+        gain = PENALTY * (worst - after) - float(shares @ (d + 0.5 * d * d))
+        if barrier * inequalities < max(GAP * gain, 0.1 * LEAST_GAIN):
+            break
+    return x[:-1], gain
+
+
+def _longest_step(*pairs: tuple[FloatArray, FloatArray]) -> float:
+    """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
+    fastest = max(float((-change / value).max(initial=0.0)) for value, change in pairs)
+    return 1.0 if fastest <= 0.99 else 0.99 / fastest

@@ -1,0 +1,283 @@
+"""A spline held against its limits: its peaks, exactly, and how they change with the durations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.splines.shortest_durations import LinearisedLimits
+from planner.polynomials import bernstein_matrix, differentiate, horner
+
+if TYPE_CHECKING:
+    from planner.backends.splines.interpolation import InterpolatingSpline
+    from planner.limits import SegmentLimits
+    from planner.spatial import FloatArray
+
+RATES = {3: ("velocity", "acceleration"), 5: ("velocity", "acceleration", "jerk")}
+"""What a spline of each degree has without jumps, and limits: derivatives 1, 2, ... of position."""
+
+NEAR = 0.65
+"""Rates above this share of the worst one are looked into."""
+
+NEAR_POSITION = 0.1
+"""Distance from a position limit, relative to the joint's travel, up to which it is looked into."""
+
+ROUNDING = 1e-10
+"""Relative excess over a limit that is taken for rounding."""
+
+LEAST_LOG_RATIO = -50.0
+"""Stands for the ratio of a segment that nothing limits."""
+
+MOST_ROOT_STEPS, ROOT_TOLERANCE = 30, 1e-6
+"""An extremum depends on the square of the error of its place."""
+
+
+@dataclass(eq=False)
+class DurationsTooShort(Exception):
+    """The asked durations break a limit, and longer free ones are no help worth their length.
+
+    All durations times a factor keep the limits: not always by the least factor that would, where some are free.
+
+    Attributes:
+        segment: Where the worst excess is.
+        joint: Index of its joint.
+        quantity: `velocity`, `acceleration` or `jerk`.
+        value: Its peak magnitude there.
+        limit: Its limit there.
+        factor: By which all durations have to be longer.
+        durations: (segments,), s, that keep the limits: asked ones times `factor`, free ones to go with them.
+    """
+
+    segment: int
+    joint: int
+    quantity: str
+    value: float
+    limit: float
+    factor: float
+    durations: FloatArray
+
+
+@dataclass(eq=False)
+class PositionOvershoot(Exception):
+    """The spline leaves the position limits between waypoints, whatever the free durations.
+
+    Attributes:
+        segment: Where the worst excess is.
+        joint: Index of its joint.
+        value: The position there.
+        limit: The limit that it breaks.
+    """
+
+    segment: int
+    joint: int
+    value: float
+    limit: float
+
+
+@dataclass(frozen=True, eq=False)
+class SplineAgainstLimits:
+    """A spline and its peaks: where rates and positions may come nearest to their limits.
+
+    Attributes:
+        spline: At certain durations.
+        limits: Of each segment and joint.
+        segment: (peaks,).
+        joint: (peaks,).
+        order: (peaks,), of the derivative; 0: position.
+        u: (peaks,), unit time.
+        value: (peaks,), by time.
+        excess: (peaks,): log(|rate| / limit) / order, or the overshoot of a position relative to the joint's range.
+        weight: (peaks,): change of the excess by the value.
+    """
+
+    spline: InterpolatingSpline
+    limits: SegmentLimits
+    segment: np.ndarray
+    joint: np.ndarray
+    order: np.ndarray
+    u: FloatArray
+    value: FloatArray
+    excess: FloatArray
+    weight: FloatArray
+
+    @property
+    def durations(self) -> FloatArray:
+        """(segments,), s."""
+        return self.spline.durations
+
+    @cached_property
+    def ratios(self) -> FloatArray:
+        """(segments,): the worst of velocity, sqrt(acceleration) and cbrt(jerk) over their limits."""
+        rates = self.order > 0
+        worst = np.full(len(self.durations), LEAST_LOG_RATIO)
+        np.maximum.at(worst, self.segment[rates], self.excess[rates])
+        ratios: FloatArray = np.exp(worst)
+        return ratios
+
+    @cached_property
+    def overshoot(self) -> float:
+        """Excess over the position limits, relative to the range of the joint's waypoints; 0: none."""
+        overshoot = float(self.excess[self.order == 0].max(initial=0.0))
+        return overshoot if overshoot > ROUNDING else 0.0
+
+    def linearise(self) -> LinearisedLimits:
+        """The peaks that a change of the durations could bring over their limits, and those over them."""
+        near = np.where(self.order > 0, self.excess > np.log(NEAR * self.ratios.max()), self.excess > -NEAR_POSITION)
+        place = (self.segment[near], self.joint[near], self.order[near], self.u[near])
+        slopes = self.spline.sensitivities(*place) * self.weight[near, None]
+        return LinearisedLimits(self.excess[near], slopes, self.order[near] > 0)
+
+    def refuse_overshoot(self) -> None:
+        """Raises PositionOvershoot at the worst place, if there is one."""
+        if self.overshoot == 0.0:
+            return
+        positions = np.flatnonzero(self.order == 0)
+        worst = positions[np.argmax(self.excess[positions])]
+        joint, value = int(self.joint[worst]), float(self.value[worst])
+        bound = self.limits.upper if self.weight[worst] > 0.0 else self.limits.lower
+        raise PositionOvershoot(int(self.segment[worst]), joint, value, float(bound[joint]))
+
+    def too_short(self) -> DurationsTooShort:
+        """The refusal that names the worst rate."""
+        rates = np.flatnonzero(self.order > 0)
+        worst = rates[np.argmax(self.excess[rates])]
+        segment, joint = int(self.segment[worst]), int(self.joint[worst])
+        quantity = RATES[self.spline.degree][self.order[worst] - 1]
+        factor = float(self.ratios.max())
+        return DurationsTooShort(
+            segment=segment,
+            joint=joint,
+            quantity=quantity,
+            value=float(abs(self.value[worst])),
+            limit=float(getattr(self.limits, quantity)[segment, joint]),
+            factor=factor,
+            durations=self.durations * factor,
+        )
+
+
+def hold_against_limits(
+    spline: InterpolatingSpline, positions: FloatArray, limits: SegmentLimits
+) -> SplineAgainstLimits:
+    """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter."""
+    degree, h = spline.degree, spline.durations
+    rates = RATES[degree]
+    by_order = [spline.unit]
+    for _ in range(degree - 1):
+        by_order.append(differentiate(by_order[-1]))
+    span = np.ptp(positions, axis=0)
+    span = np.where(span > 0.0, span, 1.0)
+
+    allowed = [getattr(limits, quantity) * h[:, None] ** order for order, quantity in enumerate(rates, start=1)]
+    at_waypoints = [_ratios_at_ends(by_order[order], allowed[order - 1]) for order in range(1, len(rates) + 1)]
+    near = NEAR * max(float(ratios.max()) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1))
+    matters = np.zeros(span.shape, bool)
+    for order, measure in enumerate(allowed, start=1):
+        bounds = np.abs(by_order[order] @ bernstein_matrix(degree + 1 - order))
+        matters = matters | (bounds.max(axis=2) > measure * near**order)
+    control = spline.unit @ bernstein_matrix(degree + 1)
+    may_leave = (control.max(axis=2) > limits.upper - NEAR_POSITION * span) | (
+        control.min(axis=2) < limits.lower + NEAR_POSITION * span
+    )
+
+    found = [_waypoint_peaks(order, ratios) for order, ratios in enumerate(at_waypoints, start=1)]
+    segments, joints = np.nonzero(matters | may_leave)
+    leaving = may_leave[segments, joints]
+    pieces = [coefficients[segments, joints] for coefficients in by_order]
+    # The extrema of each derivative lie between those of the next.
+    brackets = np.tile([0.0, 1.0], (len(segments), 1))
+    for order in range(degree - 2, -1, -1):
+        if order == 0:
+            segments, joints, brackets = segments[leaving], joints[leaving], brackets[leaving]
+            pieces = [piece[leaving] for piece in pieces]
+        extrema = _roots(pieces[order + 1], brackets)
+        brackets = np.sort(np.column_stack([brackets[:, :1], extrema, brackets[:, -1:]]), axis=1)
+        if order <= len(rates):
+            rows, columns = np.nonzero(extrema)
+            found.append((segments[rows], joints[rows], np.full(len(rows), order), extrema[rows, columns]))
+    segment, joint, orders, u = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
+    value = _values(by_order, segment, joint, orders, u) / h[segment] ** orders
+    excess, weight = _excess(segment, joint, orders, value, limits, rates, span)
+    return SplineAgainstLimits(spline, limits, segment, joint, orders, u, value, excess, weight)
+
+
+def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray) -> FloatArray:
+    """(segments, joints, 2): magnitudes at unit times 0 and 1 over what is allowed."""
+    values: FloatArray = np.stack([coefficients[..., 0], coefficients.sum(axis=2)], axis=2)
+    return np.abs(values) / allowed[..., None]
+
+
+def _waypoint_peaks(order: int, ratios: FloatArray) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:
+    """Segments, joints, order and unit times of the rates at waypoints, on the side where the limit is narrower."""
+    kept = np.ones(ratios.shape, bool)
+    kept[1:, :, 0] = ratios[1:, :, 0] > ratios[:-1, :, 1]
+    kept[:-1, :, 1] = ~kept[1:, :, 0]
+    segments, joints, ends = np.nonzero(kept)
+    return segments, joints, np.full(len(ends), order), ends.astype(np.float64)
+
+
+def _values(
+    by_order: list[FloatArray], segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray
+) -> FloatArray:
+    value = np.empty(len(u))
+    for k in np.unique(order).tolist():
+        here = order == k
+        value[here] = horner(by_order[k][segment[here], joint[here]], u[here])
+    return value
+
+
+def _excess(
+    segment: np.ndarray,
+    joint: np.ndarray,
+    order: np.ndarray,
+    value: FloatArray,
+    limits: SegmentLimits,
+    rates: tuple[str, ...],
+    span: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """`excess` and `weight` of `SplineAgainstLimits`."""
+    above, below = value - limits.upper[joint], limits.lower[joint] - value
+    upward = np.where(above > below, 1.0, -1.0)
+    excess, weight = np.maximum(above, below) / span[joint], upward / span[joint]
+    with np.errstate(divide="ignore"):
+        for k, quantity in enumerate(rates, start=1):
+            here = order == k
+            limit = getattr(limits, quantity)[segment[here], joint[here]]
+            excess[here] = np.log(np.abs(value[here]) / limit) / k
+            weight[here] = 1.0 / (k * value[here])
+    return excess, weight
+
+
+def _roots(polynomials: FloatArray, brackets: FloatArray) -> FloatArray:
+    """The root between each two neighbouring brackets, by Newton's method kept inside; 0 where there is none.
+
+    Args:
+        polynomials: (N, order), ascending powers.
+        brackets: (N, count), between which each polynomial is monotone.
+
+    Returns:
+        (N, count - 1).
+    """
+    low, high = brackets[:, :-1], brackets[:, 1:]
+    at_low, at_high = horner(polynomials[:, None], low), horner(polynomials[:, None], high)
+    rows, columns = np.nonzero(at_low * at_high < 0.0)
+    roots = np.zeros(low.shape)
+    if len(rows) == 0:
+        return roots
+    f, low, high = polynomials[rows], low[rows, columns], high[rows, columns]
+    at_low, at_high = at_low[rows, columns], at_high[rows, columns]
+    slope, rising = differentiate(f), at_low < 0.0
+    x = low - at_low * (high - low) / (at_high - at_low)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(MOST_ROOT_STEPS):
+            value = horner(f, x)
+            before = (value < 0.0) == rising
+            low, high = np.where(before, x, low), np.where(before, high, x)
+            newton = x - value / horner(slope, x)
+            x, last = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2.0), x
+            if np.abs(x - last).max() < ROOT_TOLERANCE:
+                break
+    roots[rows, columns] = x
+    return roots

@@ -1,0 +1,106 @@
+"""Splines in time through waypoints: C2 of degree 3 and C4 of degree 5, at given durations or the shortest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.splines.interpolation import Degree, interpolate
+from planner.backends.splines.shortest_durations import search_durations
+from planner.backends.splines.spline_limits import (
+    ROUNDING,
+    DurationsTooShort,
+    PositionOvershoot,
+    SplineAgainstLimits,
+    hold_against_limits,
+)
+
+if TYPE_CHECKING:
+    from planner.limits import SegmentLimits
+    from planner.spatial import FloatArray
+
+__all__ = [
+    "DurationsTooShort",
+    "NothingLimits",
+    "PositionOvershoot",
+    "Spline",
+    "interpolating_spline",
+    "timed_spline",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Spline:
+    """Pieces of polynomials in local time.
+
+    Attributes:
+        durations: (segments,), s.
+        coefficients: (segments, joints, degree + 1), ascending powers of local time.
+    """
+
+    durations: FloatArray
+    coefficients: FloatArray
+
+
+class NothingLimits(Exception):
+    """Free durations, and no limit, or no travel, that would set one."""
+
+
+def interpolating_spline(positions: FloatArray, durations: FloatArray, degree: Degree) -> FloatArray:
+    """Coefficients (segments, joints, degree + 1) of the spline at rest at both ends; ascending, local time.
+
+    Args:
+        positions: (segments + 1, joints).
+        durations: (segments,), s, positive.
+        degree: 3 (C2, velocity 0 at both ends) or 5 (C4, velocity and acceleration 0 at both ends).
+    """
+    return interpolate(positions, durations, degree).coefficients
+
+
+def timed_spline(positions: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree) -> Spline:
+    """The spline at the asked durations, and the shortest for the others, that keeps the limits.
+
+    The shortest is a local minimum. Between waypoints within the position limits the spline may overshoot them;
+    only other ratios of the durations help against that.
+
+    Args:
+        positions: (segments + 1, joints), within the position limits.
+        limits: Of each segment and joint.
+        asked: (segments,), s, positive; NaN: the shortest.
+        degree: 3 or 5.
+
+    Raises:
+        DurationsTooShort: The asked durations break a limit.
+        PositionOvershoot: Position limits are left between waypoints.
+        NothingLimits: Nothing sets the free durations.
+    """
+    free = np.isnan(asked)
+
+    def assess(durations: FloatArray) -> SplineAgainstLimits:
+        return hold_against_limits(interpolate(positions, durations, degree), positions, limits)
+
+    start = np.where(free, _first_guess(positions, limits, degree), asked)
+    if free.any() and not (start[free] > 0.0).any():
+        raise NothingLimits
+    # A segment that nothing limits, or without travel, has a duration only for its neighbours' sake.
+    start = np.where(start > 0.0, start, 0.2 * start.max())
+    motion = search_durations(assess, start, free) if free.any() else assess(start)
+    motion.refuse_overshoot()
+    factor = float(motion.ratios.max())
+    if free.all():
+        motion = assess(motion.durations * factor)
+    elif factor > 1.0 + ROUNDING:
+        raise motion.too_short()
+    return Spline(motion.durations, motion.spline.coefficients)
+
+
+def _first_guess(positions: FloatArray, limits: SegmentLimits, degree: Degree) -> FloatArray:
+    """About the durations (segments,) that each segment would need in a smooth motion."""
+    travels = np.abs(np.diff(positions, axis=0))
+    needed = np.maximum(travels / limits.velocity, 2.0 * np.sqrt(travels / limits.acceleration))
+    if degree == 5:
+        needed = np.maximum(needed, 3.0 * np.cbrt(travels / limits.jerk))
+    guess: FloatArray = needed.max(axis=1)
+    return guess

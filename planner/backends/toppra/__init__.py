@@ -1,0 +1,1 @@
+"""The time-optimal back end on the exact path."""

@@ -1,0 +1,157 @@
+"""Trapezoids along a curve: at each waypoint passed and each blend as fast as the limits there allow."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.shared.along_curve import (
+    DURATION_TOLERANCE,
+    CurveLaw,
+    Demand,
+    ToolSpeeds,
+    broken_at,
+    demands,
+    follow_curve,
+    in_its_time,
+    most_demanding,
+)
+from planner.backends.shared.demands import duration_of_run, infeasible_duration
+from planner.errors import LimitsUnsatisfiable
+from planner.polynomials import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.backends.shared.assembly import TimedPieces
+    from planner.paths import JointPath, Run
+    from planner.spatial import FloatArray
+
+SAMPLES = 64
+"""Of the curve on each interval, where speed and acceleration along it are limited."""
+
+SHARES = np.linspace(0.05, 0.95, 19)
+"""Of the acceleration limits, what may go into the curvature; the rest is for gaining speed. The best one is taken."""
+
+STEP = 1.001
+"""Ratio of speeds that ramps lead between, at least."""
+
+NO_TIME = 1e-9
+"""Share of an interval's time below which a piece of its trapezoid is rounding."""
+
+MOST_LENGTHENINGS, HASTE = 60, 1.0 + 1e-6
+"""Times that a run with given ramps is lengthened until it keeps its limits, and by what beyond its need."""
+
+
+def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> TimedPieces:
+    """Accelerate, cruise and brake on each interval between waypoints and ends of blends.
+
+    On each interval the speed along the curve is limited to V and its change to A, such that
+    |q'' V^2| + |q' A| keeps the acceleration limits. The speeds at the ends of the intervals are the highest from which
+    the next can be reached and the last be braked (a forward and a backward pass).
+
+    Raises:
+        InvalidProblem: A duration is asked of a segment that is not alone in its run.
+        InfeasibleDuration: The asked duration is too short.
+        LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+    """
+    asked = duration_of_run(path, run)
+    return in_its_time(path, run, asked, follow_curve(run, _fastest(path, run)), enforced)
+
+
+def time_run_with_ramps(
+    path: JointPath, run: Run, law_of: Callable[[float], PiecewisePolynomial], ramps: float, enforced: frozenset[str]
+) -> TimedPieces:
+    """One trapezoid over the whole run, with given times of acceleration and braking.
+
+    Args:
+        path: With limits and durations.
+        run: Of the path.
+        law_of: s(t) from 0 to 1 in a given time.
+        ramps: s, the least time there is.
+        enforced: The quantities whose limits are kept.
+
+    Raises:
+        InvalidProblem: A duration is asked of a segment that is not alone in its run.
+        InfeasibleDuration: The asked duration is too short.
+        LimitsUnsatisfiable: Gravity exceeds a torque limit, or the limits cannot be kept with these ramps.
+    """
+    asked = duration_of_run(path, run)
+    places = run.curve.breakpoints[run.stations[1:-1]]
+
+    def at(duration: float) -> tuple[TimedPieces, Demand]:
+        law = law_of(duration)
+        whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
+        pieces = follow_curve(run, broken_at(whole, places, run.segments))
+        return pieces, most_demanding(demands(path, pieces, enforced).values())
+
+    duration = ramps if np.isnan(asked) else max(asked, ramps)
+    demand = Demand(1.0, "the acceleration and deceleration times ask", None)
+    for _ in range(MOST_LENGTHENINGS):
+        pieces, now = at(duration)
+        if now.factor <= 1.0 + DURATION_TOLERANCE:
+            break
+        duration, demand = duration * now.factor * HASTE, now
+    else:
+        raise LimitsUnsatisfiable(
+            f"no duration was found with which these ramps keep the limits: {demand.cause} for more"
+        )
+    if asked < duration * (1.0 - DURATION_TOLERANCE):
+        raise infeasible_duration(asked, {run.first: duration}, demand.cause, demand.joint)
+    return pieces
+
+
+def _fastest(path: JointPath, run: Run) -> CurveLaw:
+    """The law with the best share of the acceleration limits for the curvature."""
+    marks = np.union1d(run.stations, run.corners)
+    places, segments = run.curve.breakpoints[marks], run.owners[marks[:-1]]
+    lengths = np.diff(places)
+    unit = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    at = (places[:-1, None] + unit * lengths[:, None]).ravel()
+    first, second = (np.abs(x).reshape(len(lengths), SAMPLES, -1) for x in run.curve.evaluate(at, [1, 2]))
+    velocity, acceleration = (getattr(path.limits, name)[segments][:, None] for name in ("velocity", "acceleration"))
+    with np.errstate(divide="ignore"):
+        plain = 1.0 / np.max(first / velocity, axis=(1, 2))
+        plain = np.minimum(plain, 1.0 / ToolSpeeds(path, run).excess(at).reshape(len(lengths), SAMPLES).max(axis=1))
+        curved = 1.0 / np.max(second / acceleration, axis=(1, 2))
+        straight = 1.0 / np.max(first / acceleration, axis=(1, 2))
+    laws = [
+        _trapezoids(lengths, np.minimum(plain, np.sqrt(share * curved)), (1.0 - share) * straight, segments)
+        for share in SHARES
+    ]
+    return min(laws, key=lambda timed: float(timed.law.lengths.sum()))
+
+
+def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segments: np.ndarray) -> CurveLaw:
+    """The fastest law whose speed on each interval is at most `most`, and its change at most `gain`."""
+    most = np.where(np.isfinite(most) | np.isfinite(gain), most, 1.0)  # nothing limits: any law will do, stretched
+    # Speeds that hardly differ are made the same: a ramp between them would be too short to be put on the curve.
+    most = STEP ** np.floor(np.log(most) / np.log(STEP))
+    # Without an acceleration limit the fastest law is a jump; ramps of a third of each interval stand in for it.
+    gain = np.where(np.isfinite(gain), gain, 1.5 * most**2 / lengths)
+    ends = np.minimum(np.append(most, 0.0), np.insert(most, 0, 0.0))
+    ends[0] = ends[-1] = 0.0
+    for k, length in enumerate(lengths):
+        ends[k + 1] = min(ends[k + 1], np.sqrt(ends[k] ** 2 + 2.0 * gain[k] * length))
+    for k in range(len(lengths) - 1, -1, -1):
+        ends[k] = min(ends[k], np.sqrt(ends[k + 1] ** 2 + 2.0 * gain[k] * lengths[k]))
+    slow, fast = ends[:-1], ends[1:]
+    peak = np.minimum(most, np.sqrt(gain * lengths + (slow**2 + fast**2) / 2.0))
+    up, down = (peak - slow) / gain, (peak - fast) / gain
+    way_up, way_down = (peak + slow) / 2.0 * up, (peak + fast) / 2.0 * down
+    cruise = np.maximum(lengths - way_up - way_down, 0.0) / peak
+    start = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    end = start + lengths
+    zero = np.zeros_like(peak)
+    coefficients = np.array(
+        [
+            [start, slow, gain / 2.0],
+            [start + way_up, peak, zero],
+            [end - way_down, peak, -gain / 2.0],
+        ]
+    ).transpose(2, 0, 1)
+    times = np.column_stack([up, cruise, down])
+    there = times > NO_TIME * times.sum(axis=1, keepdims=True)
+    law = PiecewisePolynomial(times[there], coefficients[there][:, None, :])
+    return CurveLaw(law, np.repeat(segments[:, None], 3, axis=1)[there])

@@ -1,0 +1,132 @@
+"""Accelerate, cruise, brake."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from planner.backends.base import enforced
+from planner.backends.shared.assembly import assemble
+from planner.backends.shared.rest_to_rest import RAMPS, UnitLaws, time_straight_motions
+from planner.backends.shared.straight_lines import time_lines
+from planner.backends.trapezoidal.runs import time_run, time_run_with_ramps
+from planner.guarantees import ALL_HARD, Guarantee
+from planner.polynomials import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.backends.shared.assembly import TimedPieces
+    from planner.paths import JointPath, StraightMotions
+    from planner.spatial import FloatArray
+    from planner.trajectory import Trajectory
+
+NO_CRUISE = 1e-12
+"""Share of the duration below which a cruise is rounding."""
+
+
+@dataclass(frozen=True)
+class Trapezoidal:
+    """Constant acceleration, constant velocity, constant braking: document 004, Section 7.
+
+    Without times, each segment is as fast as the limits allow (triangular where it is too short to reach
+    full speed), and a longer duration stretches that profile evenly. With times t1 and t3 (the document's t1
+    and T - t2), the peak of s' is 1 / (T - t1 / 2 - t3 / 2), which is the document's profile for t1 = t3
+    and its correction (E33) otherwise.
+
+    Attributes:
+        acceleration_time: t1, s; None: like `deceleration_time`.
+        deceleration_time: t3, s; None: like `acceleration_time`.
+    """
+
+    kind: ClassVar[str] = "trapezoidal"
+    summary: ClassVar[str] = "Accelerate, cruise, brake: the fastest law from rest to rest without a jerk limit, C1."
+    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
+
+    acceleration_time: float | None = field(
+        default=None,
+        metadata={"description": "Time of acceleration on every segment, s; omitted: as the limits ask.", "gt": 0.0},
+    )
+    deceleration_time: float | None = field(
+        default=None,
+        metadata={"description": "Time of braking on every segment, s; omitted: the same as accelerating.", "gt": 0.0},
+    )
+
+    def parametrize(self, path: JointPath) -> Trajectory:
+        """The trapezoid of each segment, at the asked durations or the shortest."""
+        times = self._times()
+        kept = enforced(self)
+        if times is None:
+            lines = time_lines(path, path.straight, fastest_trapezoids, lambda run: time_run(path, run, kept))
+            return assemble(path, [*lines, *(time_run(path, run, kept) for run in path.runs)])
+        t1, t3 = times
+        runs = [time_run_with_ramps(path, run, lambda T: _law(t1, t3, T), t1 + t3, kept) for run in path.runs]
+        return assemble(path, [_with_times(path.straight, t1, t3), *runs])
+
+    def _times(self) -> tuple[float, float] | None:
+        t1, t3 = self.acceleration_time, self.deceleration_time
+        if t1 is None:
+            return None if t3 is None else (t3, t3)
+        return t1, t1 if t3 is None else t3
+
+
+def fastest_trapezoids(motions: StraightMotions) -> TimedPieces:
+    """The path parameter may run at V and accelerate at A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
+
+    Each joint binds V by its velocity and A by its acceleration; the slowest of each counts.
+    """
+    travels, limits = np.abs(motions.travels), motions.limits
+    inverse_v = travels / limits.velocity
+    inverse_a = travels / limits.acceleration
+    slowness = inverse_v.max(axis=1)
+    sluggishness = inverse_a.max(axis=1)
+    cruises = slowness**2 > sluggishness * (1.0 + 1e-12)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shortest = np.where(cruises, slowness + sluggishness / slowness, 2.0 * np.sqrt(sluggishness))
+        ramp = np.where(cruises, (sluggishness / slowness) / shortest, 0.5)
+    # Without an acceleration limit the fastest law is a jump; the document's thirds stand in for it.
+    jump = sluggishness == 0.0
+    ramp = np.where(jump, 1.0 / 3.0, ramp)
+    shortest = np.where(jump, slowness * 1.5, shortest)
+    velocity_binds = (cruises | jump)[:, None] & (inverse_v == slowness[:, None])
+    bounds = {
+        "velocity": np.where(velocity_binds, shortest[:, None], 0.0),
+        "acceleration": np.where(inverse_a == sluggishness[:, None], shortest[:, None], 0.0),
+    }
+    laws = _trapezoids(ramp, ramp)
+    return time_straight_motions(motions, bounds, lambda _durations: laws)
+
+
+def _with_times(motions: StraightMotions, t1: float, t3: float) -> TimedPieces:
+    """Given ramps: the cruise runs at 1 / (T - t1/2 - t3/2), the ramps accelerate at that over t1 and t3."""
+    travels, limits = np.abs(motions.travels), motions.limits
+    ramps = (t1 + t3) / 2.0
+    bounds = {
+        "velocity": travels / limits.velocity + ramps,
+        "acceleration": travels / (limits.acceleration * min(t1, t3)) + ramps,
+        RAMPS: np.full_like(travels, t1 + t3),
+    }
+    return time_straight_motions(motions, bounds, lambda durations: _trapezoids(t1 / durations, t3 / durations))
+
+
+def _law(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
+    """s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
+    unit = _trapezoids(np.array([t1 / duration]), np.array([t3 / duration]))
+    there = unit.lengths[0] > 0.0
+    return PiecewisePolynomial(unit.lengths[0][there], unit.coefficients[0][there][:, None]).stretched(duration)
+
+
+def _trapezoids(t1: FloatArray, t3: FloatArray) -> UnitLaws:
+    """S on unit time: accelerates for t1 (segments,), brakes for t3, cruises between unless they fill the time."""
+    peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
+    cruise = 1.0 - t1 - t3
+    cruise = np.where(cruise > NO_CRUISE, cruise, 0.0)
+    coefficients = np.zeros((len(t1), 3, 3))
+    coefficients[:, 0, 2] = peak / t1 / 2.0
+    coefficients[:, 1, 0] = peak * t1 / 2.0
+    coefficients[:, 1:, 1] = peak[:, None]
+    coefficients[:, 2, 0] = 1.0 - peak * t3 / 2.0
+    coefficients[:, 2, 2] = -peak / t3 / 2.0
+    return UnitLaws(np.column_stack([t1, cruise, t3]), coefficients)

@@ -1,0 +1,67 @@
+"""What a check of a trajectory says, and all checks together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+LIMIT_TOLERANCE = 1e-9
+"""Relative excess over a limit that is rounding, not violation."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """The worst of one quantity over the trajectory.
+
+    Attributes:
+        quantity: One of `QUANTITIES`.
+        joint: The worst joint; None for the tool's speeds.
+        peak: Its most extreme value: signed for a position, a magnitude otherwise.
+        limit: The limit there; None: there is none.
+        ratio: How much of the limit is used: 1 is all of it. A position counts from the middle of its range.
+            None: no limit, or no bound.
+        time: When, s.
+        method: `exact` (extrema of polynomials) or `sampled`.
+        enforced: Whether the back end promises to keep the limit.
+        bounded: False where the quantity below jumps, so that this one has an impulse there that no peak
+            measures (the jerk of a cubic at its ends).
+    """
+
+    quantity: str
+    joint: str | None
+    peak: float
+    limit: float | None
+    ratio: float | None
+    time: float
+    method: Literal["exact", "sampled"]
+    enforced: bool
+    bounded: bool
+
+    @property
+    def satisfied(self) -> bool:
+        """Whether the quantity has a bound and stays within its limit."""
+        if self.limit is None:
+            return True
+        return self.bounded and self.ratio is not None and self.ratio <= 1.0 + LIMIT_TOLERANCE
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was checked.
+
+    Attributes:
+        satisfied: Every enforced limit is kept.
+        waypoint_error: Largest distance of a joint from its waypoint at the waypoint's arrival, rad or m.
+        continuity: `C0`, `C1`, ...: the derivatives that are continuous, counting rest before and after, or the
+            motion that is asked there; `none`.
+        checks: One a quantity, in the order of `QUANTITIES`.
+    """
+
+    satisfied: bool
+    waypoint_error: float
+    continuity: str
+    checks: tuple[Check, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, ready for JSON."""
+        return {**vars(self), "checks": [vars(check) for check in self.checks]}

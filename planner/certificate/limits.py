@@ -1,0 +1,187 @@
+"""The exact check of a trajectory against its limits. Shares no code with the back ends but the arithmetic.
+
+That is polynomials and their extrema, the model of the robot, and how many samples a motion takes to begin with.
+
+Positions, velocities, accelerations and jerks are polynomials, so their extrema are found, not sampled. Torque and tool
+speed are not polynomials: they are sampled, and the check says so.
+"""
+
+from __future__ import annotations
+
+from math import copysign
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.checks import Certificate, Check
+from planner.dynamics import inverse_dynamics
+from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
+from planner.guarantees import QUANTITIES, EndStates, Guarantee
+from planner.kinematics.forward import tool_speeds
+from planner.polynomials import horner
+from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.limits import SegmentLimits
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+    from planner.trajectory import Trajectory
+
+
+CONTINUITY_TOLERANCE = 1e-8
+"""Jump of a derivative, relative to its largest value, that is rounding."""
+
+MOST_CONTINUOUS = 4
+"""Continuity is looked into up to this derivative, fewer than `DERIVATIVES`."""
+
+ORDER_OF = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
+"""Derivative of the polynomials that each exactly checked quantity is."""
+
+SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in ORDER_OF)
+"""The other quantities."""
+
+
+def certify(
+    trajectory: Trajectory,
+    robot: Robot,
+    limits: SegmentLimits,
+    guarantees: Mapping[str, Guarantee],
+    waypoint_positions: FloatArray,
+    more_checks: Sequence[Check] = (),
+    ends: EndStates | None = None,
+) -> Certificate:
+    """Check a trajectory against the limits in force on each of its segments.
+
+    Args:
+        trajectory: From any source.
+        robot: With its tool and payload.
+        limits: Of each segment.
+        guarantees: Which quantities are enforced.
+        waypoint_positions: (waypoints, joints), to be met at the trajectory's arrivals; NaN: not to be met.
+        more_checks: Of other things than these limits.
+        ends: The motion before and after the trajectory that is asked; None: rest.
+    """
+    derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, DERIVATIVES)
+    still = np.zeros(robot.dof)
+    smooth = _continuity(derivatives, ends or EndStates(still, still, still))
+    enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
+    checks = [
+        _polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced[quantity], smooth)
+        for quantity in ORDER_OF
+    ]
+    checks += _sampled_checks(trajectory, derivatives, robot, limits, enforced)
+    checks += more_checks
+    met = trajectory.evaluate(trajectory.arrivals, [0])[0]
+    return Certificate(
+        satisfied=all(check.satisfied for check in checks if check.enforced),
+        waypoint_error=float(np.nanmax(np.abs(met - waypoint_positions))),
+        continuity=f"C{smooth}" if smooth >= 0 else "none",
+        checks=tuple(checks),
+    )
+
+
+def _continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
+    """The highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none."""
+    starts, ends = derivatives.starts, derivatives.ends
+    before = {1: asked.initial_velocity, 2: asked.initial_acceleration}
+    after = {1: asked.final_velocity}
+    for k in range(MOST_CONTINUOUS + 1):
+        jumps = np.abs(starts[k, 1:] - ends[k, :-1]).max(initial=0.0)
+        if k > 0:
+            begin, end = starts[k, 0] - before.get(k, 0.0), ends[k, -1] - after.get(k, 0.0)
+            jumps = max(jumps, np.abs(begin).max(), np.abs(end).max())
+        # A bound on the derivative all over, since it may vanish at every breakpoint.
+        if jumps > CONTINUITY_TOLERANCE * np.abs(derivatives.bernstein[k]).max():
+            return k - 1
+    return MOST_CONTINUOUS
+
+
+def _polynomial_check(
+    trajectory: Trajectory,
+    derivatives: UnitPolynomials,
+    robot: Robot,
+    limits: SegmentLimits,
+    quantity: str,
+    enforced: bool,
+    smooth: int,
+) -> Check:
+    order = ORDER_OF[quantity]
+    polynomials, middle = derivatives[order], np.zeros(robot.dof)
+    if quantity == "position":
+        limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)
+        lower, upper = np.where(limited, limits.lower, 0.0), np.where(limited, limits.upper, 0.0)
+        middle = (lower + upper) / 2.0
+        polynomials = polynomials.minus(middle)
+        limit = np.tile(np.where(limited, (upper - lower) / 2.0, np.inf), (len(trajectory.lengths), 1))
+    else:
+        limit = getattr(limits, quantity)[trajectory.segments]
+    # Without any limit the largest value is still worth knowing: measure every joint by 1.
+    measure = limit if np.isfinite(limit).any() else np.ones_like(limit)
+    piece, joint, u, value = largest_magnitude(polynomials, measure)
+    bound, offset = float(limit[piece, joint]), float(middle[joint])
+    has_limit, bounded = np.isfinite(bound), smooth >= order - 1
+    is_position = quantity == "position"
+    return Check(
+        quantity=quantity,
+        joint=robot.joint_names[joint],
+        peak=value + offset if is_position else abs(value),
+        limit=None if not has_limit else copysign(bound, value) + offset if is_position else bound,
+        ratio=abs(value) / bound if has_limit and bounded else None,
+        time=float(trajectory.breakpoints[piece] + u * trajectory.lengths[piece]),
+        method="exact",
+        enforced=enforced,
+        bounded=bounded,
+    )
+
+
+def _sampled_checks(
+    trajectory: Trajectory,
+    derivatives: UnitPolynomials,
+    robot: Robot,
+    limits: SegmentLimits,
+    enforced: Mapping[str, bool],
+) -> list[Check]:
+    """The checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
+    limited = [quantity for quantity in SAMPLED if np.isfinite(getattr(limits, quantity)).any()]
+    if not robot.has_dynamics and "torque" in limited:
+        limited.remove("torque")
+    if not limited:
+        return []
+    torque, tool = "torque" in limited, limited != ["torque"]
+    columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
+
+    def limit_of(pieces: np.ndarray) -> FloatArray:
+        rows = trajectory.segments[pieces]
+        return np.hstack([getattr(limits, quantity)[rows].reshape(len(rows), -1) for quantity in limited])
+
+    def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
+        q, dq, ddq = (horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3))
+        values: dict[str, FloatArray] = {}
+        if torque:
+            values["torque"] = inverse_dynamics(robot, q, dq, ddq)
+        if tool:
+            linear, angular = tool_speeds(robot, q, dq)
+            values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
+        return np.hstack([values[quantity] for quantity in limited]) / limit_of(pieces)
+
+    quantities = np.array([limited.index(quantity) for quantity in columns])
+    checks = []
+    peaks = sampled_peaks(use, parts_of(derivatives, trajectory.lengths), quantities)
+    for quantity, peak in zip(limited, peaks, strict=True):
+        limit = float(limit_of(np.array([peak.piece]))[0, peak.column])
+        known = np.isfinite(limit)  # if not, nothing is used anywhere that is limited
+        check = Check(
+            quantity=quantity,
+            joint=robot.joint_names[peak.column - columns.index(quantity)] if quantity == "torque" else None,
+            peak=peak.use * limit if known else 0.0,
+            limit=limit if known else None,
+            ratio=peak.use if known else None,
+            time=float(trajectory.breakpoints[peak.piece] + peak.unit * trajectory.lengths[peak.piece]),
+            method="sampled",
+            enforced=enforced[quantity],
+            bounded=True,
+        )
+        checks.append(check)
+    return checks

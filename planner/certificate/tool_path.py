@@ -1,0 +1,264 @@
+"""The check of where the tool goes: on its lines and circles, and near the corners it cuts.
+
+Sampled, by forward kinematics of the trajectory and by geometry of its own: it shares no code with the paths.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from planner.certificate.checks import Check
+from planner.kinematics.forward import tool_pose
+from planner.problem import BlendTransition, CircularMotion, JointMotion
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.problem import AnyWaypoint
+    from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
+    from planner.trajectory import Trajectory
+    from planner.waypoints.solve import SolvedWaypoint
+
+STEPS, AHEAD = 2, 1e-4
+"""Towards the nearest place on a path, and the step of the difference quotients for that, of the way."""
+
+LEAST_SINE = 1e-6
+"""Of an angle by the angle: near half a turn a rotation hardly tells its axis, which serves to find a place only."""
+
+SAMPLES = 9
+"""On each piece, both ends included; what lies between two knots is a quintic, whose error is largest in the middle."""
+
+
+class _Deviation(NamedTuple):
+    """How far a sample is from where it should be.
+
+    Attributes:
+        quantity: Of the check.
+        value: m or rad.
+        limit: m or rad.
+        time: s.
+    """
+
+    quantity: str
+    value: float
+    limit: float
+    time: float
+
+
+def certify_tool_path(
+    trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
+) -> list[Check]:
+    """The worst deviation from the lines and circles asked, and the largest distance from corners that are blended.
+
+    Within the radius of a blend the tool may leave its line or circle; at the middle of the blend, where it passes the
+    waypoint, it has to be within the radius.
+
+    Args:
+        trajectory: To be checked.
+        robot: With its tool.
+        waypoints: As asked.
+        solved: The same, with their poses.
+    """
+    worst: dict[str, _Deviation] = {}
+    for deviation in _deviations(trajectory, robot, waypoints, solved):
+        known = worst.get(deviation.quantity)
+        if known is None or deviation.value / deviation.limit > known.value / known.limit:
+            worst[deviation.quantity] = deviation
+    return [
+        Check(
+            quantity=quantity,
+            joint=None,
+            peak=deviation.value,
+            limit=deviation.limit,
+            ratio=deviation.value / deviation.limit,
+            time=deviation.time,
+            method="sampled",
+            enforced=True,
+            bounded=True,
+        )
+        for quantity, deviation in sorted(worst.items(), reverse=True)
+    ]
+
+
+def _deviations(
+    trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
+) -> Iterator[_Deviation]:
+    corners = {}
+    for k, waypoint in enumerate(waypoints):
+        if isinstance(waypoint.transition, BlendTransition):
+            corners[k] = solved[k].pose.position, waypoint.transition.radius
+            time = float(trajectory.arrivals[k])
+            tool = tool_pose(robot, trajectory.evaluate(np.array([time]), [0])[0][0])
+            distance = float(np.linalg.norm(tool.position - solved[k].pose.position))
+            yield _Deviation("blend_deviation", distance, waypoint.transition.radius, time)
+    for k, waypoint in enumerate(waypoints[1:], 1):
+        motion = waypoint.motion
+        if isinstance(motion, JointMotion):
+            continue
+        start = solved[k - 1].wanted if solved[k - 1].wanted.rotation is not None else solved[k - 1].pose
+        tolerance = motion.tolerance_position, motion.tolerance_orientation
+        end = solved[k].wanted
+        due: _Line | _Circle = (
+            _Circle(start, motion.via, end) if isinstance(motion, CircularMotion) else _Line(start, end)
+        )
+        times, places, rotations = _tool_poses(trajectory, robot, k - 1)
+        for position, radius in (corners[end] for end in (k - 1, k) if end in corners):
+            away = np.linalg.norm(places - position, axis=1) > radius
+            times, places, rotations = times[away], places[away], rotations[away]
+        if not len(times):
+            continue
+        distances, angles = _distances(due, places, rotations, tolerance)
+        worst = int(np.argmax(distances))
+        yield _Deviation(
+            "path_position_deviation", float(distances[worst]), motion.tolerance_position, float(times[worst])
+        )
+        if angles is not None:
+            worst = int(np.argmax(angles))
+            yield _Deviation(
+                "path_orientation_deviation", float(angles[worst]), motion.tolerance_orientation, float(times[worst])
+            )
+
+
+def _tool_poses(trajectory: Trajectory, robot: Robot, segment: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times (N,), and positions (N, 3) and rotations (N, 3, 3) of the tool, on all pieces of a segment."""
+    pieces = np.flatnonzero(trajectory.segments == segment)
+    starts, lengths = trajectory.breakpoints[pieces], trajectory.lengths[pieces]
+    times = (starts[:, None] + np.linspace(0.0, 1.0, SAMPLES) * lengths[:, None]).ravel()
+    tools = [tool_pose(robot, position) for position in trajectory.evaluate(times, [0])[0]]
+    return times, np.array([tool.position for tool in tools]), np.array([tool.rotation for tool in tools])
+
+
+def _distances(
+    due: _Line | _Circle, places: FloatArray, rotations: FloatArray, tolerance: tuple[float, float]
+) -> tuple[FloatArray, FloatArray | None]:
+    """Distances (N,), m, and angles (N,), rad, from the places of the path that the tool is nearest to, by tolerances.
+
+    Found by Gauss and Newton's method from the places that are nearest by position.
+    """
+
+    def missed(u: FloatArray) -> FloatArray:
+        position, rotation = due.poses(u)
+        parts = [(position - places) / tolerance[0]]
+        if rotation is not None:
+            parts.append(_logarithms(rotation.transpose(0, 2, 1) @ rotations) / tolerance[1])
+        return np.hstack(parts)
+
+    u = due.nearest(places)
+    for _ in range(STEPS):
+        here, ahead = missed(u), missed(u + AHEAD)
+        slope = (ahead - here) / AHEAD
+        squared = (slope**2).sum(axis=1)
+        step = (slope * here).sum(axis=1) / np.where(squared > 0.0, squared, 1.0)
+        u = np.where(squared > 0.0, np.clip(u - step, 0.0, 1.0), u)
+    position, rotation = due.poses(u)
+    distances: FloatArray = np.linalg.norm(position - places, axis=1)
+    return distances, None if rotation is None else _angles(rotation.transpose(0, 2, 1) @ rotations)
+
+
+class _Line:
+    """The straight line from pose to pose; the tool turns about one axis in proportion."""
+
+    def __init__(self, start: Pose, end: Pose) -> None:
+        self.start, self.way = start, end.position - start.position
+        self.turn = None if start.rotation is None or end.rotation is None else _logarithm(start.rotation, end.rotation)
+
+    def nearest(self, points: FloatArray) -> FloatArray:
+        """Shares (N,) of the way at which the line is nearest to points (N, 3); 0.5 where there is no way."""
+        squared = float(self.way @ self.way)
+        if squared == 0.0:
+            return np.full(len(points), 0.5)
+        return np.clip((points - self.start.position) @ self.way / squared, 0.0, 1.0)
+
+    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Positions (N, 3) and rotations (N, 3, 3) due at shares (N,) of the way."""
+        positions = self.start.position + u[:, None] * self.way
+        if self.turn is None or self.start.rotation is None:
+            return positions, None
+        return positions, self.start.rotation @ _rotations(u[:, None] * self.turn)
+
+
+class _Circle:
+    """The circle from pose to pose by way of a third."""
+
+    def __init__(self, start: Pose, via: Pose, end: Pose) -> None:
+        a, b, c = start.position, via.position, end.position
+        normal = np.cross(b - a, c - a)
+        normal /= np.linalg.norm(normal)
+        # In the plane, and as far from the first point as from the others.
+        equations = np.array([normal, b - a, c - a])
+        right = [normal @ a, (b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0]
+        self.center = np.linalg.solve(equations, right)
+        self.start, self.x = start, a - self.center
+        self.y = np.cross(normal, self.x)
+        self.end_angle = float(self._angles_of(c))
+        self.turns = None
+        if start.rotation is not None and end.rotation is not None:
+            whole = _logarithm(start.rotation, end.rotation)
+            self.turns = np.array([whole, np.zeros(3)])
+            if via.rotation is not None:
+                u = float(self._angles_of(b)) / self.end_angle
+                half = _logarithm(start.rotation, via.rotation)
+                self.turns = np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), np.array([half, whole]))
+
+    def nearest(self, points: FloatArray) -> FloatArray:
+        """Shares (N,) of the way at which the arc is nearest to points (N, 3)."""
+        angles = self._angles_of(points)
+        # Beyond the arc: nearer to its end, or to its start.
+        end = np.where(angles < (self.end_angle + 2.0 * np.pi) / 2.0, self.end_angle, 0.0)
+        nearest: FloatArray = np.where(angles > self.end_angle, end, angles) / self.end_angle
+        return nearest
+
+    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Positions (N, 3) and rotations (N, 3, 3) due at shares (N,) of the way."""
+        u = u[:, None]
+        angles = u * self.end_angle
+        positions = self.center + np.cos(angles) * self.x + np.sin(angles) * self.y
+        if self.turns is None or self.start.rotation is None:
+            return positions, None
+        return positions, self.start.rotation @ _rotations(self.turns[0] * u + self.turns[1] * u * u)
+
+    def _angles_of(self, points: FloatArray) -> FloatArray:
+        spokes = points - self.center
+        angles: FloatArray = np.arctan2(spokes @ self.y, spokes @ self.x) % (2.0 * np.pi)
+        return angles
+
+
+def _logarithm(start: FloatArray | None, end: FloatArray | None) -> FloatArray:
+    assert start is not None  # noqa: S101 - asked only where there are rotations
+    assert end is not None  # noqa: S101
+    return np.asarray(pin.log3(start.T @ end))
+
+
+def _axial(rotations: FloatArray) -> FloatArray:
+    """(N, 3): axes of rotations (N, 3, 3), as long as the sines of their angles."""
+    skew = (rotations - rotations.transpose(0, 2, 1)) / 2.0
+    return np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
+
+
+def _angles(rotations: FloatArray) -> FloatArray:
+    """(N,), rad, of rotations (N, 3, 3)."""
+    cosines = (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0
+    angles: FloatArray = np.arctan2(np.linalg.norm(_axial(rotations), axis=1), cosines)
+    return angles
+
+
+def _logarithms(rotations: FloatArray) -> FloatArray:
+    """Rotation vectors (N, 3) of rotations (N, 3, 3) by less than half a turn."""
+    vectors: FloatArray = _axial(rotations) / np.maximum(np.sinc(_angles(rotations) / np.pi), LEAST_SINE)[:, None]
+    return vectors
+
+
+def _rotations(vectors: FloatArray) -> FloatArray:
+    """Rotations (N, 3, 3) by vectors (N, 3): Rodrigues' formula."""
+    x, y, z = vectors.T
+    none = np.zeros_like(x)
+    skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
+    angles = np.linalg.norm(vectors, axis=1)[:, None, None]
+    rotations: FloatArray = (
+        np.eye(3) + np.sinc(angles / np.pi) * skew + 0.5 * np.sinc(angles / (2.0 * np.pi)) ** 2 * skew @ skew
+    )
+    return rotations

@@ -1,0 +1,58 @@
+"""The quantities that limits are put on, what a back end promises about each, and the motion asked at the ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.spatial import FloatArray
+
+
+class Guarantee(StrEnum):
+    """What a back end promises about a quantity."""
+
+    HARD = "hard"
+    """The limit is kept, or the request is refused."""
+    REPORTED = "reported"
+    """The certificate reports it; the limit may be exceeded."""
+    NONE = "none"
+    """Nothing is known about it."""
+
+
+QUANTITIES = (
+    "position",
+    "velocity",
+    "acceleration",
+    "jerk",
+    "torque",
+    "tcp_linear_velocity",
+    "tcp_angular_velocity",
+)
+"""Everything that a limit can be put on, in the order of the certificate."""
+
+
+ALL_HARD: Mapping[str, Guarantee] = dict.fromkeys(QUANTITIES, Guarantee.HARD)
+"""Every limit kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class EndStates:
+    """How a trajectory begins and ends; each (joints,), rad or m by s and s^2. It never ends with an acceleration."""
+
+    initial_velocity: FloatArray
+    initial_acceleration: FloatArray
+    final_velocity: FloatArray
+
+    @property
+    def starts_moving(self) -> bool:
+        """Whether there is any motion at the first waypoint."""
+        return bool(self.initial_velocity.any() or self.initial_acceleration.any())
+
+    @property
+    def ends_moving(self) -> bool:
+        """Whether there is any motion at the last waypoint."""
+        return bool(self.final_velocity.any())

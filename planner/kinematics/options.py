@@ -1,0 +1,22 @@
+"""How poses are to be solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class InverseKinematicsOptions:
+    """How poses are solved.
+
+    Attributes:
+        tolerance_position: m.
+        tolerance_orientation: rad.
+        reference: Joint position that the way through the solutions starts from; None: it may start anywhere.
+        seed: Of the random starts; the same seed gives the same answer.
+    """
+
+    tolerance_position: float = 1e-6
+    tolerance_orientation: float = 1e-6
+    reference: tuple[float, ...] | None = None
+    seed: int = 0

@@ -1,0 +1,152 @@
+"""The joint positions that one waypoint may be given: a layer, through which the way is sought."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.kinematics.forward import manipulability
+from planner.kinematics.search import QUICK, Search
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
+
+TURN = 2.0 * np.pi
+
+MOST_TURNED = 32
+"""Candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
+
+TINY = 1e-12
+"""A manipulability that is as good as none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """The candidates of one waypoint.
+
+    Attributes:
+        positions: (candidates, joints), rad or m.
+        fewest: (candidates, joints): whole turns by which a candidate may be turned towards where the robot comes from,
+            so that every joint stays within its limits; infinite of a joint without limits; 0: not at all.
+        most: (candidates, joints), likewise.
+        conditioning: (candidates,), in [0, 1]: manipulability as a share of the largest of the waypoint's solutions.
+        descend: Of a continuum of solutions: from a joint position (joints,) to a solution nearby and its conditioning,
+            or to none.
+        is_given: Whether the waypoint is a joint position.
+        solutions: The first so many candidates are the solutions that were found, each once.
+    """
+
+    positions: FloatArray
+    fewest: FloatArray
+    most: FloatArray
+    conditioning: FloatArray
+    descend: Callable[[FloatArray], tuple[FloatArray, float] | None] | None = None
+    is_given: bool = False
+    solutions: int = 1
+
+    @classmethod
+    def given(cls, position: FloatArray) -> Layer:
+        """Of a joint waypoint: nothing to choose."""
+        fixed = np.zeros((1, len(position)))
+        return cls(position[None], fixed, fixed, np.ones(1), is_given=True)
+
+    @classmethod
+    def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray) -> Layer:
+        """Of a pose with isolated solutions.
+
+        Every solution is there free to be turned towards where the robot comes from; and as it lies nearest to `ahead`,
+        with whole turns of its joints within finite limits.
+
+        Args:
+            robot: The arm.
+            solutions: All of them, (joints,) each, whole turns not counted.
+            ahead: (joints,): where the robot will have to be, if that is known.
+        """
+        branches = np.array(solutions)
+        measure = manipulability(robot, branches)
+        conditioning = measure / max(float(measure.max()), TINY)
+        fewest, most = _turns_within(robot, branches)
+        if not (most > fewest).any():
+            return cls(branches, fewest, most, conditioning, solutions=len(branches))
+        turned, branch = _turned(robot, branches, ahead)
+        fixed = np.zeros_like(turned)
+        return cls(
+            np.vstack([branches, turned]),
+            np.vstack([fewest, fixed]),
+            np.vstack([most, fixed]),
+            np.concatenate([conditioning, conditioning[branch]]),
+            solutions=len(branches),
+        )
+
+    @classmethod
+    def continuum(
+        cls,
+        robot: Robot,
+        solutions: Sequence[FloatArray],
+        ahead: FloatArray,
+        pose: Pose,
+        options: InverseKinematicsOptions,
+    ) -> Layer:
+        """Of a pose with a continuum of solutions, of which `solutions` are a spread."""
+        layer = cls.isolated(robot, solutions, ahead)
+        best = max(float(manipulability(robot, np.array(solutions)).max()), TINY)
+        lower, upper = robot.limit("lower"), robot.limit("upper")
+        search = Search(robot, pose, options)
+
+        def descend(start: FloatArray) -> tuple[FloatArray, float] | None:
+            q = search.solve(np.clip(start, lower, upper), **QUICK)
+            return None if q is None else (q, min(float(manipulability(robot, q[None])[0]) / best, 1.0))
+
+        return replace(layer, descend=descend).with_descents([ahead])
+
+    def with_descents(self, starts: Sequence[FloatArray] | FloatArray) -> Layer:
+        """Of a continuum: with the solutions near these joint positions (joints,); else the same layer."""
+        if self.descend is None:
+            return self
+        found = [near for near in map(self.descend, starts) if near is not None]
+        if not found:
+            return self
+        positions, conditioning = (np.array(values) for values in zip(*found, strict=True))
+        fixed = np.zeros_like(positions)
+        return replace(
+            self,
+            positions=np.vstack([self.positions, positions]),
+            fewest=np.vstack([self.fewest, fixed]),
+            most=np.vstack([self.most, fixed]),
+            conditioning=np.concatenate([self.conditioning, conditioning]),
+        )
+
+    def reached_from(self, origins: FloatArray) -> FloatArray:
+        """(origins, candidates, joints): every candidate, turned towards every origin (origins, joints)."""
+        turns = np.round((origins[:, None] - self.positions) / TURN)
+        reached: FloatArray = self.positions + TURN * np.minimum(np.maximum(turns, self.fewest), self.most)
+        return reached
+
+
+def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How many whole turns at least and at most keep each angle within its limits (n, joints); none of a length."""
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    fewest, most = np.ceil((lower - positions) / TURN), np.floor((upper - positions) / TURN)
+    return np.where(robot.is_angle, np.minimum(fewest, 0.0), 0.0), np.where(robot.is_angle, np.maximum(most, 0.0), 0.0)
+
+
+def _turned(robot: Robot, branches: FloatArray, towards: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Branches nearest to `towards`, and one turn from there in joints with finite limits; and which branch each is."""
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    fewest, most = _turns_within(robot, branches)
+    nearest = branches + TURN * np.clip(np.round((towards - branches) / TURN), fewest, most)
+    may_turn = robot.is_angle & np.isfinite(upper - lower) & (upper - lower >= TURN)
+    choices = [np.array([0.0, -TURN, TURN]) if turns else np.zeros(1) for turns in may_turn]
+    shifts = np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, robot.dof)
+    turned = (nearest[:, None] + shifts).reshape(-1, robot.dof)
+    branch = np.repeat(np.arange(len(branches)), len(shifts))
+    within = np.flatnonzero(((turned >= lower) & (turned <= upper)).all(axis=1))
+    distance = np.abs(turned[within] - towards).max(axis=1)
+    kept = within[distance.argsort(kind="stable")[:MOST_TURNED]]
+    return turned[kept], branch[kept]

@@ -1,0 +1,130 @@
+"""Which waypoints of a list can be reached, each by itself: nothing is planned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.errors import InvalidProblem
+from planner.kinematics.forward import manipulability, tool_pose
+from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
+from planner.kinematics.search import is_isolated
+from planner.problem import JointWaypoint, RelativeWaypoint
+from planner.waypoints.solve import beyond_limits, unsolved
+from planner.waypoints.targets import moved_pose, wanted_poses, waypoint_faults
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.errors import PlanningError
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.problem import AnyWaypoint
+    from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
+
+
+class LimitMargin(NamedTuple):
+    """How near a joint position is to the position limits.
+
+    Attributes:
+        joint: Name of the nearest to one of its limits, rad and m alike.
+        value: rad or m from there to the limit.
+    """
+
+    joint: str
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reachability:
+    """Whether one waypoint can be reached, and how well.
+
+    Attributes:
+        error: Why not; None: it can be reached.
+        solutions: How many isolated solutions the pose has; None: a continuum, or a joint waypoint.
+        best: (joints,): of the solutions the one furthest from the limits; None: there is none.
+        limit_margin: Of `best`; None: no joint has limits, or there is no solution.
+        manipulability: At `best`.
+        nearest: The nearest that the robot gets to a pose that it cannot reach.
+    """
+
+    error: PlanningError | None
+    solutions: int | None
+    best: FloatArray | None = None
+    limit_margin: LimitMargin | None = None
+    manipulability: float | None = None
+    nearest: InverseKinematicsResult | None = None
+
+
+def reachability(
+    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
+) -> list[Reachability]:
+    """Look at every waypoint by itself; motions, transitions and limits of speed do not count.
+
+    A relative waypoint starts from the pose asked before it, whether that can be reached or not. In the axes of a tool
+    whose orientation was left open, it starts from the best solution there, or else from the nearest pose.
+
+    Args:
+        robot: With its tool.
+        waypoints: One or more.
+        options: Tolerances, seed, and the joint position that solutions are turned nearest to.
+
+    Raises:
+        InvalidProblem: A joint position or the reference has not one value a joint, or the first waypoint is relative.
+    """
+    faults = list(waypoint_faults(robot, waypoints, options))
+    if faults:
+        raise InvalidProblem(faults)
+    wanted = wanted_poses(robot, waypoints)
+    answers: list[Reachability] = []
+    before: Pose | None = None
+    for index, (waypoint, pose) in enumerate(zip(waypoints, wanted, strict=True)):
+        if isinstance(waypoint, JointWaypoint):
+            answers.append(_joint_waypoint(robot, index, np.array(waypoint.position)))
+            before = pose
+            continue
+        axes = None if before is None else before.rotation
+        if pose is None:
+            assert isinstance(waypoint, RelativeWaypoint) and before is not None  # noqa: S101 - no other is unknown
+            axes = _axes(robot, answers[-1])
+            pose = moved_pose(before, axes, waypoint)
+        solutions = solutions_or_failure(robot, pose, options)
+        if isinstance(solutions, tuple):
+            count = len(solutions) if is_isolated(robot, pose, solutions[0]) else None
+            best = max(solutions, key=lambda q: float(_margins(robot, q).min()))
+            answers.append(_reached(robot, count, best))
+        else:
+            error = unsolved(robot, index, waypoint, pose, solutions, before, axes)
+            answers.append(Reachability(error, 0, nearest=solutions))
+        before = pose
+    return answers
+
+
+def _axes(robot: Robot, answer: Reachability) -> FloatArray | None:
+    """(3, 3): of the tool at a waypoint."""
+    if answer.nearest is not None:
+        return answer.nearest.pose.rotation
+    assert answer.best is not None  # noqa: S101 - a pose has a solution, or a nearest pose
+    return tool_pose(robot, answer.best).rotation
+
+
+def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:
+    error = beyond_limits(robot, index, q)
+    if error is not None:
+        return Reachability(error, None)
+    return _reached(robot, None, q)
+
+
+def _reached(robot: Robot, count: int | None, best: FloatArray) -> Reachability:
+    margins = _margins(robot, best)
+    joint = int(margins.argmin())
+    margin = LimitMargin(robot.joint_names[joint], float(margins[joint])) if np.isfinite(margins[joint]) else None
+    return Reachability(None, count, best, margin, float(manipulability(robot, best[None])[0]))
+
+
+def _margins(robot: Robot, q: FloatArray) -> FloatArray:
+    """(joints,): distance of each to the nearer of its limits, rad or m; infinite: none."""
+    margins: FloatArray = np.minimum(q - robot.limit("lower"), robot.limit("upper") - q)
+    return margins

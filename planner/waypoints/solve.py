@@ -1,0 +1,284 @@
+"""A list of waypoints to joint positions, all chosen together: the shortest way through their solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+
+from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
+from planner.kinematics.search import is_isolated, pose_errors
+from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint
+from planner.spatial import FloatArray, Pose, poses_as_dicts
+from planner.waypoints.candidates import TURN, Layer
+from planner.waypoints.choice import Stop, joint_times, shortest_way
+from planner.waypoints.targets import moved_pose, pose_remedy, wanted_poses
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.problem import AnyWaypoint
+    from planner.robots import Robot
+
+Choice = Literal["given", "only", "shortest_way", "continued"]
+
+
+class Follow(Protocol):
+    """Follows Cartesian motions with the joints."""
+
+    def __call__(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
+        """Where the motion to waypoint `index` ends, (joints,): at that waypoint.
+
+        Args:
+            index: Of the waypoint.
+            start: (joints,), at the waypoint before.
+            before: The pose asked there.
+            after: The pose asked at the waypoint itself.
+
+        Raises:
+            PlanningError: It cannot be followed from there.
+        """
+        ...
+
+
+FREE_START_WEIGHT = 0.01
+"""Of the time from the middle of the limits to the first waypoint, where no reference says whence the robot comes: it
+decides between ways that otherwise take equally long."""
+
+SAME_SOLUTION = 1e-4
+"""rad or m: joint positions this near, whole turns apart, are one solution."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedWaypoint:
+    """A waypoint with its joint position. Its existence means: forward kinematics have confirmed it.
+
+    Attributes:
+        name: As asked.
+        wanted: The pose asked; of a joint waypoint its own.
+        position: (joints,), rad or m.
+        pose: Of the tool there.
+        position_error: m, from the pose asked; 0 for a joint waypoint.
+        orientation_error: rad; None: no orientation was asked.
+        solutions: How many isolated solutions the pose has; None: a joint waypoint, or a continuum.
+        solution: Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the
+            nearest; None: a joint waypoint, or a continuum.
+        choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
+            way through the whole list is shortest), `continued` (a Cartesian motion ends there).
+    """
+
+    name: str | None
+    wanted: Pose
+    position: FloatArray
+    pose: Pose
+    position_error: float
+    orientation_error: float | None
+    solutions: int | None
+    solution: int | None
+    choice: Choice
+
+
+def solve_waypoints(
+    robot: Robot,
+    waypoints: Sequence[AnyWaypoint],
+    options: InverseKinematicsOptions,
+    follow: Follow | None = None,
+) -> tuple[SolvedWaypoint, ...]:
+    """Joint positions of all waypoints, in order, on the shortest way through their solutions.
+
+    What is shortest, `shortest_way` says. The way starts at `options.reference`; without one it may start anywhere, and
+    the middle of the limits decides between equals. A waypoint whose pose depends on the joint position chosen at the
+    waypoint before splits the list: the part before it is chosen first.
+
+    Args:
+        robot: With its tool.
+        waypoints: The first is not relative.
+        options: Tolerances, reference and seed.
+        follow: Where Cartesian motions end; needed where there are any.
+
+    Raises:
+        UnreachableWaypoint: A pose has no solution; the nearest pose found comes with it.
+        JointPositionLimit: A joint position lies outside the limits, or a pose has solutions only there.
+        PlanningError: What the first motion raised that could not be followed, where no other way is left.
+    """
+    return _Sequence(robot, waypoints, options, follow).solve()
+
+
+class _Sequence:
+    def __init__(
+        self,
+        robot: Robot,
+        waypoints: Sequence[AnyWaypoint],
+        options: InverseKinematicsOptions,
+        follow: Follow | None,
+    ) -> None:
+        self.robot, self.waypoints, self.options, self.follow = robot, waypoints, options, follow
+        self.wanted = wanted_poses(robot, waypoints)
+
+    def solve(self) -> tuple[SolvedWaypoint, ...]:
+        position, weight = self.robot.middle, FREE_START_WEIGHT
+        if self.options.reference is not None:
+            position, weight = np.array(self.options.reference), 1.0
+        solved: list[SolvedWaypoint] = []
+        ends = [i for i, pose in enumerate(self.wanted) if pose is None] + [len(self.waypoints)]
+        for end in ends:
+            stops = self._stops(solved, end, position)
+            for stop, q in zip(stops, shortest_way(self.robot, stops, position, weight), strict=True):
+                solved.append(self._solved(stop, position, q))
+                position, weight = q, 1.0
+        return tuple(solved)
+
+    def _stops(self, solved: list[SolvedWaypoint], end: int, start: FloatArray) -> list[Stop]:
+        """The waypoints from those solved to `end`, with all that they may be solved with."""
+        for index in range(len(solved), end):
+            if self.wanted[index] is None:  # only of a relative waypoint, and only of the first of this part
+                waypoint = self.waypoints[index]
+                assert isinstance(waypoint, RelativeWaypoint)  # noqa: S101
+                self.wanted[index] = moved_pose(solved[-1].wanted, solved[-1].pose.rotation, waypoint)
+        wanted = {
+            index: pose
+            for index in range(len(solved), end)
+            if not isinstance(self.waypoints[index], JointWaypoint) and (pose := self.wanted[index]) is not None
+        }
+        layers = dict(zip(wanted, solution_layers(self.robot, list(wanted.values()), self.options, start), strict=True))
+        stops: list[Stop] = []
+        near = start
+        for index in range(len(solved), end):
+            waypoint = self.waypoints[index]
+            if isinstance(waypoint, JointWaypoint):
+                near = _given_position(self.robot, index, waypoint)
+                layer = Layer.given(near)
+            else:
+                layer = self._layer(index, wanted[index], layers[index], near)
+            stops.append(Stop(index, layer, self._follower(index)))
+        return stops
+
+    def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
+        robot, options = self.robot, self.options
+        if not solutions:
+            result = inverse_kinematics(robot, pose, options, near)
+            before = self.wanted[index - 1] if index else None
+            axes = None if before is None else before.rotation
+            raise unsolved(robot, index, self.waypoints[index], pose, result, before, axes)
+        given = (np.array(w.position) for w in self.waypoints[index:] if isinstance(w, JointWaypoint))
+        ahead = next(given, near)
+        if is_isolated(robot, pose, solutions[0]):
+            return Layer.isolated(robot, solutions, ahead)
+        return Layer.continuum(robot, solutions, ahead, pose, options)
+
+    def _follower(self, index: int) -> Callable[[FloatArray], FloatArray] | None:
+        if index == 0 or isinstance(self.waypoints[index].motion, JointMotion):
+            return None
+        follow, before, after = self.follow, self.wanted[index - 1], self.wanted[index]
+        assert follow is not None and before is not None and after is not None  # noqa: S101 - filled in before
+        return lambda start: follow(index, start, before, after)
+
+    def _solved(self, stop: Stop, before: FloatArray, position: FloatArray) -> SolvedWaypoint:
+        robot, waypoint, wanted = self.robot, self.waypoints[stop.index], self.wanted[stop.index]
+        assert wanted is not None  # noqa: S101 - filled in by _stops
+        pose = tool_pose(robot, position)
+        if stop.layer.is_given:
+            return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, "given")
+        errors = pose_errors(wanted, pose)
+        count, taken = _place(robot, stop.layer, before, position)
+        choice: Choice = "continued" if stop.follow else "only" if count == 1 else "shortest_way"
+        return SolvedWaypoint(waypoint.name, wanted, position, pose, *errors, count, taken, choice)
+
+
+def _place(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) -> tuple[int | None, int | None]:
+    """How many solutions there are, and how many of them are nearer to `before` than the one taken."""
+    if layer.descend is not None:
+        return None, None
+    times = joint_times(robot, before, layer.reached_from(before[None])[0, : layer.solutions]).max(axis=1)
+    away = position - layer.positions[: layer.solutions]
+    away -= np.where(robot.is_angle, TURN * np.round(away / TURN), 0.0)
+    distance = np.abs(away).max(axis=1)
+    if distance.min() > SAME_SOLUTION:  # followed to a solution that was not among them
+        nearer = times < joint_times(robot, before, position).max()
+        return layer.solutions + 1, int(np.count_nonzero(nearer))
+    order = times.argsort(kind="stable")
+    return layer.solutions, int(np.flatnonzero(order == distance.argmin())[0])
+
+
+def _given_position(robot: Robot, index: int, waypoint: JointWaypoint) -> FloatArray:
+    q = np.array(waypoint.position)
+    if (error := beyond_limits(robot, index, q)) is not None:
+        raise error
+    return q
+
+
+def beyond_limits(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:
+    """What is wrong with the joint position (joints,) of a joint waypoint; None: nothing."""
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    outside = (q < lower) | (q > upper)
+    if not outside.any():
+        return None
+    joint = int(np.argmax(outside))
+    limit = float(lower[joint] if q[joint] < lower[joint] else upper[joint])
+    return JointPositionLimit(
+        f"waypoint {index} puts {robot.joint_names[joint]} at {q[joint]:.6g}, its limit is {limit:.6g}",
+        waypoint=index,
+        joint=robot.joint_names[joint],
+        value=float(q[joint]),
+        limit=limit,
+        remedies=[Remedy(f"/waypoints/{index}/position/{joint}", limit, "the nearest position within the limits")],
+    )
+
+
+def unsolved(
+    robot: Robot,
+    index: int,
+    waypoint: AnyWaypoint,
+    wanted: Pose,
+    result: InverseKinematicsResult,
+    before: Pose | None,
+    axes: FloatArray | None,
+) -> PlanningError:
+    """Why the pose of a waypoint has no solution.
+
+    Args:
+        robot: With its tool.
+        index: Of the waypoint.
+        waypoint: As asked.
+        wanted: Its pose.
+        result: Of the search for a solution.
+        before: The pose asked at the waypoint before, if there is one.
+        axes: (3, 3), of the tool there, if they are known.
+    """
+    near = Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation)
+    details = {
+        "nearest": {
+            "pose": poses_as_dicts([near])[0],
+            "position": result.position.tolist(),
+            "position_distance": result.position_error,
+            "orientation_distance": result.orientation_error,
+        }
+    }
+    away = f"{result.position_error * 1000.0:.4g} mm"
+    if result.orientation_error is not None:
+        away += f" and {np.degrees(result.orientation_error):.4g} deg"
+    remedies = pose_remedy(index, waypoint, near, before, axes, f"the nearest reachable pose found, {away} away")
+    if result.status == "joint_position_limit":
+        joint = robot.joints[robot.joint_names.index(str(result.joint))]
+        value = float(result.value or 0.0)
+        limit = joint.lower if value < joint.lower else joint.upper
+        return JointPositionLimit(
+            f"waypoint {index} can be reached only with {joint.name} at {value:.6g}, its limit is {limit:.6g}; "
+            f"within the limits the nearest pose found is {away} away",
+            waypoint=index,
+            joint=joint.name,
+            value=value,
+            limit=float(limit),
+            remedies=remedies,
+            details=details,
+        )
+    return UnreachableWaypoint(
+        f"no joint position of {robot.id} reaches waypoint {index}; the nearest pose found is {away} away",
+        waypoint=index,
+        remedies=remedies,
+        details=details,
+    )

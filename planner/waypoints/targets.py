@@ -1,0 +1,132 @@
+"""The poses that a waypoint list asks for, relative moves chained."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import Remedy
+from planner.kinematics.forward import tool_pose
+from planner.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.spatial import FloatArray, Pose, poses_as_dicts
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.problem import AnyWaypoint
+    from planner.robots import Robot
+
+POSITION_ONLY_DOF = 3
+"""An arm with so few joints cannot choose its orientation: a move relative to a joint position asks for none."""
+
+
+def waypoint_faults(
+    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
+) -> Iterator[tuple[str, str]]:
+    """What keeps the list from saying where the robot is to go: JSON pointers and messages."""
+    for i, waypoint in enumerate(waypoints):
+        if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
+            count = len(waypoint.position)
+            yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
+    if waypoints and isinstance(waypoints[0], RelativeWaypoint):
+        yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
+    if options.reference is not None and len(options.reference) != robot.dof:
+        yield "/ik/reference", f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}"
+
+
+def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:
+    """The pose asked at every waypoint, as far as the list alone says it.
+
+    A move starts from the pose asked before it, not from the one reached: errors do not add up.
+
+    Args:
+        robot: With its tool.
+        waypoints: The first is not relative.
+
+    Returns:
+        None: the move is in the axes of a tool whose orientation was left open, or starts from such a pose.
+        `moved_pose` gives the pose once the joint position before is chosen.
+    """
+    wanted: list[Pose | None] = []
+    before: Pose | None = None
+    axes: FloatArray | None = None
+    for waypoint in waypoints:
+        if isinstance(waypoint, JointWaypoint):
+            before = tool_pose(robot, np.array(waypoint.position))
+            axes = before.rotation
+            if robot.dof <= POSITION_ONLY_DOF:
+                before = Pose(before.position)
+        else:
+            if isinstance(waypoint, PoseWaypoint):
+                before = waypoint.pose
+            elif before is not None and (axes is not None or waypoint.frame == "base"):
+                before = moved_pose(before, axes, waypoint)
+            else:
+                before = None
+            axes = None if before is None else before.rotation
+        wanted.append(before)
+    return wanted
+
+
+def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> Pose:
+    """The pose before, moved. Where the pose before left its orientation open, so does this one.
+
+    Args:
+        before: The pose asked at the waypoint before.
+        axes: (3, 3), of the tool there; not needed by a move in the base's axes.
+        waypoint: The move.
+    """
+    turn, shift = waypoint.move.transform()
+    rotation = before.rotation
+    if waypoint.frame == "base":
+        return Pose(before.position + shift, None if rotation is None else turn @ rotation)
+    assert axes is not None  # noqa: S101 - wanted_poses leaves out what needs them and has none
+    return Pose(before.position + axes @ shift, None if rotation is None else rotation @ turn)
+
+
+def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> CartesianMove | None:
+    """The move that leads a relative waypoint to another pose; None: in axes that are not known.
+
+    Args:
+        goal: Where the move is to lead.
+        before: The pose asked at the waypoint before.
+        axes: (3, 3), of the tool there; not needed by a move in the base's axes.
+        waypoint: Whose frame the move is in.
+    """
+    shift, start = goal.position - before.position, before.rotation
+    if waypoint.frame == "base":
+        turn = None if start is None or goal.rotation is None else goal.rotation @ start.T
+    else:
+        if axes is None:
+            return None
+        shift = axes.T @ shift
+        turn = None if start is None or goal.rotation is None else start.T @ goal.rotation
+    x, y, z = shift.tolist()
+    return CartesianMove((x, y, z), turn)
+
+
+def pose_remedy(
+    index: int, waypoint: AnyWaypoint, goal: Pose, before: Pose | None, axes: FloatArray | None, explanation: str
+) -> list[Remedy]:
+    """The remedy that takes a waypoint to another pose; none where the list cannot say it.
+
+    Args:
+        index: Of the waypoint.
+        waypoint: A pose, or relative to one.
+        goal: Where it is to be.
+        before: The pose asked at the waypoint before, if there is one.
+        axes: (3, 3), of the tool there, if they are known.
+        explanation: For a person.
+    """
+    if isinstance(waypoint, PoseWaypoint):
+        return [Remedy(f"/waypoints/{index}/pose", poses_as_dicts([goal])[0], explanation)]
+    if not isinstance(waypoint, RelativeWaypoint) or before is None:
+        return []
+    move = move_to(goal, before, axes, waypoint)
+    if move is None:
+        return []
+    made = poses_as_dicts([Pose(np.array(move.translation), move.rotation)])[0]
+    value = {"kind": "cartesian", "translation": made["position"], "orientation": made["orientation"]}
+    return [Remedy(f"/waypoints/{index}/move", value, explanation)]

@@ -1,0 +1,346 @@
+"""Minimum effort along lines, circles and blends: other laws, a second solver, differences, dense samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from planner.backends import BackEnd, MinEffort, Quintic, Ruckig, Toppra
+from planner.backends.jerk_limited.retiming import Duration
+from planner.backends.min_effort.cost import Objective
+from planner.backends.min_effort.on_curve import RetimingCost
+from planner.dynamics import inverse_dynamics
+from planner.errors import InfeasibleDuration, MissingDynamics
+from planner.kinematics import FloatArray, Pose, forward_kinematics, tool_speeds
+from planner.limits import Limits
+from planner.plan import Plan, plan
+from planner.problem import (
+    AnyWaypoint,
+    BlendTransition,
+    CartesianMove,
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    Motion,
+    PlanningProblem,
+    RelativeWaypoint,
+    Transition,
+)
+from planner.robots import load_robot
+
+ARM = load_robot("kuka_kr16_l6_2")
+START = JointWaypoint(position=(0.2, -1.3, 1.4, 0.3, 0.6, 0.2))
+HOME = forward_kinematics(ARM, np.array([START.position]))[0].position
+
+
+def towards(
+    x: float, y: float, z: float, motion: Motion | None = None, transition: Transition | None = None
+) -> RelativeWaypoint:
+    waypoint = RelativeWaypoint(frame="base", move=CartesianMove((x, y, z)), motion=motion or LinearMotion())
+    return waypoint if transition is None else replace(waypoint, transition=transition)
+
+
+LINE = (START, towards(0.0, 0.5, -0.2))
+PATHS: dict[str, tuple[AnyWaypoint, ...]] = {
+    "line": LINE,
+    "short line": (START, towards(0.0, 0.0, 0.02)),
+    "circle": (START, towards(0.2, 0.3, 0.0, CircularMotion(Pose(HOME + np.array([0.2, 0.0, 0.1]))))),
+    "blends": (
+        START,
+        towards(0.0, 0.3, 0.0, transition=BlendTransition(0.05)),
+        towards(0.1, 0.0, -0.2, transition=BlendTransition(0.03)),
+        towards(0.0, -0.2, 0.0),
+    ),
+    "mixed": (
+        START,
+        JointWaypoint(position=(0.6, -1.1, 1.2, 0.0, 0.5, 0.0)),
+        replace(towards(0.0, 0.3, 0.1, transition=BlendTransition(0.04)), name="corner"),
+        replace(towards(0.2, 0.0, 0.0), dwell=0.5),
+        JointWaypoint(position=START.position),
+    ),
+}
+QUICK = MinEffort(knots=24)
+
+
+def planned(
+    waypoints: tuple[AnyWaypoint, ...], backend: BackEnd = QUICK, durations: list[float | None] | None = None
+) -> Plan:
+    if durations is not None:
+        timed = zip(waypoints[1:], durations, strict=True)
+        waypoints = (waypoints[0], *(replace(waypoint, duration=seconds) for waypoint, seconds in timed))
+    return plan(PlanningProblem(ARM, waypoints, backend))
+
+
+def cost(result: Plan, objective: Objective = "effort", duration: float | None = None) -> float:
+    """By dense samples; of the motion stretched evenly to a duration."""
+    own = result.trajectory.duration
+    factor = 1.0 if duration is None else duration / own
+    times = np.linspace(0.0, own, 8001)
+    q, v, a, j = result.trajectory.evaluate(times, [0, 1, 2, 3])
+    torques = inverse_dynamics(ARM, q, v / factor, a / factor**2)
+    rates = {
+        "effort": ((torques / ARM.limit("torque")) ** 2).sum(axis=1),
+        "mechanical_work": np.abs(torques * v / factor).sum(axis=1),
+        "jerk": ((j / factor**3 / ARM.limit("jerk")) ** 2).sum(axis=1),
+    }
+    return float(np.trapezoid(rates[objective], times * factor))
+
+
+def dense_use(result: Plan) -> FloatArray:
+    """(6,), the largest shares of the limits that are used."""
+    times = np.linspace(0.0, result.trajectory.duration, 20001)
+    q, v, a, j = result.trajectory.evaluate(times, [0, 1, 2, 3])
+    limits = result.path.limits.of(result.trajectory.segments[result.trajectory.locate(times)[0]])
+    linear, angular = tool_speeds(ARM, q, v)
+    uses = (
+        np.abs(v) / limits.velocity,
+        np.abs(a) / limits.acceleration,
+        np.abs(j) / limits.jerk,
+        np.abs(inverse_dynamics(ARM, q, v, a)) / limits.torque,
+        linear / limits.tcp_linear_velocity,
+        angular / limits.tcp_angular_velocity,
+    )
+    return np.array([use.max() for use in uses])
+
+
+@pytest.mark.parametrize("slower", [1.0, 1.005, 1.05, 2.0, 8.0])
+@pytest.mark.parametrize("name", ["line", "short line", "circle", "blends"])
+def test_effort_is_never_above_other_laws_of_the_same_duration(name: str, slower: float) -> None:
+    waypoints = PATHS[name]
+    others = [planned(waypoints, backend) for backend in (Ruckig(), Toppra(jerk_limited=True), Quintic())]
+    if len(waypoints) == 2:
+        asked = slower * others[0].trajectory.duration
+        result = planned(waypoints, QUICK, [asked])
+    else:
+        asked = slower * others[2].trajectory.duration
+        result = planned(waypoints, replace(QUICK, slowdown=slower))
+    duration = result.trajectory.duration
+    assert duration == pytest.approx(asked, rel=0.0 if len(waypoints) == 2 else 1e-9)
+    assert dense_use(result).max() <= 1.0 + 1e-9
+    for other in others:
+        if other.trajectory.duration <= duration * (1.0 + 1e-9):
+            assert cost(result) <= cost(other, duration=duration) * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("name", ["line", "circle", "blends", "mixed"])
+def test_something_is_saved(name: str) -> None:
+    result = planned(PATHS[name])
+    duration = result.trajectory.duration
+    assert cost(result) < 0.998 * cost(planned(PATHS[name], Quintic()), duration=duration)
+    assert cost(result) < 0.998 * cost(planned(PATHS[name], Ruckig()), duration=duration)
+    assert result.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("move", "slower"),
+    [
+        ((0.0, 0.5, -0.2), 1.3),
+        ((0.0, 0.5, -0.2), 2.0),
+        ((0.1, -0.4, 0.1), 1.3),
+        ((-0.2, 0.0, 0.4), 1.3),
+        ((-0.2, 0.0, 0.4), 2.0),
+    ],
+)
+def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float], slower: float) -> None:
+    """Squared speeds at nodes of the line as the unknowns (Verscheure et al. 2009), by SLSQP; jerk limits too wide."""
+    joints = tuple(replace(joint, jerk=1e4) for joint in ARM.joints)
+    problem = PlanningProblem(replace(ARM, joints=joints), (START, towards(*move)), Ruckig())
+    fastest = plan(problem)
+    duration = slower * fastest.trajectory.duration
+    asked = (START, replace(problem.waypoints[1], duration=duration))
+    result = plan(replace(problem, waypoints=asked, backend=MinEffort(knots=100)))
+
+    curve, limits, nodes = result.path.runs[0].curve, result.path.limits, 60
+    s = np.linspace(0.0, curve.breakpoints[-1], nodes + 1)
+    q, dq, ddq = curve.evaluate((s[:-1] + s[1:]) / 2.0)
+    still = np.zeros_like(q)
+    gravity = inverse_dynamics(ARM, q, still, still)
+    by_gain = (inverse_dynamics(ARM, q, still, dq) - gravity) / ARM.limit("torque")
+    by_square = (inverse_dynamics(ARM, q, dq, ddq) - gravity) / ARM.limit("torque")
+    gravity /= ARM.limit("torque")
+    step = s[1]
+    middle = (np.eye(nodes + 1)[1:] + np.eye(nodes + 1)[:-1])[:, 1:-1] / 2.0
+    slope = (np.eye(nodes + 1)[1:] - np.eye(nodes + 1)[:-1])[:, 1:-1] / (2.0 * step)
+
+    def linear(by_b: FloatArray, by_a: FloatArray) -> FloatArray:
+        rows: FloatArray = by_b.T[:, :, None] * middle + by_a.T[:, :, None] * slope
+        return rows
+
+    def times(b: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of the intervals, and their derivatives."""
+        speeds = np.sqrt(np.concatenate([[0.0], b, [0.0]]))
+        both = speeds[1:] + speeds[:-1]
+        by_speed = -2.0 * step / both**2
+        slopes = np.zeros((nodes, nodes - 1))
+        inner = np.arange(nodes - 1)
+        slopes[inner, inner] = by_speed[:-1] / (2.0 * speeds[1:-1])
+        slopes[inner + 1, inner] = by_speed[1:] / (2.0 * speeds[1:-1])
+        return 2.0 * step / both, slopes
+
+    torque = linear(by_square, by_gain)
+    acceleration = linear(ddq, dq) / limits.acceleration[0][:, None, None]
+    velocity = linear(dq**2, np.zeros_like(dq)) / limits.velocity[0][:, None, None] ** 2
+    rows = np.concatenate([torque, -torque, acceleration, -acceleration, velocity]).reshape(-1, nodes - 1)
+    room = np.concatenate([1.0 - gravity.T, 1.0 + gravity.T, np.ones((3 * ARM.dof, nodes))]).ravel()
+
+    def effort(x: FloatArray) -> tuple[float, FloatArray]:
+        dt, by_b = times(x * unit)
+        use = torque @ (x * unit) + gravity.T
+        pull = 2.0 * np.einsum("jk,jkn,k->n", use, torque, dt) + (use**2).sum(axis=0) @ by_b
+        return float((use**2).sum(axis=0) @ dt), unit * pull
+
+    first = s[1:-1] * (s[-1] - s[1:-1])
+    first *= (times(first)[0].sum() / duration) ** 2
+    unit = float(first.max())
+    found = minimize(
+        effort,
+        first / unit,
+        jac=True,
+        method="SLSQP",
+        bounds=[(1e-6, None)] * (nodes - 1),
+        constraints=[
+            {
+                "type": "eq",
+                "fun": lambda x: times(x * unit)[0].sum() / duration - 1.0,
+                "jac": lambda x: times(x * unit)[1].sum(axis=0) * unit / duration,
+            },
+            {"type": "ineq", "fun": lambda x: room - rows @ (x * unit), "jac": lambda x: -rows * unit},
+        ],
+        options={"maxiter": 400, "ftol": 1e-9},
+    )
+    assert found.success, found.message
+    begun, best = cost(fastest, duration=duration), cost(result)
+    assert best < begun
+    assert best <= found.fun + 0.1 * (begun - found.fun) + 1e-4 * begun
+    assert best >= found.fun * (1.0 - 0.005)
+
+
+@pytest.mark.parametrize("name", ["line", "circle", "blends"])
+def test_limits_by_dense_samples(name: str) -> None:
+    """Torque and tool speed narrow enough to bind; the tool keeps to its path."""
+    limits = Limits(
+        torque=tuple((0.5 * ARM.limit("torque")).tolist()), tcp_linear_velocity=0.4, tcp_angular_velocity=0.5
+    )
+    result = plan(PlanningProblem(ARM, PATHS[name], replace(QUICK, time_weight=1.0), limits))
+    used = dense_use(result)
+    assert used.max() <= 1.0 + 1e-9
+    assert used[3:].max() > 0.97
+    assert result.certificate.satisfied
+    assert int(result.certificate.continuity[1:]) >= 2
+
+
+def test_durations_of_segments_that_are_passed_are_kept() -> None:
+    """Exactly; one without a duration has what the quintic gives it."""
+    free = planned(PATHS["blends"], replace(QUICK, slowdown=1.2))
+    times = np.diff(free.trajectory.arrivals).tolist()
+    unequal = [1.4 * times[0], 1.1 * times[1], 1.2 * times[2]]
+    for asked in (unequal, [unequal[0], None, unequal[2]]):
+        result, quintic = (planned(PATHS["blends"], backend, asked) for backend in (QUICK, Quintic()))
+        expected = np.diff(quintic.trajectory.arrivals)
+        assert np.diff(result.trajectory.arrivals) == pytest.approx(expected, rel=1e-12)
+        assert dense_use(result).max() <= 1.0 + 1e-9
+        assert cost(result) < 0.9999 * cost(quintic)
+
+
+@pytest.mark.parametrize("name", ["line", "blends"])
+def test_a_duration_too_short_is_refused_with_one_that_will_do(name: str) -> None:
+    waypoints = PATHS[name]
+    times = np.diff(planned(waypoints).trajectory.arrivals)
+    asked: list[float | None] = (0.4 * times).tolist()
+    with pytest.raises(InfeasibleDuration) as refused:
+        planned(waypoints, QUICK, asked)
+    assert refused.value.segment is not None
+    for remedy in refused.value.remedies:
+        asked[int(remedy.change.split("/")[2]) - 1] = remedy.value
+    result = planned(waypoints, QUICK, asked)
+    assert np.diff(result.trajectory.arrivals) == pytest.approx(asked, rel=1e-12)
+
+
+def test_motions_of_all_kinds_in_one_list() -> None:
+    result, quintic = planned(PATHS["mixed"]), planned(PATHS["mixed"], Quintic())
+    times = result.trajectory
+    assert times.arrivals == pytest.approx(quintic.trajectory.arrivals, rel=1e-9, abs=0.02 * times.duration)
+    assert times.departures[3] - times.arrivals[3] == pytest.approx(0.5)
+    assert dense_use(result).max() <= 1.0 + 1e-9
+    ends = [0, 1, 3, 4]  # waypoint 2 is blended
+    met = times.evaluate(times.arrivals[ends], [0])[0]
+    assert np.abs(met - result.path.positions[ends]).max() <= 1e-9
+
+
+@pytest.mark.parametrize("objective", ["mechanical_work", "jerk"])
+@pytest.mark.parametrize("name", ["line", "blends"])
+def test_other_objectives(name: str, objective: Objective) -> None:
+    best = planned(PATHS[name], replace(QUICK, objective=objective))
+    for backend in (Ruckig(), Quintic(), QUICK):
+        other = planned(PATHS[name], backend)
+        assert cost(best, objective) < 0.9999 * cost(other, objective, best.trajectory.duration)
+
+
+def test_time_against_effort() -> None:
+    def price(result: Plan, weight: float) -> float:
+        return cost(result) + weight * result.trajectory.duration
+
+    plans = {w: planned(LINE, replace(QUICK, time_weight=w)) for w in (1e-4, 1e-2, 1.0)}
+    durations = [result.trajectory.duration for result in plans.values()]
+    assert durations[0] > 1.05 * durations[1] > 1.1 * durations[2]
+    assert durations[2] < 1.02 * planned(LINE, Ruckig()).trajectory.duration
+    for weight, result in plans.items():
+        others = [*plans.values(), planned(LINE), planned(LINE, Ruckig())]
+        assert all(price(result, weight) <= price(other, weight) * (1.0 + 1e-9) for other in others)
+
+
+def test_when_time_is_up_the_best_law_so_far_is_returned() -> None:
+    hurried = planned(LINE, replace(QUICK, time_limit=1e-6))
+    assert [warning.code for warning in hurried.warnings] == ["suboptimal"]
+    assert cost(hurried) <= cost(planned(LINE, Quintic())) * (1.0 + 1e-9)
+
+
+def test_no_other_law_is_no_fault() -> None:
+    """In the shortest time there is one law only: nothing is left to search for, and nothing to warn of."""
+    shortest = planned(LINE, Ruckig()).trajectory.duration
+    result = planned(LINE, QUICK, [shortest * (1.0 + 1e-9)])
+    assert result.warnings == ()
+
+
+def test_without_inertias_effort_is_unknown() -> None:
+    robot = load_robot("ngv_refuelling_arm")
+    start = JointWaypoint(position=(0.3, 0.5, 0.4, 0.3, 0.6, 0.2))
+    problem = PlanningProblem(robot, (start, towards(0.0, 0.02, 0.0)), QUICK)
+    with pytest.raises(MissingDynamics):
+        plan(problem)
+    smooth = plan(replace(problem, backend=replace(QUICK, objective="jerk")))
+    assert smooth.certificate.satisfied
+
+
+@pytest.mark.parametrize(("power", "absolute"), [(-0.5, False), (0.0, True), (0.5, False)])
+def test_derivatives_by_differences(power: float, absolute: bool) -> None:
+    """The slope; and the curvature, but for what is cut to keep it convex and the parabola that stands for |y|."""
+    rng = np.random.default_rng(1)
+    rows = [rng.normal(size=(4, 15)) for _ in range(4)]
+    widths = rng.uniform(0.1, 0.5, 5)
+    aim = RetimingCost(*rows, power=power, absolute=absolute, duration=Duration(widths), time_weight=500.0)  # type: ignore[misc, arg-type]
+    states = rng.uniform(0.5, 1.5, (3, 15))
+    step = 1e-6
+
+    def slope_at(states: FloatArray) -> FloatArray:
+        return np.array(
+            [
+                [(aim.value(states + step * unit) - aim.value(states - step * unit)) / (2.0 * step) for unit in of_row]
+                for of_row in np.eye(45).reshape(3, 15, 3, 15)
+            ]
+        )
+
+    slope = aim.slope(states)
+    assert slope == pytest.approx(slope_at(states), rel=1e-6, abs=1e-7)
+    curvature = aim.curvature(states, np.zeros(15))
+    for k in range(3):
+        change = np.zeros_like(states)
+        change[k] = step
+        by_k = (aim.slope(states + change) - aim.slope(states - change)) / (2.0 * step)
+        if absolute:
+            assert (curvature[k, k] >= by_k[k] - 1e-6 * np.abs(by_k[k]).max()).all()
+        else:
+            assert curvature[k] == pytest.approx(by_k, rel=1e-5, abs=1e-6)

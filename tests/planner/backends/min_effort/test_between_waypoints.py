@@ -1,0 +1,307 @@
+"""Minimum effort against differences, the quintic, a second formulation and dense samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.interpolate import make_interp_spline
+from scipy.linalg import null_space
+from scipy.optimize import minimize
+
+from planner.backends import MinEffort, Quintic
+from planner.backends.min_effort.cost import Objective
+from planner.backends.min_effort.program import CACHED_PROGRAMS, Program, program_of
+from planner.backends.min_effort.terms import Layout
+from planner.dynamics import inverse_dynamics
+from planner.errors import InfeasibleDuration, MissingDynamics
+from planner.kinematics import FloatArray, tool_speeds
+from planner.last_used import LastUsed
+from planner.limits import Limits
+from planner.plan import Plan, plan
+from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.robots import Robot, load_robot
+from planner.robots.payload import Payload
+from tests.planner.problems import problem_of
+from tests.planner.promises import keeps_joint_limits, keeps_sampled_limits
+
+ARM = "kuka_kr16_l6_2"
+QUICK = MinEffort(knots=24)
+
+
+def arm_problem(seed: int, count: int, scale: float = 1.0, through: bool = False) -> PlanningProblem:
+    problem = replace(problem_of(ARM, "quintic", seed, count, scale), backend=QUICK)
+    if not through:
+        return problem
+    first, *inner, last = problem.waypoints
+    passed = [replace(waypoint, transition=ThroughTransition()) for waypoint in inner]
+    return replace(problem, waypoints=(first, *passed, last))
+
+
+def with_durations(problem: PlanningProblem, durations: list[float | None]) -> PlanningProblem:
+    first, *others = problem.waypoints
+    timed = [replace(waypoint, duration=seconds) for waypoint, seconds in zip(others, durations, strict=True)]
+    return replace(problem, waypoints=(first, *timed))
+
+
+def effort_of_states(robot: Robot, times: FloatArray, states: list[FloatArray]) -> float:
+    torques = inverse_dynamics(robot, *states)
+    return float(np.trapezoid(((torques / robot.limit("torque")) ** 2).sum(axis=1), times))
+
+
+def effort(result: Plan) -> float:
+    times = np.linspace(0.0, result.trajectory.duration, 4001)
+    return effort_of_states(result.path.robot, times, result.trajectory.evaluate(times))
+
+
+def by_differences(function: Any, x: FloatArray, step: float = 1e-6) -> FloatArray:
+    """(outputs, len(x))."""
+    steps = step * np.eye(len(x))
+    columns = [(np.array(function(x + d)) - np.array(function(x - d))).ravel() / (2.0 * step) for d in steps]
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize("watches_tool", [False, True])
+@pytest.mark.parametrize("objective", ["effort", "mechanical_work", "jerk"])
+def test_derivatives_by_differences(objective: Objective, watches_tool: bool) -> None:
+    """The gradient, the constraints' and the Lagrangian's second derivative, durations included."""
+    program = Program(load_robot(ARM), Layout(2, 4, objective, watches_tool))
+    values, slopes, curvature = (
+        program.solver.get_function(name) for name in ("nlp_grad_f", "nlp_jac_g", "nlp_hess_l")
+    )
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-0.5, 0.5, slopes.size1_in(0))
+    x[-2:] = 0.8, 1.3
+    p = rng.uniform(0.5, 1.5, slopes.size1_in(1))
+    factor, multipliers = 0.7, rng.uniform(-1.0, 1.0, slopes.size1_out(0))
+    gradient, jacobian = np.array(values(x, p)[1]), np.array(slopes(x, p)[1])
+    by_f = by_differences(lambda x: values(x, p)[0], x)
+    by_g = by_differences(lambda x: slopes(x, p)[0], x)
+    assert np.abs(gradient.ravel() - by_f.ravel()).max() <= 1e-7 * max(1.0, np.abs(by_f).max())
+    assert np.abs(jacobian - by_g).max() <= 1e-7 * np.abs(by_g).max()
+
+    def lagrangian_slope(x: FloatArray) -> FloatArray:
+        slope: FloatArray = factor * np.array(values(x, p)[1]).ravel() + multipliers @ np.array(slopes(x, p)[1])
+        return slope
+
+    upper = np.array(curvature(x, p, factor, multipliers))
+    whole = np.triu(by_differences(lagrangian_slope, x))
+    assert np.abs(upper - whole).max() <= 1e-6 * np.abs(whole).max()
+
+
+@pytest.mark.parametrize("through", [False, True], ids=["stop", "through"])
+@pytest.mark.parametrize("seed", range(4))
+def test_effort_is_never_above_the_quintics(seed: int, through: bool) -> None:
+    problem = arm_problem(seed, 3, 0.3, through)
+    quintic, best = plan(replace(problem, backend=Quintic())), plan(problem)
+    assert best.trajectory.duration == pytest.approx(quintic.trajectory.duration, rel=1e-9)
+    assert effort(best) < 0.99 * effort(quintic)
+    assert best.warnings == ()
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4, 6, 7, 9, 12, 13, 14, 15, 16, 17])
+def test_a_second_formulation_finds_the_same_optimum(seed: int) -> None:
+    """Accelerations as the unknowns, integrated twice, by BFGS with Pinocchio's derivatives; limits too wide to bind.
+
+    Effort has many local minima: the search begins beside the one that is to be confirmed.
+    """
+    duration, pieces = 0.5, 16
+    problem = with_durations(arm_problem(seed, 2, 0.4), [duration])
+    wide = {"lower": -np.inf, "upper": np.inf, "velocity": 1e3, "acceleration": 1e4, "jerk": 1e6}
+    joints = tuple(replace(joint, **wide) for joint in problem.robot.joints)  # type: ignore[arg-type]
+    problem = replace(problem, robot=replace(problem.robot, joints=joints), backend=MinEffort(knots=pieces))
+    result = plan(problem)
+    assert all(check.ratio is None or check.ratio < 0.97 for check in result.certificate.checks)
+    robot, (start, end) = problem.robot, result.path.positions
+    nodes, times = np.linspace(0.0, duration, pieces + 1), np.linspace(0.0, duration, 4 * pieces + 1)
+    hats = make_interp_spline(nodes, np.eye(pieces + 1)[:, 1:-1], k=1)
+    bases = [hats.antiderivative(2)(times), hats.antiderivative()(times), hats(times)]
+    arrival = np.array([bases[0][-1], bases[1][-1]])  # of position and velocity
+    begin = np.linalg.pinv(arrival) @ np.array([end - start, np.zeros(robot.dof)])
+    free = null_space(arrival)
+    trapezoid = np.full(len(times), times[1])
+    trapezoid[[0, -1]] /= 2.0
+    weights = trapezoid / robot.limit("torque")[:, None] ** 2
+
+    def cost(flat: FloatArray) -> tuple[float, FloatArray]:
+        unknown = begin + free @ flat.reshape(-1, robot.dof)
+        value, slope = 0.0, np.zeros_like(unknown)
+        q, v, a = (basis @ unknown for basis in bases)
+        for i, state in enumerate(zip(q + start, v, a, strict=True)):
+            pin.computeRNEADerivatives(robot.model, robot.data, *state)
+            pull = 2.0 * weights[:, i] * robot.data.tau
+            by_acceleration = np.triu(robot.data.M) + np.triu(robot.data.M, 1).T
+            value += float(pull @ robot.data.tau) / 2.0
+            for basis, derivative in zip(bases, (robot.data.dtau_dq, robot.data.dtau_dv, by_acceleration), strict=True):
+                slope += np.outer(basis[i], pull @ derivative)
+        return value, (free.T @ slope).ravel()
+
+    own = (free.T @ (result.trajectory.evaluate(nodes[1:-1], [2])[0] - begin)).ravel()
+    expected, unit = effort(result), float(np.abs(own).max())
+    assert cost(own)[0] == pytest.approx(expected, rel=0.01)
+    beside = own + np.random.default_rng(seed).normal(0.0, 0.05 * unit, own.shape)
+    assert cost(beside)[0] > 1.05 * expected
+
+    def scaled(x: FloatArray) -> tuple[float, FloatArray]:
+        value, slope = cost(x * unit)
+        return value / expected, slope * unit / expected
+
+    found = minimize(scaled, beside / unit, jac=True, method="BFGS", options={"maxiter": 250, "gtol": 1e-4})
+    assert found.fun == pytest.approx(1.0, rel=0.01)
+
+
+def test_limits_by_dense_samples() -> None:
+    """Torque and tool speed too, both narrow enough to bind."""
+    limits = Limits(
+        torque=tuple((0.3 * load_robot(ARM).limit("torque")).tolist()),
+        tcp_linear_velocity=1.0,
+        tcp_angular_velocity=2.0,
+    )
+    problem = replace(arm_problem(1, 4, 0.5, through=True), limits=limits)
+    result = plan(problem)
+    robot, trajectory, bounds = result.path.robot, result.trajectory, result.path.limits
+    times = np.linspace(0.0, trajectory.duration, 20001)
+    q, v, a, j = trajectory.evaluate(times, [0, 1, 2, 3])
+    linear, angular = tool_speeds(robot, q, v)
+    used = [
+        np.abs(v) / bounds.velocity[0],
+        np.abs(a) / bounds.acceleration[0],
+        np.abs(j) / bounds.jerk[0],
+        np.abs(inverse_dynamics(robot, q, v, a)) / bounds.torque[0],
+        linear / 1.0,
+        angular / 2.0,
+    ]
+    assert all(use.max() <= 1.0 + 1e-9 for use in used)
+    assert max(used[3].max(), used[4].max(), used[5].max()) > 0.98
+    assert (q >= bounds.lower).all()
+    assert (q <= bounds.upper).all()
+    assert np.abs(trajectory.evaluate(trajectory.arrivals, [0])[0] - result.path.positions).max() <= 1e-9
+    for derivative in trajectory.evaluate(np.array([0.0, trajectory.duration]), [1, 2]):
+        assert np.abs(derivative).max() <= 1e-9
+    quintic = plan(replace(problem, backend=Quintic()))
+    assert effort(result) < effort(quintic)
+
+
+def test_without_inertias_effort_is_unknown() -> None:
+    problem = replace(problem_of("ngv_refuelling_arm", "quintic", 1, 2), backend=QUICK)
+    with pytest.raises(MissingDynamics):
+        plan(problem)
+    result = plan(replace(problem, backend=MinEffort(objective="jerk", knots=16)))
+    assert result.trajectory.duration == pytest.approx(plan(replace(problem, backend=Quintic())).trajectory.duration)
+
+
+def test_a_payload_changes_the_motion() -> None:
+    problem = with_durations(arm_problem(2, 2, 0.5), [3.0])
+    empty, loaded = plan(problem), plan(replace(problem, payload=Payload(5.0, (0.0, 0.0, 0.1))))
+    middle = np.linspace(0.0, 3.0, 50)
+    ways = [result.trajectory.evaluate(middle, [0])[0] for result in (empty, loaded)]
+    assert np.abs(ways[0] - ways[1]).max() > 1e-3
+    carried = effort_of_states(
+        loaded.path.robot, np.linspace(0, 3, 4001), empty.trajectory.evaluate(np.linspace(0, 3, 4001))
+    )
+    assert effort(loaded) < carried
+
+
+def test_asked_durations_are_kept_and_free_ones_found() -> None:
+    free = arm_problem(1, 4, 0.3, through=True)
+    quintic = plan(replace(free, backend=Quintic()))
+    times = np.diff(quintic.trajectory.arrivals).tolist()
+    found, given = plan(free), plan(with_durations(free, times))
+    assert np.diff(given.trajectory.arrivals) == pytest.approx(times, rel=1e-9)
+    assert found.trajectory.duration == pytest.approx(sum(times), rel=1e-9)
+    assert effort(found) < effort(given) < effort(quintic)
+
+
+def test_a_duration_that_only_the_quintic_finds_too_short() -> None:
+    free = arm_problem(1, 2)
+    shortest = plan(replace(free, backend=Quintic())).trajectory.duration
+    faster = plan(with_durations(free, [0.9 * shortest]))
+    assert faster.trajectory.duration == pytest.approx(0.9 * shortest, rel=1e-12)
+    asked = with_durations(free, [0.3 * shortest])
+    with pytest.raises(InfeasibleDuration) as refused:
+        plan(asked)
+    assert (refused.value.segment, refused.value.joint) == (0, "joint_a4")
+    remedy = refused.value.remedies[0]
+    assert remedy.change == "/waypoints/1/duration"
+    assert plan(with_durations(free, [remedy.value])).trajectory.duration == remedy.value
+
+
+def test_time_against_effort() -> None:
+    def price(result: Plan, weight: float) -> float:
+        return effort(result) + weight * result.trajectory.duration
+
+    problem = arm_problem(0, 2)
+    plans = {w: plan(replace(problem, backend=replace(QUICK, time_weight=w))) for w in (1e-3, 1.0)}
+    assert plans[1.0].trajectory.duration < 0.9 * plans[1e-3].trajectory.duration
+    for weight, result in plans.items():
+        other = plans[1.0 if weight < 1.0 else 1e-3]
+        assert price(result, weight) < price(other, weight)
+        assert price(result, weight) < price(plan(problem), weight)
+    slow = plan(replace(problem, backend=replace(QUICK, slowdown=1.5)))
+    assert slow.trajectory.duration == pytest.approx(1.5 * plan(problem).trajectory.duration)
+
+
+@pytest.mark.parametrize("objective", ["mechanical_work", "jerk"])
+def test_other_objectives(objective: Objective) -> None:
+    problem = arm_problem(1, 3, 0.4, through=True)
+
+    def cost(result: Plan) -> float:
+        times = np.linspace(0.0, result.trajectory.duration, 4001)
+        q, v, a, j = result.trajectory.evaluate(times, [0, 1, 2, 3])
+        if objective == "jerk":
+            return float(np.trapezoid(((j / result.path.robot.limit("jerk")) ** 2).sum(axis=1), times))
+        return float(np.trapezoid(np.abs(inverse_dynamics(result.path.robot, q, v, a) * v).sum(axis=1), times))
+
+    best = plan(replace(problem, backend=replace(QUICK, objective=objective)))
+    assert cost(best) < 0.999 * cost(plan(replace(problem, backend=Quintic())))
+    assert cost(best) < cost(plan(problem))
+
+
+def test_when_time_is_up_the_best_motion_so_far_is_returned() -> None:
+    problem = arm_problem(2, 2)
+    hurried = plan(replace(problem, backend=replace(QUICK, time_limit=1e-6)))
+    assert [warning.code for warning in hurried.warnings] == ["suboptimal"]
+    assert effort(hurried) <= effort(plan(replace(problem, backend=Quintic()))) * (1.0 + 1e-9)
+
+
+def test_programs_are_kept_for_robots_of_equal_content() -> None:
+    robot, layout = load_robot(ARM), Layout(1, 9, "effort", False)
+    program = program_of(robot.with_payload(Payload(1.0)), layout)
+    assert program_of(robot.with_payload(Payload(1.0)), layout) is program
+    assert program_of(robot.with_payload(Payload(2.0)), layout) is not program
+    cache: LastUsed[int] = LastUsed(CACHED_PROGRAMS)
+    assert [cache.get(key, lambda key=key: 10 * key) for key in range(20)] == list(range(0, 200, 10))  # type: ignore[misc]
+    assert list(cache.kept) == list(range(20 - CACHED_PROGRAMS, 20))
+
+
+def test_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
+    plan(arm_problem(5, 2))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_tool_that_is_nearly_at_its_speed_limit_all_the_way_does_not_ask_for_ever_more_intervals() -> None:
+    start = (1.8083773728974482, -2.704238176858446, 1.3282889853551905, 0.7462329409973796, -2.2505425693, -2.46108980)
+    end = (-2.321607366040192, -0.1793599262010157, 2.4834490832868843, -2.3401206791464437, 0.361912734, -1.16440979)
+    limits = Limits(tcp_angular_velocity=0.2, velocity_scale=0.5, acceleration_scale=0.14)
+    waypoints = JointWaypoint(position=start), JointWaypoint(position=end)
+    result = plan(PlanningProblem(load_robot(ARM), waypoints, MinEffort(knots=8), limits))
+    assert len(result.trajectory.lengths) <= 4 * 8
+
+
+def test_more_intervals_after_narrower_limits() -> None:
+    """A repair that left a coarse excess asked for more intervals, with margins for fewer: an error of shapes."""
+    speeds = Limits(
+        velocity_scale=0.18710678231918604,
+        acceleration_scale=0.10080281942326491,
+        tcp_linear_velocity=0.13782703913934743,
+        tcp_angular_velocity=0.4872404483524742,
+    )
+    problem = problem_of(ARM, "min_effort", 35, 3, 0.7989328457903327)
+    problem = replace(problem, limits=speeds, backend=MinEffort(knots=5))
+    result = plan(problem)
+    assert result.certificate.satisfied
+    keeps_joint_limits(result)
+    keeps_sampled_limits(result)

@@ -1,0 +1,288 @@
+"""The Ruckig back end against the library's own calls, textbook times and dense samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import ruckig
+
+from planner.backends import Ruckig
+from planner.dynamics import inverse_dynamics
+from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimit, LimitsUnsatisfiable
+from planner.kinematics import tool_speeds
+from planner.limits import Limits
+from planner.plan import plan
+from planner.problem import JointWaypoint, PlanningProblem
+from planner.robots import Joint, load_robot
+from planner.robots.payload import Payload
+from tests.planner.backends.ruckig.ruckig_problems import (
+    assert_within_limits,
+    durations_of,
+    line,
+    one_joint,
+    passing,
+    shortest_time,
+    with_durations,
+)
+from tests.planner.problems import problem_of
+
+
+def ruckig_between(
+    problem: PlanningProblem, segment: int, synchronization: ruckig.Synchronization
+) -> ruckig.Trajectory:
+    robot = problem.robot
+    target = ruckig.InputParameter(robot.dof)
+    target.current_position = list(problem.waypoints[segment].position)
+    target.target_position = list(problem.waypoints[segment + 1].position)
+    target.max_velocity, target.max_acceleration = (
+        robot.limit("velocity").tolist(),
+        robot.limit("acceleration").tolist(),
+    )
+    target.max_jerk = robot.limit("jerk").tolist()
+    target.synchronization = synchronization
+    result = ruckig.Trajectory(robot.dof)
+    assert ruckig.Ruckig(robot.dof).calculate(target, result) == ruckig.Result.Working
+    return result
+
+
+@pytest.mark.parametrize("synchronization", ["phase", "time"])
+@pytest.mark.parametrize("scale", [1e-4, 1e-2, 0.3, 1.0])
+@pytest.mark.parametrize("robot_id", ["ngv_refuelling_arm", "three_dof_arm"])
+def test_stopping_is_what_the_library_computes(robot_id: str, scale: float, synchronization: str) -> None:
+    """At once for all joints, by its own synchronisation; and the same positions all the way where it is by phase."""
+    problem = replace(problem_of(robot_id, "ruckig", 5, 4, scale), backend=Ruckig(synchronization=synchronization))
+    result = plan(problem)
+    assert_within_limits(result)
+    for segment, duration in enumerate(durations_of(result)):
+        peer = ruckig_between(problem, segment, getattr(ruckig.Synchronization, synchronization.title()))
+        assert duration == pytest.approx(peer.duration, rel=1e-8)
+        if synchronization == "phase":
+            for share in np.linspace(0.0, 1.0, 41):
+                at = result.trajectory.departures[segment] + share * duration
+                own = result.trajectory.evaluate(np.array([at]), [0])[0][0]
+                assert own == pytest.approx(peer.at_time(share * peer.duration)[0], abs=1e-7 * max(scale, 1e-2))
+
+
+@pytest.mark.parametrize("travel", [1e-5, 1e-3, 0.05, 0.4, 3.0])
+@pytest.mark.parametrize(("v", "a", "j"), [(1.0, 3.0, 20.0), (2.0, 1.0, 500.0), (0.1, 10.0, 5.0)])
+def test_a_single_joint_takes_the_time_of_the_textbook(travel: float, v: float, a: float, j: float) -> None:
+    robot = one_joint(velocity=v, acceleration=a, jerk=j)
+    expected = shortest_time(travel, v, a, j)
+    assert plan(line(robot, 0.0, travel)).trajectory.duration == pytest.approx(expected, rel=1e-9)
+    assert plan(line(robot, 0.0, travel, synchronization="time")).trajectory.duration == pytest.approx(
+        expected, rel=1e-8
+    )
+
+
+def test_time_synchronisation_bends_straight_lines_and_phase_does_not() -> None:
+    """library-pitfalls.md, 12."""
+    problem = problem_of("ngv_refuelling_arm", "ruckig", 5, 2)
+    start, end = (np.array(waypoint.position) for waypoint in problem.waypoints)
+    bends = {}
+    for synchronization in ("phase", "time"):
+        trajectory = plan(replace(problem, backend=Ruckig(synchronization=synchronization))).trajectory
+        (position,) = trajectory.evaluate(np.linspace(0.0, trajectory.duration, 501), [0])
+        along = (position - start) @ (end - start) / ((end - start) @ (end - start))
+        bends[synchronization] = np.abs(position - start - along[:, None] * (end - start)).max()
+    assert bends["phase"] < 1e-12
+    assert bends["time"] > 0.01
+
+
+@pytest.mark.parametrize("synchronization", ["phase", "time"])
+@pytest.mark.parametrize("factor", [1.0 + 1e-9, 1.3, 5.0, 1e4])
+def test_asked_durations_of_stops_are_exact(synchronization: str, factor: float) -> None:
+    """1e4 times: the library's own minimum duration fails there (library-pitfalls.md, 11)."""
+    problem = replace(problem_of("ngv_refuelling_arm", "ruckig", 9, 4), backend=Ruckig(synchronization=synchronization))
+    asked = durations_of(plan(problem)) * factor
+    result = plan(with_durations(problem, dict(enumerate(asked.tolist(), start=1))))
+    assert durations_of(result) == pytest.approx(asked, rel=1e-9)
+    assert_within_limits(result)
+
+
+def test_a_failing_call_of_the_library_has_no_name() -> None:
+    """library-pitfalls.md, 11: too long a motion raises a ValueError; a jerk of zero passes the validation only."""
+    target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    target.target_position, target.max_velocity, target.max_acceleration, target.max_jerk = [1.0], [1.0], [2.0], [10.0]
+    target.minimum_duration = 1e4
+    with pytest.raises(ValueError, match="-101"):
+        ruckig.Ruckig(1).calculate(target, output)
+    target.minimum_duration, target.max_jerk = None, [0.0]
+    assert ruckig.Ruckig(1).validate_input(target)
+    with pytest.raises(ruckig.RuckigError):
+        ruckig.Ruckig(1).calculate(target, output)
+    # Ours: the same duration, as a pass through a waypoint too.
+    robot = one_joint(velocity=1.0, acceleration=2.0, jerk=10.0)
+    problem = with_durations(passing(line(robot, 0.0, 1.0, 2.0)), {1: 1e4})
+    assert durations_of(plan(problem))[0] == pytest.approx(1e4, rel=1e-12)
+
+
+def test_the_library_leaves_the_box_and_its_extrema_miss_it() -> None:
+    """library-pitfalls.md, 10; where accelerations are not 0, its `position_extrema` do not even show it."""
+    target, output = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    target.max_velocity, target.max_acceleration, target.max_jerk = [1.0], [3.0], [20.0]
+    target.current_velocity, target.current_acceleration = [-0.795618399727763], [-0.9328288493890713]
+    target.target_position = [0.6317071082430643]
+    target.target_velocity, target.target_acceleration = [0.5718468425401111], [0.45931089285988813]
+    target.min_position = [-0.1]
+    assert ruckig.Ruckig(1).calculate(target, output) == ruckig.Result.Working
+    lowest = min(output.at_time(t)[0][0] for t in np.linspace(0.0, output.duration, 2001))
+    assert lowest < -0.2
+    assert output.position_extrema[0].min > lowest + 0.05
+    robot = load_robot("kuka_kr16_2")
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    shares = ([0.5] * 6, [1.0] * 6, [0.9] * 6, [0.999] * 6, [0.02] * 6, [0.0] * 6, [0.3] * 6)
+    positions = np.clip(lower + np.array(shares) * (upper - lower), lower, upper)
+    waypoints = tuple(JointWaypoint(position=tuple(position.tolist())) for position in positions)
+    result = plan(passing(PlanningProblem(robot, waypoints, Ruckig())))
+    assert_within_limits(result)
+
+
+def test_a_motion_may_begin_and_end_in_motion() -> None:
+    problem = passing(problem_of("ngv_refuelling_arm", "ruckig", 3, 4, 0.5))
+    options = {
+        "initial_velocity": (0.5, -0.4, 0.3, 1.0, -1.0, 2.0),
+        "initial_acceleration": (1.0, 1.0, -2.0, 5.0, 5.0, -5.0),
+        "final_velocity": (-0.2, 0.4, 0.3, 1.0, 1.0, -2.0),
+    }
+    result = plan(replace(problem, backend=Ruckig(**options)))
+    assert_within_limits(result)
+    ends = np.array([0.0, result.trajectory.duration])
+    _, velocity, acceleration = result.trajectory.evaluate(ends, [0, 1, 2])
+    assert velocity == pytest.approx(np.array([options["initial_velocity"], options["final_velocity"]]), abs=1e-9)
+    assert acceleration == pytest.approx(np.array([options["initial_acceleration"], [0.0] * 6]), abs=1e-8)
+    assert result.trajectory.duration != pytest.approx(plan(problem).trajectory.duration, rel=1e-3)
+
+
+def test_a_line_with_the_motion_along_it_stays_straight() -> None:
+    problem = problem_of("ngv_refuelling_arm", "ruckig", 3, 2, 0.5)
+    start, end = (np.array(waypoint.position) for waypoint in problem.waypoints)
+    speed = tuple((0.1 * (end - start)).tolist())
+    result = plan(replace(problem, backend=Ruckig(initial_velocity=speed)))
+    assert_within_limits(result)
+    (position,) = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 101), [0])
+    along = (position - start) @ (end - start) / ((end - start) @ (end - start))
+    assert np.abs(position - start - along[:, None] * (end - start)).max() < 1e-9
+
+
+def test_motion_at_the_ends_is_held_against_robot_waypoints_and_limits() -> None:
+    problem = problem_of("three_dof_arm", "ruckig", 3, 3)
+    with pytest.raises(InvalidProblem) as invalid:
+        plan(replace(problem, backend=Ruckig(initial_velocity=(0.1,), final_velocity=(0.1, 0.2))))
+    assert [pointer for pointer, _ in invalid.value.faults] == ["/backend/initial_velocity", "/backend/final_velocity"]
+    first, *rest = problem.waypoints
+    resting = replace(problem, waypoints=(replace(first, dwell=1.0), *rest))
+    with pytest.raises(InvalidProblem) as invalid:
+        plan(replace(resting, backend=Ruckig(initial_velocity=(0.1, 0.0, 0.0))))
+    assert invalid.value.faults[0][0] == "/waypoints/0/dwell"
+
+    velocity = float(problem.robot.limit("velocity")[1])
+    acceleration, jerk = float(problem.robot.limit("acceleration")[1]), float(problem.robot.limit("jerk")[1])
+    # What is still gained in speed while the acceleration runs out: a^2 / (2 j).
+    nearly = velocity - 0.9 * acceleration**2 / (2.0 * jerk)
+    for backend, value in (
+        (Ruckig(initial_velocity=(0.0, velocity * 1.01, 0.0)), velocity * 1.01),
+        (Ruckig(final_velocity=(0.0, -velocity * 1.01, 0.0)), -velocity * 1.01),
+        (Ruckig(initial_acceleration=(0.0, acceleration * 1.01, 0.0)), acceleration * 1.01),
+        (
+            Ruckig(initial_velocity=(0.0, nearly, 0.0), initial_acceleration=(0.0, acceleration, 0.0)),
+            nearly + acceleration**2 / (2.0 * jerk),
+        ),
+    ):
+        with pytest.raises(LimitsUnsatisfiable) as refusal:
+            plan(replace(problem, backend=backend))
+        assert (refusal.value.joint, refusal.value.value) == (problem.robot.joint_names[1], pytest.approx(value))
+        (remedy,) = refusal.value.remedies
+        mended = replace(backend, **{remedy.change.split("/")[2]: remedy.value})
+        assert plan(replace(problem, backend=mended)).certificate.satisfied
+
+
+def test_running_into_a_position_limit_is_refused() -> None:
+    robot = load_robot("kuka_kr16_2")
+    near = (robot.limit("upper") - 0.01).tolist()
+    waypoints = JointWaypoint(position=tuple(near)), JointWaypoint(position=(0.0, -1.0, 1.0, 0.0, 0.0, 0.0))
+    problem = PlanningProblem(robot, waypoints, Ruckig(initial_velocity=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    with pytest.raises(JointPositionLimit) as refusal:
+        plan(problem)
+    assert refusal.value.joint == robot.joint_names[0]
+    (remedy,) = refusal.value.remedies
+    assert (remedy.change, remedy.value) == ("/backend/initial_velocity", None)
+    assert plan(replace(problem, backend=Ruckig())).certificate.satisfied
+
+
+def test_an_acceleration_out_of_a_position_limit_is_refused_by_its_own_name() -> None:
+    robot = load_robot("kuka_kr16_2")
+    at_limit = (float(robot.limit("upper")[0]), -1.0, 1.0, 0.0, 0.0, 0.0)
+    waypoints = tuple(JointWaypoint(position=position) for position in (at_limit, (0.0, -1.0, 1.0, 0.0, 0.0, 0.0)))
+    backend = Ruckig(initial_acceleration=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    with pytest.raises(JointPositionLimit) as refusal:
+        plan(PlanningProblem(robot, waypoints, backend))
+    (remedy,) = refusal.value.remedies
+    assert (remedy.change, remedy.value) == ("/backend/initial_acceleration", None)
+
+
+@pytest.mark.parametrize("transition", ["stop", "through"])
+@pytest.mark.parametrize("synchronization", ["phase", "time"])
+def test_tool_speed_and_torque_limits_are_kept(transition: str, synchronization: str) -> None:
+    problem = replace(problem_of("kuka_kr16_l6_2", "ruckig", 19, 4), payload=Payload(6.0, (0.0, 0.0, 0.1)))
+    problem = replace(problem, backend=Ruckig(synchronization=synchronization))
+    problem = passing(problem) if transition == "through" else problem
+    free = plan(problem)
+    torque = next(check for check in free.certificate.checks if check.quantity == "torque")
+    limit = np.array(problem.robot.limit("torque")) * min(1.0, torque.ratio or 1.0) * 0.8
+    slower = plan(replace(problem, limits=Limits(torque=tuple(limit.tolist()), tcp_linear_velocity=0.5)))
+    assert_within_limits(slower)
+    times = np.linspace(0.0, slower.trajectory.duration, 4001)
+    states = slower.trajectory.evaluate(times)
+    used = (np.abs(inverse_dynamics(slower.path.robot, *states)) / limit).max()
+    speed = tool_speeds(slower.path.robot, *states[:2])[0].max() / 0.5
+    assert max(used, speed) <= 1.0
+    assert max(used, speed) > 0.9
+    assert slower.trajectory.duration > free.trajectory.duration
+
+
+@pytest.mark.parametrize("synchronization", ["phase", "time"])
+def test_missing_limits_are_not_made_up_where_others_set_the_time(synchronization: str) -> None:
+    """No velocity or acceleration limit: the time of the others. No jerk limit: the acceleration jumps, as is said."""
+    expected = {
+        (np.inf, 2.0, 20.0): shortest_time(1.0, 1e6, 2.0, 20.0),
+        (0.7, np.inf, 20.0): shortest_time(1.0, 0.7, 1e6, 20.0),
+        (np.inf, np.inf, 20.0): 4.0 * np.cbrt(1.0 / 40.0),
+        (np.inf, 2.0, np.inf): 2.0 * np.sqrt(1.0 / 2.0),
+        (0.7, 2.0, np.inf): 1.0 / 0.7 + 0.7 / 2.0,
+        (0.7, np.inf, np.inf): 2.0 / 0.7,
+    }
+    for (v, a, j), duration in expected.items():
+        robot = one_joint(velocity=v, acceleration=a, jerk=j)
+        result = plan(line(robot, 0.0, 1.0, synchronization=synchronization))
+        assert result.trajectory.duration == pytest.approx(duration, rel=1e-8)
+        assert result.certificate.continuity == ("C1" if np.isfinite(a) and np.isinf(j) else "C2")
+        through = plan(passing(line(robot, 0.0, 1.0, 2.0, synchronization=synchronization)))
+        assert through.trajectory.duration <= 2.0 * duration * (1.0 + 1e-8)
+
+
+def test_nothing_that_sets_a_time_is_refused_until_a_duration_is_asked() -> None:
+    robot = load_robot("three_dof_arm")
+    unlimited = replace(robot, joints=tuple(Joint(joint.name, joint.kind) for joint in robot.joints))
+    for problem in (line(unlimited, 0.0, 1.0), line(unlimited, 0.0, 1.0, synchronization="time")):
+        with pytest.raises(LimitsUnsatisfiable) as refusal:
+            plan(problem)
+        assert refusal.value.remedies[0].change == "/waypoints/1/duration"
+        assert plan(with_durations(problem, {1: 2.0})).trajectory.duration == pytest.approx(2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("transition", ["stop", "through"])
+@pytest.mark.parametrize("synchronization", ["phase", "time"])
+def test_a_duration_too_short_is_refused_with_a_remedy_that_works(transition: str, synchronization: str) -> None:
+    problem = replace(
+        problem_of("ngv_refuelling_arm", "ruckig", 13, 4), backend=Ruckig(synchronization=synchronization)
+    )
+    problem = with_durations(passing(problem) if transition == "through" else problem, {2: 0.05})
+    with pytest.raises(InfeasibleDuration) as refusal:
+        plan(problem)
+    assert (refusal.value.segment, refusal.value.value) == (1, 0.05)
+    assert refusal.value.joint in problem.robot.joint_names
+    (remedy,) = refusal.value.remedies
+    result = plan(with_durations(problem, {2: remedy.value}))
+    assert durations_of(result)[1] == pytest.approx(remedy.value, rel=1e-9)

@@ -1,0 +1,85 @@
+"""The times that torque and tool speed ask for, against 2,000 samples of every piece."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner.backends import BACKENDS
+from planner.backends.shared.along_curve import demands, stretched
+from planner.backends.shared.assembly import TimedPieces, sampled
+from planner.dynamics import inverse_dynamics
+from planner.errors import LimitsUnsatisfiable
+from planner.kinematics import tool_speeds
+from planner.limits import Limits
+from planner.paths import JointPath, solve_path
+from planner.plan import plan
+from planner.polynomials import quintic_hermite
+from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.robots import load_robot
+from tests.planner.problems import problem_of, random_position
+
+SAMPLES = 2_000
+
+
+def use_on_each_segment(path: JointPath, pieces: TimedPieces) -> dict[int, float]:
+    """The largest share of a torque or tool speed limit."""
+    q, v, a, _ = sampled(pieces, SAMPLES)
+    owners = np.repeat(pieces.segments, SAMPLES)
+    linear, angular = tool_speeds(path.robot, q, v)
+    use = np.maximum(
+        linear / path.limits.tcp_linear_velocity[owners], angular / path.limits.tcp_angular_velocity[owners]
+    )
+    if path.robot.has_dynamics:
+        use = np.maximum(use, (np.abs(inverse_dynamics(path.robot, q, v, a)) / path.limits.torque[owners]).max(axis=1))
+    return {int(segment): float(use[owners == segment].max()) for segment in np.unique(owners)}
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    robot_id=st.sampled_from(["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"]),
+    seed=st.integers(0, 2**32),
+    spread=st.floats(-3.0, 0.0),
+)
+def test_motions_stretched_as_demanded_use_all_of_a_limit_and_no_more(robot_id: str, seed: int, spread: float) -> None:
+    rng, robot = np.random.default_rng(seed), load_robot(robot_id)
+    limits = Limits(tcp_linear_velocity=0.1 * 10.0 ** rng.normal(), tcp_angular_velocity=10.0 ** rng.normal())
+    path = solve_path(replace(problem_of(robot_id, "cubic", seed, 4), limits=limits))
+    count, home = 9, np.array(random_position(robot, rng))
+    lengths = 10.0 ** rng.uniform(-2.0, 1.0, count)
+    # Wild quintics, whose speeds and accelerations turn within a piece.
+    start, end = (
+        tuple(10.0**spread * rng.uniform(-1.0, 1.0, (count, robot.dof)) / lengths[:, None] ** k for k in range(3))
+        for _ in range(2)
+    )
+    coefficients = quintic_hermite(lengths, start, end)
+    coefficients[..., 0] += home
+    pieces = TimedPieces(lengths, coefficients, np.arange(count) // 3)
+    try:
+        needed = demands(path, pieces, frozenset())
+    except LimitsUnsatisfiable:  # gravity alone is too much there
+        return
+    factors = np.array([needed[segment].factor for segment in range(3)])
+    for use in use_on_each_segment(path, stretched(pieces, factors[pieces.segments])).values():
+        assert 0.998 <= use <= 1.0
+
+
+@pytest.mark.parametrize("kind", ["auto", "ruckig", "toppra", "quintic"])
+def test_a_peak_of_the_tools_speed_at_the_beginning_of_a_long_piece(kind: str) -> None:
+    """Between two samples that even steps took of it, the speed rose by 0.24 %: the plan was refused."""
+    robot = load_robot("date_sorting_arm")
+    positions = [
+        (-1.8224101455145625, 0.1578836773, 0.3554460628, 0.3613675084, -1.3388365996, -0.2941230785),
+        (-1.8810164343677755, 0.2096859834, 0.3795653038, 0.7255747940, -1.4430265675, -0.5025460872),
+        (-1.8410222169406216, 0.1033749704, 0.3082867748, -0.0610582305, -0.9901118050, -0.3072926549),
+    ]
+    waypoints = [JointWaypoint(position=q) for q in positions]
+    waypoints[1] = replace(waypoints[1], transition=ThroughTransition())
+    limits = Limits(tcp_linear_velocity=0.05)
+    result = plan(PlanningProblem(robot, tuple(waypoints), BACKENDS[kind](), limits))
+    q, dq = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 100_001), [0, 1])
+    assert 0.995 <= tool_speeds(robot, q, dq)[0].max() / 0.05 <= 1.0

@@ -1,0 +1,183 @@
+"""What the plain toppra library (0.6.10) does wrong, each trap with its input, and what the back end does with it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.backends.toppra.intervals import cut
+from planner.backends.toppra.toppra import fastest_on
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
+from planner.limits import Limits
+from planner.paths import solve_path
+from planner.plan import plan
+from planner.problem import StopTransition
+from planner.robots import load_robot
+from tests.locations import ROOT
+from tests.planner.backends.toppra.test_toppra import (
+    KUKA,
+    KUKA_START,
+    joint_problem,
+    robot_limits,
+    through,
+    tool_problem,
+    worst_ratio,
+)
+
+
+def test_trap_accelerations_are_kept_where_the_plain_library_breaks_them() -> None:
+    """Trap 1: on 100 grid points its spline runs over the acceleration limit. It has a process of its own."""
+    code = """
+import json, sys
+import numpy as np
+import toppra
+from toppra.algorithm import TOPPRA
+from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
+s, positions, velocity, acceleration = (np.array(value) for value in json.load(sys.stdin))
+limits = [np.column_stack([-bound, bound]) for bound in (velocity, acceleration)]
+path = toppra.SplineInterpolator(s, positions, "natural")
+constraints = [JointVelocityConstraint(limits[0]), JointAccelerationConstraint(limits[1])]
+law = TOPPRA(constraints, path, gridpoints=np.linspace(0, s[-1], 100)).compute_trajectory()
+times = np.linspace(0, law.duration, 10000)
+print((np.abs(law(times, 2)) / acceleration).max())
+"""
+    problem = through("ngv_refuelling_arm", 1, 6)
+    positions = np.array([waypoint.position for waypoint in problem.waypoints])
+    chords = (np.abs(np.diff(positions, axis=0)) / problem.robot.limit("velocity")).max(axis=1)
+    values = [np.concatenate([[0.0], np.cumsum(chords)]), positions]
+    values += [problem.robot.limit("velocity"), problem.robot.limit("acceleration")]
+    given = json.dumps([value.tolist() for value in values])
+    command = [sys.executable, "-W", "ignore", "-c", code]
+    plain = subprocess.run(command, input=given, capture_output=True, text=True, check=True, cwd=ROOT)
+    assert float(plain.stdout) > 1.05
+    assert worst_ratio(plan(problem)) <= 1.0 + 1e-6
+
+
+def test_trap_no_pause_where_the_path_hardly_moves() -> None:
+    """Trap 2: five seconds were put in wherever the speed is about 0. Here the arm turns back at a waypoint."""
+    there, back = [0.0, 0.3, 0.1, 0.0, 0.0, 0.0], [0.5, 0.1, 0.1, 0.2, 0.0, 0.0]
+    passing = plan(joint_problem("ngv_refuelling_arm", [there, back, there]))
+    stopping = plan(joint_problem("ngv_refuelling_arm", [there, back, there], passing=False))
+    assert passing.trajectory.duration <= 1.005 * stopping.trajectory.duration
+
+
+@pytest.mark.parametrize("apart", [1e-3, 1e-6, 1e-8])
+def test_trap_waypoints_that_are_nearly_the_same(apart: float) -> None:
+    """Trap 3: it gave up, without a reason."""
+    first, middle, last = (np.array(w.position) for w in through("ngv_refuelling_arm", 3, 3, 0.3).waypoints)
+    twin = middle + apart * np.array([1.0, -1.0, 0.5, 0.0, 0.3, -0.2])
+    result = plan(joint_problem("ngv_refuelling_arm", [first.tolist(), middle.tolist(), twin.tolist(), last.tolist()]))
+    assert worst_ratio(result) <= 1.0 + 1e-6
+    three = [first.tolist(), middle.tolist(), last.tolist()]
+    stopping = plan(joint_problem("ngv_refuelling_arm", three, passing=False))
+    assert result.trajectory.duration <= 1.04 * stopping.trajectory.duration
+
+
+def test_trap_waypoints_that_are_the_same_are_refused() -> None:
+    """Trap 3: it answered Ok, with a duration of 0.2 ms."""
+    with pytest.raises(InvalidProblem, match="the same joint position"):
+        plan(joint_problem("ngv_refuelling_arm", [[0.1] * 6, [0.1] * 6, [0.1] * 6]))
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.7, 50.0])
+@pytest.mark.parametrize("torque_scale", [None, 0.35])
+def test_trap_asked_durations_are_met(factor: float, torque_scale: float | None) -> None:
+    """Trap 4: it answered Ok with another duration, twice as long."""
+    limits = Limits() if torque_scale is None else robot_limits(load_robot(KUKA), torque_scale)
+    problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=limits)
+    asked = plan(problem).trajectory.duration * factor
+    waypoints = (problem.waypoints[0], replace(problem.waypoints[1], duration=asked))
+    result = plan(replace(problem, waypoints=waypoints))
+    assert result.trajectory.duration == pytest.approx(asked, rel=1e-12)
+    assert worst_ratio(result) <= 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("kind", ["straight", "line"])
+def test_trap_a_duration_too_short_is_refused_and_the_remedy_works(kind: str) -> None:
+    """Trap 4, the other side."""
+    problem = tool_problem(StopTransition(), limits=robot_limits(load_robot(KUKA), 0.45))
+    if kind == "straight":
+        problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=problem.limits)
+    waypoints = [problem.waypoints[0], replace(problem.waypoints[1], duration=0.01), *problem.waypoints[2:]]
+    with pytest.raises(InfeasibleDuration) as refusal:
+        plan(replace(problem, waypoints=tuple(waypoints)))
+    (remedy,) = refusal.value.remedies
+    assert remedy.change == "/waypoints/1/duration"
+    waypoints[1] = replace(waypoints[1], duration=remedy.value)
+    result = plan(replace(problem, waypoints=tuple(waypoints)))
+    assert result.trajectory.arrivals[1] == pytest.approx(remedy.value, rel=1e-9)
+
+
+def test_a_duration_between_waypoints_passed_is_refused() -> None:
+    problem = through("ngv_refuelling_arm", 4, 4, 0.3)
+    waypoints = list(problem.waypoints)
+    waypoints[2] = replace(waypoints[2], duration=9.0)
+    with pytest.raises(InvalidProblem) as refusal:
+        plan(replace(problem, waypoints=tuple(waypoints)))
+    assert [pointer for pointer, _ in refusal.value.faults] == ["/waypoints/2/duration"]
+
+
+def test_trap_jumps_of_the_acceleration_are_told() -> None:
+    """Trap 5: its acceleration jumps without a word; the certificate says that the jerk has no bound."""
+    certificate = plan(through("ngv_refuelling_arm", 4, 4, 0.3)).certificate
+    jerk = next(check for check in certificate.checks if check.quantity == "jerk")
+    assert certificate.continuity == "C1"
+    assert not jerk.bounded
+    assert not jerk.enforced
+
+
+@pytest.mark.parametrize("unit", [1e-3, 100.0])
+def test_trap_the_grid_does_not_depend_on_the_unit_of_the_path(unit: float) -> None:
+    """Trap 6: the same path over another length had four times the points."""
+    path = solve_path(through("ngv_refuelling_arm", 6, 4, 0.5))
+    factors = np.ones(len(path.durations))
+    durations, counts = [], []
+    for curve in (path.runs[0].curve, path.runs[0].curve.stretched(unit)):
+        law = fastest_on(path, cut(path.runs, [curve], path.limits.velocity), factors)
+        durations.append(law.times.sum())
+        counts.append(len(law.times))
+    assert counts[0] == counts[1]
+    assert durations[1] == pytest.approx(durations[0], rel=1e-6)
+
+
+def test_trap_no_overshoot_of_a_position_limit() -> None:
+    """Trap 7: a spline through a waypoint at a limit went 0.1 rad beyond it."""
+    robot = load_robot("date_sorting_arm")
+    lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)
+    middle = (lower + upper) / 2.0
+    near, at = 0.9 * upper + 0.1 * middle, upper
+    positions = [middle, at, near, at, lower]
+    result = plan(joint_problem(robot.id, [q.tolist() for q in positions]))
+    sampled = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 20_000), [0])[0]
+    assert (sampled <= robot.limit("upper") + 1e-9).all()
+    assert (sampled >= robot.limit("lower") - 1e-9).all()
+    assert worst_ratio(result) <= 1.0 + 1e-6
+
+
+def test_trap_neither_scipy_nor_matplotlib_is_imported() -> None:
+    """Trap 8: the package takes a second and a half and 84 MB; none of it is loaded."""
+    code = """
+import sys
+from planner.backends import Toppra
+from planner.plan import plan
+from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.robots import load_robot
+ends = [JointWaypoint(position=(q,) * 6) for q in (0.0, 0.5)]
+passed = JointWaypoint(position=(0.3,) * 6, transition=ThroughTransition())
+plan(PlanningProblem(load_robot("ngv_refuelling_arm"), (ends[0], passed, ends[1]), Toppra()))
+print(*sorted(set(sys.modules) & {"toppra", "scipy", "matplotlib"}))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert result.stdout.split() == []
+
+
+def test_gravity_beyond_a_torque_limit_is_refused() -> None:
+    problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]])
+    weak = robot_limits(problem.robot, 0.01)
+    with pytest.raises(LimitsUnsatisfiable, match="gravity alone"):
+        plan(replace(problem, limits=weak))

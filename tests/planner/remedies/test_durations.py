@@ -1,0 +1,218 @@
+"""Where an asked duration is too short, every remedy works; for a law of fixed shape it is the smallest that does."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from planner.backends import BACKENDS
+from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError, Remedy
+from planner.limits import Limits
+from planner.plan import plan
+from planner.problem import (
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    StopTransition,
+    ThroughTransition,
+)
+from planner.robots import Robot, load_robot
+from planner.robots.payload import Payload
+from tests.planner.problems import OPTIONS_OF, problem_of
+
+START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("kuka_kr16_l6_2")
+
+
+def hurried(robot: Robot, kind: str, duration: float, **changes: Any) -> PlanningProblem:
+    waypoints = (JointWaypoint(position=START), JointWaypoint(position=END, duration=duration))
+    return PlanningProblem(robot, waypoints, BACKENDS[kind](**OPTIONS_OF.get(kind, {})), **changes)
+
+
+def refused(problem: PlanningProblem) -> dict[str, list[Remedy]]:
+    """The remedies by the way they go: duration, limits or payload."""
+    with pytest.raises(InfeasibleDuration) as refusal:
+        plan(problem)
+    ways = defaultdict(list)
+    for remedy in refusal.value.remedies:
+        parts = remedy.change.split("/")[1:]
+        ways[parts[2] if parts[0] == "waypoints" else parts[0]].append(remedy)
+    return ways
+
+
+def applied(value: Any, remedies: list[Remedy], share: float = 1.0) -> Any:
+    """A problem, or any part of it, with what the pointers of the remedies say, or a share of it."""
+    for remedy in remedies:
+        value = _put(value, remedy.change.split("/")[1:], remedy.value and share * remedy.value)
+    return value
+
+
+def _put(holder: Any, way: list[str], value: float | None) -> Any:
+    if not way:
+        return value
+    if isinstance(holder, tuple):
+        k = int(way[0])
+        return (*holder[:k], _put(holder[k], way[1:], value), *holder[k + 1 :])
+    return replace(holder, **{way[0]: _put(getattr(holder, way[0]), way[1:], value)})
+
+
+@pytest.mark.parametrize("kind", sorted(BACKENDS))
+def test_a_scale_is_raised_or_the_duration_is_longer(robot: Robot, kind: str) -> None:
+    own = plan(hurried(robot, kind, 60.0))
+    assert own.trajectory.duration == pytest.approx(60.0)
+    slow = hurried(robot, kind, 1.9, limits=Limits(velocity_scale=0.2))
+    ways = refused(slow)
+    assert [remedy.change for remedy in ways["limits"]] == ["/limits/velocity_scale"]
+    for remedies in ways.values():
+        assert plan(applied(slow, remedies)).certificate.satisfied
+    assert plan(applied(slow, ways["limits"])).trajectory.duration == pytest.approx(1.9)
+
+
+@pytest.mark.parametrize(("kind", "peak"), [("cubic", 1.5), ("quintic", 1.875)])
+def test_the_higher_velocity_is_the_peak_of_the_law(robot: Robot, kind: str, peak: float) -> None:
+    slow = hurried(robot, kind, 1.9, limits=Limits(velocity_scale=0.2))
+    (remedy,) = refused(slow)["limits"]
+    travel = np.abs(np.subtract(END, START))
+    assert remedy.value == pytest.approx((peak * travel / 1.9 / robot.limit("velocity")).max(), rel=1e-8)
+
+
+def test_one_joint_s_limit_is_raised_and_one_at_a_waypoint(robot: Robot) -> None:
+    velocity = robot.limit("velocity").tolist()
+    velocity[0] = 0.5
+    narrow = Limits(velocity=tuple(velocity))
+    problem = hurried(robot, "cubic", 1.9, limits=narrow)
+    (remedy,) = refused(problem)["limits"]
+    assert remedy.change == "/limits/velocity/0"
+    assert remedy.value == pytest.approx(1.5 / 1.9)
+    waypoints = (problem.waypoints[0], replace(problem.waypoints[1], limits=narrow))
+    at_waypoint = replace(problem, limits=Limits(), waypoints=waypoints)
+    (remedy,) = refused(at_waypoint)["limits"]
+    assert remedy.change == "/waypoints/1/limits/velocity/0"
+    assert plan(applied(at_waypoint, [remedy])).trajectory.duration == 1.9
+
+
+def test_a_scale_goes_first_and_what_it_scales_after_it(robot: Robot) -> None:
+    velocity = robot.limit("velocity").tolist()
+    velocity[0] = 0.5
+    problem = hurried(robot, "cubic", 1.9, limits=Limits(velocity=tuple(velocity), velocity_scale=0.9))
+    value, scale = refused(problem)["limits"]
+    assert (scale.change, scale.value) == ("/limits/velocity_scale", 1.0)
+    assert (value.change, value.value) == ("/limits/velocity/0", pytest.approx(1.5 / 1.9))
+
+
+def test_where_the_robot_s_own_limits_are_at_fault_only_the_duration_helps(robot: Robot) -> None:
+    for kind in ("cubic", "ruckig", "toppra"):
+        assert set(refused(hurried(robot, kind, 0.3))) == {"duration"}
+
+
+def test_auto_says_what_the_nearest_of_its_back_ends_needs(robot: Robot) -> None:
+    auto, quintic, ruckig = (
+        refused(hurried(robot, kind, 1.9, limits=Limits(velocity_scale=0.2)))["duration"][0].value
+        for kind in ("auto", "quintic", "ruckig")
+    )
+    assert auto == ruckig < quintic
+
+
+def test_a_tool_speed_on_a_line(robot: Robot) -> None:
+    start = plan(hurried(robot, "cubic", 3.0)).path.waypoints[0].pose
+    end = PoseWaypoint(pose=replace(start, position=start.position + np.array([0.0, 0.3, 0.0])), motion=LinearMotion())
+    first = JointWaypoint(position=START)
+    for kind in ("quintic", "ruckig", "toppra"):
+        problem = PlanningProblem(
+            robot, (first, replace(end, duration=2.0)), BACKENDS[kind](), Limits(tcp_linear_velocity=0.1)
+        )
+        ways = refused(problem)
+        (remedy,) = ways["limits"]
+        assert remedy.change == "/limits/tcp_linear_velocity"
+        # 0.3 m in 2 s take 0.15 m/s on average, and no more than the quintic's peak.
+        assert 0.15 < remedy.value <= 1.01 * 0.15 * 1.875
+        assert plan(applied(problem, [remedy])).trajectory.duration == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("kind", sorted(set(BACKENDS) - {"auto"}))
+def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> None:
+    weak = robot.limit("torque") * [0.02, 1.0, 1.0, 1.0, 1.0, 1.0]
+    for limits, cause in (
+        (Limits(tcp_linear_velocity=0.1), "the limit of the tool's speed asks"),
+        (Limits(tcp_angular_velocity=0.1), "the limit of the tool's angular speed asks"),
+        (Limits(torque=tuple(weak.tolist())), "the torque limit of joint_a1 asks"),
+        (Limits(velocity_scale=0.1), "(the velocity limit of|the limits of) joint_a1 asks?"),
+    ):
+        with pytest.raises(InfeasibleDuration, match=cause) as refusal:
+            plan(hurried(robot, kind, 1.2, limits=limits))
+        assert refusal.value.segment == 0
+        joint = re.search("joint_a.", cause)
+        assert refusal.value.joint == (joint and joint.group())
+
+
+@pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal"])
+def test_a_payload_too_heavy_for_the_haste(robot: Robot, kind: str) -> None:
+    torque = (0.4 * robot.limit("torque")).tolist()
+    problem = hurried(robot, kind, 1.1, limits=Limits(torque=tuple(torque)), payload=Payload(30.0, (0.0, 0.0, 0.1)))
+    light = replace(problem, payload=Payload(0.1, (0.0, 0.0, 0.1)))
+    assert plan(light).certificate.satisfied
+    ways = refused(problem)
+    (remedy,) = ways["payload"]
+    assert 0.1 < remedy.value < 30.0
+    for remedies in ways.values():
+        assert plan(applied(problem, remedies)).certificate.satisfied
+    with pytest.raises(InfeasibleDuration):
+        plan(applied(problem, [remedy], 1.02))
+
+
+FIXED = {"cubic", "quintic"}
+TIMES_SEGMENTS_PASSED = {"cubic", "quintic", "ruckig"}
+
+
+@pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
+@settings(max_examples=max(15, settings.default.max_examples // 40))
+@given(data=st.data())
+def test_every_remedy_works(kind: str, data: st.DataObject) -> None:
+    """Random joint lists with scaled limits and durations, some too short, also when passed without stopping."""
+    robot_id = data.draw(st.sampled_from(["kuka_kr16_l6_2", "date_sorting_arm", "three_dof_arm"]))
+    problem = problem_of(robot_id, kind, data.draw(st.integers(0, 2**32)), data.draw(st.integers(2, 5)))
+    scales = Limits(velocity_scale=data.draw(st.floats(0.05, 1.0)), acceleration_scale=data.draw(st.floats(0.05, 1.0)))
+    waypoints = list(problem.waypoints)
+    if kind in TIMES_SEGMENTS_PASSED:
+        for k in range(1, len(waypoints) - 1):
+            transition = data.draw(st.sampled_from([StopTransition(), ThroughTransition()]))
+            waypoints[k] = replace(waypoints[k], transition=transition)
+    problem = replace(problem, limits=scales, waypoints=tuple(waypoints))
+    try:
+        took = np.diff(plan(problem).trajectory.arrivals)
+    except JointPositionLimit:
+        assume(False)
+    for k, seconds in enumerate(took, 1):
+        hurry = data.draw(st.sampled_from([None, 0.5, 0.9, 1.5]))
+        if hurry is not None:
+            waypoints[k] = replace(waypoints[k], duration=hurry * float(seconds))
+    problem = replace(problem, waypoints=tuple(waypoints))
+    try:
+        plan(problem)
+    except InfeasibleDuration:
+        ways = refused(problem)
+    except JointPositionLimit:
+        return
+    else:
+        return
+    assert "duration" in ways
+    for remedies in ways.values():
+        assert plan(applied(problem, remedies)).certificate.satisfied
+    at_rest = all(isinstance(waypoint.transition, StopTransition) for waypoint in waypoints)
+    if kind in FIXED and at_rest and "limits" in ways:
+        for omitted in range(len(ways["limits"])):
+            others = ways["limits"][:omitted] + ways["limits"][omitted + 1 :]
+            with pytest.raises(PlanningError):
+                plan(applied(applied(problem, others), [ways["limits"][omitted]], 1.0 - 1e-3))

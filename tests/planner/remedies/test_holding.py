@@ -1,0 +1,138 @@
+"""Where gravity alone exceeds a torque limit, the remedies work, and are about the smallest that do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.backends import BACKENDS
+from planner.errors import LimitsUnsatisfiable, Remedy
+from planner.limits import Limits
+from planner.plan import plan
+from planner.problem import (
+    CartesianMove,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    RelativeWaypoint,
+    ThroughTransition,
+)
+from planner.robots import Robot, load_robot
+from planner.robots.payload import Payload
+
+KINDS = list(BACKENDS)
+START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)
+SHOULDER = 1
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("kuka_kr16_l6_2")
+
+
+def largest_gravity(robot: Robot, joint: int) -> float:
+    """On the straight way from START to END, by Pinocchio's own function."""
+    data = robot.model.createData()
+    way = np.linspace(START, END, 2001)
+    return float(max(abs(pin.computeGeneralizedGravity(robot.model, data, q)[joint]) for q in way))
+
+
+def refused(problem: PlanningProblem) -> tuple[Remedy, ...]:
+    with pytest.raises(LimitsUnsatisfiable, match="gravity alone") as refusal:
+        plan(problem)
+    return refusal.value.remedies
+
+
+def straight(robot: Robot, kind: str, **changes: object) -> PlanningProblem:
+    waypoints = (JointWaypoint(position=START), JointWaypoint(position=END))
+    return replace(PlanningProblem(robot, waypoints, BACKENDS[kind]()), **changes)  # type: ignore[arg-type]
+
+
+def narrowed(robot: Robot, value: float) -> tuple[float, ...]:
+    torque = robot.limit("torque").tolist()
+    torque[SHOULDER] = value
+    return tuple(torque)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_limit_that_gravity_exceeds_is_raised_by_one_percent_of_what_it_takes(robot: Robot, kind: str) -> None:
+    needed = largest_gravity(robot, SHOULDER)
+    problem = straight(robot, kind, limits=Limits(torque=narrowed(robot, 0.7 * needed)))
+    (remedy,) = refused(problem)
+    assert remedy.change == f"/limits/torque/{SHOULDER}"
+    assert remedy.value == pytest.approx(needed / 0.99, rel=1e-3)
+    assert plan(replace(problem, limits=Limits(torque=narrowed(robot, remedy.value)))).certificate.satisfied
+
+
+def test_the_limit_of_a_waypoint_is_raised_there(robot: Robot) -> None:
+    needed = largest_gravity(robot, SHOULDER)
+    waypoints = (
+        JointWaypoint(position=START),
+        JointWaypoint(position=END, limits=Limits(torque=narrowed(robot, 0.7 * needed))),
+        JointWaypoint(position=START),
+    )
+    problem = PlanningProblem(robot, waypoints, BACKENDS["quintic"]())
+    (remedy,) = refused(problem)
+    assert remedy.change == f"/waypoints/1/limits/torque/{SHOULDER}"
+    mended = replace(waypoints[1], limits=Limits(torque=narrowed(robot, remedy.value)))
+    assert plan(replace(problem, waypoints=(waypoints[0], mended, waypoints[2]))).certificate.satisfied
+
+
+@pytest.mark.parametrize("kind", ["quintic", "min_effort"])
+def test_an_asked_duration_gets_the_torque_that_it_takes(robot: Robot, kind: str) -> None:
+    needed = largest_gravity(robot, SHOULDER)
+    limits = Limits(torque=narrowed(robot, 0.7 * needed))
+    waypoints = (JointWaypoint(position=START), JointWaypoint(position=END, duration=1.5))
+    problem = straight(robot, kind, limits=limits, waypoints=waypoints)
+    (remedy,) = refused(problem)
+    assert 1.01 * needed < remedy.value <= 2.0 * needed
+    mended = plan(replace(problem, limits=Limits(torque=narrowed(robot, remedy.value))))
+    assert mended.trajectory.duration == 1.5
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("passing", [False, True])
+def test_the_payload_that_is_just_held(robot: Robot, kind: str, passing: bool) -> None:
+    payload = Payload(400.0, center_of_mass=(0.0, 0.05, 0.1))
+    waypoints = (JointWaypoint(position=START), JointWaypoint(position=END))
+    if passing:
+        middle = JointWaypoint(position=tuple((0.5 * (np.array(START) + END)).tolist()), transition=ThroughTransition())
+        waypoints = (waypoints[0], middle, waypoints[1])
+    problem = straight(robot, kind, payload=payload, waypoints=waypoints)
+    (remedy,) = refused(problem)
+    assert remedy.change == "/payload/mass"
+    lighter = replace(payload, mass=remedy.value)
+    assert plan(replace(problem, payload=lighter)).certificate.satisfied
+    limit = robot.limit("torque")
+    use = [largest_gravity(robot.with_payload(lighter), joint) / limit[joint] for joint in range(robot.dof)]
+    assert max(use) == pytest.approx(0.99, abs=2e-3)
+
+
+@pytest.mark.parametrize("kind", ["toppra", "min_effort"])
+def test_both_are_offered_where_both_help_also_on_a_line(robot: Robot, kind: str) -> None:
+    between = 720.0  # N m: 686 without a payload, 776 with it
+    down = RelativeWaypoint(frame="base", move=CartesianMove((0.0, 0.0, -0.1)), motion=LinearMotion())
+    problem = straight(
+        robot,
+        kind,
+        waypoints=(JointWaypoint(position=END), down),
+        payload=Payload(6.0),
+        limits=Limits(torque=narrowed(robot, between)),
+    )
+    limit, mass = refused(problem)
+    assert (limit.change, mass.change) == (f"/limits/torque/{SHOULDER}", "/payload/mass")
+    assert plan(replace(problem, limits=Limits(torque=narrowed(robot, limit.value)))).certificate.satisfied
+    assert plan(replace(problem, payload=Payload(mass.value))).certificate.satisfied
+    assert 0.0 < mass.value < 6.0
+
+
+def test_where_nothing_helps_nothing_is_offered(robot: Robot) -> None:
+    """Joint 2 cannot hold the arm itself with its own limit."""
+    joints = list(robot.joints)
+    joints[SHOULDER] = replace(joints[SHOULDER], torque=0.7 * largest_gravity(robot, SHOULDER))
+    weak = replace(robot, joints=tuple(joints))
+    assert refused(straight(weak, "quintic")) == ()
+    assert refused(straight(weak, "quintic", payload=Payload(1.0))) == ()
