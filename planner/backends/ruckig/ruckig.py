@@ -12,6 +12,7 @@ import numpy as np
 from planner.backends.base import END_OPTIONS, end_states, enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
+from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
 from planner.backends.ruckig.via_runs import refuse_impossible_ends, time_joint_run
 from planner.backends.shared.assembly import TimedPieces, assemble, joined
 from planner.backends.shared.smooth_curve import smoothed
@@ -22,7 +23,6 @@ from planner.guarantees import ALL_HARD, EndStates, Guarantee
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.backends.ruckig.state_to_state import Synchronization
     from planner.paths import JointPath, Run, StraightMotions
     from planner.trajectory import Trajectory
 
