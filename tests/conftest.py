@@ -1,11 +1,39 @@
-"""Settings of the whole suite: how many random cases Hypothesis tries."""
+"""Settings of the whole suite, and what it prints at its end."""
 
 from __future__ import annotations
 
-import os
+from collections import Counter
+from typing import TYPE_CHECKING
 
 from hypothesis import HealthCheck, settings
 
-settings.register_profile("ci", max_examples=2000, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("quick", max_examples=100, deadline=None)
-settings.load_profile("ci" if os.environ.get("CI") else "quick")
+from tests.sizes import LARGER, NAME, SIZE, SIZES
+
+if TYPE_CHECKING:
+    import pytest
+
+settings.register_profile(
+    "sized", max_examples=SIZE.examples, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("sized")
+
+SLOWEST_FILES = 10
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Where the time went, and what this size leaves to a larger one."""
+    seconds: Counter[str] = Counter()
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            if hasattr(report, "duration"):
+                seconds[report.location[0]] += report.duration
+    terminalreporter.section("where the time went")
+    shown = ", ".join(f"{file} {spent:.0f} s" for file, spent in seconds.most_common(SLOWEST_FILES))
+    terminalreporter.line(f"{sum(seconds.values()):.0f} s of tests: {shown}")
+    if NAME == "quick":
+        now, ci = SIZES["quick"], SIZES["large"]
+        terminalreporter.line(
+            f"left to CI (TEST_SIZE=large pytest -m {LARGER!r}): {ci.requests} random requests a back end "
+            f"instead of {now.requests}, {ci.examples} cases a property instead of {now.examples}, "
+            f"{ci.http} made-up HTTP requests an operation instead of {now.http}"
+        )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -13,15 +12,15 @@ from schemathesis.checks import CHECKS
 from api.operations import OPERATIONS, Operation
 from api.schemas.common import LARGEST
 from tests.api.conftest import running_service
+from tests.sizes import SIZE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-EXAMPLES = 60 if os.environ.get("CI") else 15
 VALID, INVALID = schemathesis.GenerationMode.POSITIVE, schemathesis.GenerationMode.NEGATIVE
 CASES = [(operation, VALID) for operation in OPERATIONS] + [(op, INVALID) for op in OPERATIONS if op.request]
 BUDGET = settings(
-    max_examples=EXAMPLES,
+    max_examples=SIZE.http,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
@@ -35,6 +34,7 @@ def openapi(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         yield schemathesis.openapi.from_url(f"{service.url}/openapi.json")
 
 
+@pytest.mark.random
 @pytest.mark.parametrize(
     ("operation", "mode"), CASES, ids=[f"{operation.id}-{mode.value}" for operation, mode in CASES]
 )

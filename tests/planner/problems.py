@@ -29,8 +29,9 @@ from planner.problem import (
 )
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
+from tests.sizes import SIZE
 
-REQUESTS = int(os.environ.get("REQUESTS") or (5000 if os.environ.get("CI") else 100))
+REQUESTS = int(os.environ.get("REQUESTS") or SIZE.requests)
 """Random requests a back end that its properties are tried on, a tenth of them along paths of the tool."""
 
 PARTS = range(4)

@@ -22,6 +22,7 @@ ALONG_PATHS: list[BackEnd] = [BACKENDS[kind](**OPTIONS_OF.get(kind, {})) for kin
 ALONG_PATHS.append(Toppra(jerk_limited=True))
 
 
+@pytest.mark.random
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("backend", ALONG_PATHS, ids=repr)
 def test_every_plan_along_a_path_keeps_its_promises(backend: BackEnd, part: int) -> None:

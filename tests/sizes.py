@@ -1,0 +1,27 @@
+"""How many random cases the tests try: `TEST_SIZE` is `quick` (for people), `large` (for CI) or `soak` (for a release).
+
+The tests whose size this is are those with the marks `hypothesis` or `random`; `LARGER` selects them.
+"""
+
+import os
+from typing import NamedTuple
+
+
+class Size(NamedTuple):
+    """How much is tried.
+
+    Attributes:
+        requests: Random requests a back end that its promises are held against, a tenth of them along paths.
+        examples: Cases of every other property, unless the test names a number of its own.
+        http: Made-up HTTP requests an operation.
+    """
+
+    requests: int
+    examples: int
+    http: int
+
+
+SIZES = {"quick": Size(100, 100, 15), "large": Size(5_000, 2_000, 60), "soak": Size(14_300, 10_000, 500)}
+NAME = os.environ.get("TEST_SIZE", "quick")
+SIZE = SIZES[NAME]
+LARGER = "hypothesis or random"
