@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +10,24 @@ import numpy as np
 from planner.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
     from planner.spatial import FloatArray
+
+RANGE_TOLERANCE = 1e-9
+"""Share of the duration by which a time may lie outside of [0, duration]: rounding of sums of times, such as 0.01 k."""
 
 
 @dataclass(frozen=True)
 class Remark:
-    """Something that a back end has to say about its trajectory, which is good all the same."""
+    """Something that a back end has to say about its trajectory, which is good all the same.
+
+    Attributes:
+        code: Stable name of the kind, in snake case.
+        message: The remark, for a person.
+    """
 
     code: str
     message: str
@@ -30,7 +42,7 @@ class Trajectory(PiecewisePolynomial):
             waypoint belongs to the segment that ends there (at the first waypoint: to segment 0).
         arrivals: (waypoints,), s, when each waypoint is reached; one that is blended: the middle of its blend.
         departures: (waypoints,), s, when it is left again, after its dwell.
-        remarks: Of the back end.
+        remarks: What the back end has to say.
     """
 
     segments: np.ndarray
@@ -40,10 +52,57 @@ class Trajectory(PiecewisePolynomial):
 
     @property
     def duration(self) -> float:
-        """S."""
+        """The time from start to end, s."""
         return float(self.breakpoints[-1])
 
+    def evaluate(self, at: ArrayLike, derivatives: Sequence[int] = (0, 1, 2)) -> list[FloatArray]:
+        """Evaluate positions, velocities and accelerations, or the derivatives asked, at one time or at many.
+
+        At a breakpoint where a derivative jumps, the value is the one after the jump; at the end, the one before.
+
+        Args:
+            at: A time or N times, s, within [0, duration].
+            derivatives: Orders of the derivatives with respect to time: 0 is the position, 3 the jerk.
+
+        Returns:
+            One array for each order: (joints,) of a single time, (N, joints) of N; rad or m by powers of s.
+
+        Raises:
+            ValueError: A time is not a number, or outside of [0, duration] by more than rounding; an order is negative.
+        """
+        times = np.asarray(at, dtype=np.float64)
+        if times.ndim > 1:
+            raise ValueError(f"times of shape {times.shape}: one time or a row of times is evaluated")
+        if any(order < 0 for order in derivatives):
+            raise ValueError(f"derivatives {list(derivatives)}: orders are 0 (position), 1 (velocity), ...")
+        rounding = RANGE_TOLERANCE * self.duration
+        outside = ~((times >= -rounding) & (times <= self.duration + rounding))  # so that NaN is outside
+        if outside.any():
+            raise ValueError(f"time {times[outside].flat[0]} s is outside of the trajectory's [0, {self.duration}] s")
+        rows = super().evaluate(np.clip(np.atleast_1d(times), 0.0, self.duration), derivatives)
+        return [row[0] for row in rows] if times.ndim == 0 else rows
+
+    def scaled(self, factor: float) -> Trajectory:
+        """Run the same path in `factor` times the time: velocities are divided by it, accelerations by its square.
+
+        Limits are not looked at. Beyond 1 the velocities, accelerations and jerks only become smaller, but not
+        always the torques: certify the result where they matter.
+
+        Raises:
+            ValueError: The factor is not a positive number.
+        """
+        if not 0.0 < factor < np.inf:
+            raise ValueError(f"a trajectory cannot be scaled by {factor}")
+        slower = self.stretched(factor)
+        return replace(
+            self,
+            lengths=slower.lengths,
+            coefficients=slower.coefficients,
+            arrivals=self.arrivals * factor,
+            departures=self.departures * factor,
+        )
+
     def sample_times(self, period: float) -> FloatArray:
-        """0, period, 2 period, ... and last the duration itself; strictly increasing."""
+        """Multiples of a period (s) from 0, and last the duration itself; (N,), strictly increasing."""
         steps = int(np.ceil(self.duration / period * (1.0 - 1e-9)))
         return np.append(np.arange(steps) * period, self.duration)
