@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import comb, factorial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Self
 
     from planner.spatial import FloatArray
+
+P = TypeVar("P", bound="PiecewisePolynomial")
+"""A piecewise polynomial of any kind."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +59,29 @@ class PiecewisePolynomial:
         column = x[:, None]
         return [horner(self.derivative_coefficients(order)[pieces], column) for order in derivatives]
 
-    def stretched(self, factor: float) -> PiecewisePolynomial:
-        """The same curve over a variable `factor` times as long."""
-        powers = factor ** np.arange(self.coefficients.shape[-1])
-        return PiecewisePolynomial(self.lengths * factor, self.coefficients / powers)
+    def stretched(self, factors: FloatArray | float) -> Self:
+        """The same curve over pieces `factors` times as long: one factor for all pieces, or (pieces,)."""
+        coefficients = stretched(self.coefficients, np.reshape(factors, (-1, 1)))
+        return replace(self, lengths=self.lengths * factors, coefficients=coefficients)
+
+    def padded(self, order: int) -> Self:
+        """The same curve with `order` coefficients a piece, the highest of them zero."""
+        missing = order - self.coefficients.shape[2]
+        return replace(self, coefficients=np.pad(self.coefficients, ((0, 0), (0, 0), (0, missing))))
+
+    def split(self, parts: np.ndarray) -> Self:
+        """The same curve with each piece cut into a number (pieces,) of equal parts."""
+        rows = np.repeat(np.arange(len(parts)), parts)
+        lengths = (self.lengths / parts)[rows]
+        offsets = (np.arange(len(rows)) - (np.cumsum(parts) - parts)[rows]) * lengths
+        return replace(self, lengths=lengths, coefficients=shifted(self.coefficients[rows], offsets[:, None]))
+
+    def followed_by(self, *others: Self) -> Self:
+        """This curve and then the others, with as many coefficients a piece as the longest of them has."""
+        order = max(curve.coefficients.shape[2] for curve in (self, *others))
+        curves = [curve.padded(order) for curve in (self, *others)]
+        coefficients = np.concatenate([curve.coefficients for curve in curves])
+        return replace(self, lengths=np.concatenate([curve.lengths for curve in curves]), coefficients=coefficients)
 
     def between(self, start: float, end: float) -> PiecewisePolynomial:
         """The part of the curve from `start` to `end`."""
@@ -71,10 +94,48 @@ class PiecewisePolynomial:
         return PiecewisePolynomial(lengths, coefficients)
 
 
-def joined(curves: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
-    """Curves of the same order, one after the other."""
-    coefficients = np.concatenate([curve.coefficients for curve in curves])
-    return PiecewisePolynomial(np.concatenate([curve.lengths for curve in curves]), coefficients)
+@dataclass(frozen=True, eq=False)
+class SegmentedPolynomial(PiecewisePolynomial):
+    """A piecewise polynomial each piece of which belongs to a segment of a path.
+
+    This is a curve through waypoints, a time law s(t) along such a curve (one joint), or the motion of some segments in
+    time. Pieces of one segment are in order; the segments of a motion need not be, until it is a trajectory.
+
+    Attributes:
+        segments: (pieces,), index of the segment of each.
+    """
+
+    segments: np.ndarray
+
+    def of(self, rows: np.ndarray) -> SegmentedPolynomial:
+        """Some of the pieces, by index or mask."""
+        return SegmentedPolynomial(self.lengths[rows], self.coefficients[rows], self.segments[rows])
+
+    def split(self, parts: np.ndarray) -> Self:
+        """The same curve with each piece cut into a number (pieces,) of equal parts."""
+        return replace(super().split(parts), segments=np.repeat(self.segments, parts))
+
+    def followed_by(self, *others: Self) -> Self:
+        """This curve and then the others, with as many coefficients a piece as the longest of them has."""
+        segments = np.concatenate([curve.segments for curve in (self, *others)])
+        return replace(super().followed_by(*others), segments=segments)
+
+
+def joined(curves: Sequence[P]) -> P:
+    """Curves of one kind, one after the other."""
+    return curves[0].followed_by(*curves[1:])
+
+
+def stretched(coefficients: FloatArray, factors: FloatArray | float) -> FloatArray:
+    """Coefficients (..., order) of p(x / factor); `factors` broadcasts against (...)."""
+    result: FloatArray = coefficients / np.asarray(factors)[..., None] ** np.arange(coefficients.shape[-1])
+    return result
+
+
+def on_unit_interval(coefficients: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Coefficients (..., order) of p(length u), the inverse of `stretched`; `lengths` broadcasts against (...)."""
+    result: FloatArray = coefficients * lengths[..., None] ** np.arange(coefficients.shape[-1])
+    return result
 
 
 def shifted(coefficients: FloatArray, by: FloatArray | float) -> FloatArray:
@@ -149,4 +210,4 @@ def quintic_hermite(lengths: FloatArray, starts: tuple[FloatArray, ...], ends: t
         -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
         6.0 * rise - 3.0 * (v0 + v1) - 0.5 * (a0 - a1),
     ]
-    return np.stack(unit, axis=-1) / h[..., None] ** np.arange(6)
+    return stretched(np.stack(unit, axis=-1), h)

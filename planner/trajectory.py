@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import PiecewisePolynomial
+from planner.polynomials import SegmentedPolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +34,7 @@ class Remark:
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory(PiecewisePolynomial):
+class Trajectory(SegmentedPolynomial):
     """Joint positions as piecewise polynomials of time; a path with time on it. Lengths are in s.
 
     Attributes:
@@ -45,7 +45,6 @@ class Trajectory(PiecewisePolynomial):
         remarks: What the back end has to say.
     """
 
-    segments: np.ndarray
     arrivals: FloatArray
     departures: FloatArray
     remarks: tuple[Remark, ...] = ()

@@ -11,7 +11,7 @@ from planner.errors import InvalidProblem, JointPositionLimit, Remedy
 from planner.limits import counted_velocity, passes_a_limit
 from planner.paths.blends import blend, ways_within
 from planner.paths.cartesian import first_beyond
-from planner.polynomials import PiecewisePolynomial, joined, quintic_hermite
+from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 
 if TYPE_CHECKING:
@@ -47,10 +47,9 @@ class Run:
     Attributes:
         first: Index of the first segment.
         curve: Joint positions over a length in s: the time that the slowest joint needs at full speed, about. C2.
-        owners: (pieces,), index of the segment that each piece of the curve belongs to.
-        stations: (segments + 1,), index of the breakpoint of the curve where each waypoint lies; one that is blended:
-            the middle of its blend.
-        corners: Indices of the breakpoints where blends begin and end, ascending.
+        waypoint_knots: (segments + 1,), index of the breakpoint of the curve where each waypoint lies; one that is
+            blended: the middle of its blend.
+        blend_knots: Indices of the breakpoints where blends begin and end, ascending.
         is_spline: Only joint motions, and waypoints that are passed exactly: what lies between them is free.
         tolerance: rad or m, how far time may take a joint from the curve.
         tool_motions: Indices of the segments that are motions of the tool.
@@ -58,10 +57,9 @@ class Run:
     """
 
     first: int
-    curve: PiecewisePolynomial = field(repr=False)
-    owners: np.ndarray
-    stations: np.ndarray
-    corners: np.ndarray
+    curve: SegmentedPolynomial = field(repr=False)
+    waypoint_knots: np.ndarray
+    blend_knots: np.ndarray
     is_spline: bool
     tolerance: float
     tool_motions: tuple[int, ...] = ()
@@ -70,7 +68,12 @@ class Run:
     @property
     def segments(self) -> np.ndarray:
         """Indices of its segments."""
-        return np.arange(self.first, self.first + len(self.stations) - 1)
+        return np.arange(self.first, self.first + len(self.waypoint_knots) - 1)
+
+    @property
+    def knots(self) -> np.ndarray:
+        """Indices of the breakpoints of the curve where waypoints lie, and where blends begin and end; ascending."""
+        return np.union1d(self.waypoint_knots, self.blend_knots)
 
 
 def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> Run:
@@ -86,10 +89,9 @@ def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: Flo
     coefficients = np.stack([start, (end - start) / time], axis=-1)[None]
     return Run(
         first=segment,
-        curve=PiecewisePolynomial(np.array([time]), coefficients),
-        owners=np.array([segment]),
-        stations=np.array([0, 1]),
-        corners=np.array([], dtype=int),
+        curve=SegmentedPolynomial(np.array([time]), coefficients, np.array([segment])),
+        waypoint_knots=np.array([0, 1]),
+        blend_knots=np.array([], dtype=int),
         is_spline=False,
         tolerance=JOINT_TOLERANCE,
     )
@@ -122,33 +124,33 @@ def build_run(
             curves[k - first :] = [curve.stretched(ways[0] / ways[1]) for curve in after]
             blends[k] = blend(robot, before, curves[k - first], ways[0], solved[k].pose.position, transition.radius)
     parts: list[PiecewisePolynomial] = []
-    owners: list[int] = []
-    stations, corners = [0], []
+    piece_segments: list[int] = []
+    waypoint_knots, blend_knots = [0], []
     for segment, curve in zip(range(first, last), curves, strict=True):
         start, end = 0.0, float(curve.breakpoints[-1])
         leaving, arriving = blends.get(segment), blends.get(segment + 1)
         if leaving is not None:
             parts.append(leaving.leaving)
             start = leaving.end
-            corners.append(len(owners) + 1)
+            blend_knots.append(len(piece_segments) + 1)
         whole_segment = leaving is None and arriving is None
         own = curve if whole_segment else curve.between(start, end if arriving is None else arriving.start)
         parts.append(own)
-        owners += [segment] * (len(own.lengths) + (leaving is not None) + (arriving is not None))
+        piece_segments += [segment] * (len(own.lengths) + (leaving is not None) + (arriving is not None))
         if arriving is not None:
             parts.append(arriving.arriving)
-            corners.append(len(owners) - 1)
-        stations.append(len(owners))
-    whole = joined(parts)
+            blend_knots.append(len(piece_segments) - 1)
+        waypoint_knots.append(len(piece_segments))
+    joint_curve = joined(parts)
+    whole = SegmentedPolynomial(joint_curve.lengths, joint_curve.coefficients, np.array(piece_segments))
     if (beyond := first_beyond(robot, whole)) is not None:
-        raise _leaves_the_limits(robot, waypoints, owners, whole, *beyond)
+        raise _leaves_the_limits(robot, waypoints, whole, *beyond)
     inner = waypoints[first + 1 : last]
     return Run(
         first=first,
         curve=whole,
-        owners=np.array(owners),
-        stations=np.array(stations),
-        corners=np.array(corners, dtype=int),
+        waypoint_knots=np.array(waypoint_knots),
+        blend_knots=np.array(blend_knots, dtype=int),
         is_spline=all(isinstance(waypoint.motion, JointMotion) for waypoint in (*inner, waypoints[last]))
         and all(isinstance(waypoint.transition, ThroughTransition) for waypoint in inner),
         tolerance=_joint_tolerance(waypoints[first + 1 : last + 1]),
@@ -239,13 +241,12 @@ def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
 def _leaves_the_limits(
     robot: Robot,
     waypoints: Sequence[AnyWaypoint],
-    owners: Sequence[int],
-    curve: PiecewisePolynomial,
+    curve: SegmentedPolynomial,
     at: float,
     position: FloatArray,
     joint: int,
 ) -> JointPositionLimit:
-    segment = owners[int(curve.locate(np.array([at]))[0][0])]
+    segment = int(curve.segments[curve.locate(np.array([at]))[0][0]])
     name, value = robot.joint_names[joint], float(position[joint])
     lower, upper = robot.joints[joint].lower, robot.joints[joint].upper
     limit = lower if value < (lower + upper) / 2.0 else upper

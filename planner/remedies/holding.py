@@ -64,7 +64,7 @@ def _places(path: JointPath) -> tuple[FloatArray, np.ndarray]:
     for run in path.every_run:
         curve = run.curve
         s = np.linspace(0.0, curve.breakpoints[-1], PLACES)
-        owners = run.owners[curve.locate(s)[0]]
+        own = curve.segments[curve.locate(s)[0]]
         positions += [curve.evaluate(s, [0])[0], curve.evaluate(curve.breakpoints[1:], [0])[0]]
-        segments += [owners, run.owners]
+        segments += [own, curve.segments]
     return np.concatenate(positions), np.concatenate(segments)

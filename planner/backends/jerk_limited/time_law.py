@@ -155,7 +155,7 @@ class LimitsOnCurve:
     """
 
     def __init__(self, path: JointPath, run: Run, *, knows_torques: bool = False) -> None:
-        self.curve, self.owners, self.limits = run.curve, run.owners, path.limits
+        self.curve, self.limits = run.curve, path.limits
         self.sampled = _Sampled(path, run, knows_torques)
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
@@ -164,7 +164,7 @@ class LimitsOnCurve:
 
     def on_segments(self, law: PiecewisePolynomial) -> CurveLaw:
         """The law, with the segment that each of its pieces is on."""
-        return CurveLaw(law, self.owners[self.pieces(law)])
+        return CurveLaw(law, self.curve.segments[self.pieces(law)])
 
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
         """(pieces,), twice: the most and the least that the law uses of its limits on each, nodes and middle."""
@@ -188,7 +188,7 @@ class LimitsOnCurve:
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
         """All of them, as shares of the limits, at the places of the law's pieces."""
         s, ds, dds, first, second, third = self.rates(law)
-        own = self.limits.of(self.owners[self.pieces(law)])
+        own = self.limits.of(self.curve.segments[self.pieces(law)])
         speeds = (np.abs(first) / own.velocity).max(axis=2)[..., None]
         if self.sampled.has_tool:
             speeds = np.maximum(speeds, self.sampled.tool_use(s, own)[..., None] * ds)
@@ -232,7 +232,7 @@ class _Sampled:
             self.speeds = tool_speeds(robot, q, dq)
         if knows_torques:
             still = np.zeros_like(q)
-            segments = run.owners[curve.locate(self.places)[0]]
+            segments = curve.segments[curve.locate(self.places)[0]]
             gravity = inverse_dynamics(robot, q, still, still)
             refuse_what_gravity_exceeds(robot, segments, gravity, path.limits.torque[segments])
             by_gain = inverse_dynamics(robot, q, still, dq) - gravity

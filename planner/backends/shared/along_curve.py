@@ -231,7 +231,7 @@ class ToolSpeeds:
 
     def __init__(self, path: JointPath, run: Run) -> None:
         curve, limits = run.curve, path.limits
-        linear, angular = limits.tcp_linear_velocity[run.owners], limits.tcp_angular_velocity[run.owners]
+        linear, angular = limits.tcp_linear_velocity[curve.segments], limits.tcp_angular_velocity[curve.segments]
         self.places = np.zeros(1)
         self.use = np.zeros(1)
         if np.isfinite(linear).any() or np.isfinite(angular).any():

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import PiecewisePolynomial
-
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run
+    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
 
 SHARES = (1.0, 0.5, 0.25, 0.0)
@@ -22,7 +21,7 @@ def smoothed(path: JointPath, run: Run) -> Run:
     return replace(run, curve=smooth_curve(path, run)) if run.is_spline else run
 
 
-def smooth_curve(path: JointPath, run: Run) -> PiecewisePolynomial:
+def smooth_curve(path: JointPath, run: Run) -> SegmentedPolynomial:
     """The natural cubic spline through the waypoints of a run that is one, over the lengths of the run's own curve.
 
     Those are chords, measured by the joints' velocity limits. A joint that would overshoot its position limits is
@@ -30,7 +29,7 @@ def smooth_curve(path: JointPath, run: Run) -> PiecewisePolynomial:
     """
     from planner.paths.cartesian import first_beyond  # paths import problems, and these the back ends
 
-    positions = path.positions[run.first : run.first + len(run.stations)]
+    positions = path.positions[run.first : run.first + len(run.waypoint_knots)]
     spline = natural_spline(run.curve.lengths, positions)
     coefficients = np.zeros_like(run.curve.coefficients)
     coefficients[..., : spline.shape[2]] = spline
@@ -38,7 +37,7 @@ def smooth_curve(path: JointPath, run: Run) -> PiecewisePolynomial:
     while level.max() < len(SHARES):
         share = np.array(SHARES)[level][:, None]
         mixed = share * coefficients + (1.0 - share) * run.curve.coefficients
-        curve = PiecewisePolynomial(run.curve.lengths, spline if not level.any() else mixed)
+        curve = replace(run.curve, coefficients=mixed if level.any() else spline)
         beyond = first_beyond(path.robot, curve)
         if beyond is None:
             return curve

@@ -164,9 +164,8 @@ class _CurveTiming(_Timing):
 
     def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
         super().__init__(path, run, degree, enforced)
-        marks = np.union1d(run.stations, run.corners)
-        self.places = run.curve.breakpoints[marks]
-        self.segments = run.owners[marks[:-1]]
+        self.places = run.curve.breakpoints[run.knots]
+        self.segments = run.curve.segments[run.knots[:-1]]
         self.speeds = ToolSpeeds(path, run)
 
     def first_durations(self) -> FloatArray:

@@ -97,8 +97,8 @@ def cut(
     whole = Intervals(
         lengths=np.concatenate([curve.lengths for curve in curves]),
         coefficients=np.concatenate(padded),
-        segments=np.concatenate([run.owners for run in runs]),
-        runs=np.repeat(np.arange(len(runs)), [len(run.owners) for run in runs]),
+        segments=np.concatenate([run.curve.segments for run in runs]),
+        runs=np.repeat(np.arange(len(runs)), [len(run.curve.segments) for run in runs]),
     )
     limit = velocity[whole.segments]
     _, first, second = (rows / counted_velocity(limit) for rows in whole.at(PROBES))

@@ -78,7 +78,7 @@ def time_run_with_ramps(
         LimitsUnsatisfiable: Gravity exceeds a torque limit, or the limits cannot be kept with these ramps.
     """
     asked = duration_of_run(path, run)
-    places = run.curve.breakpoints[run.stations[1:-1]]
+    places = run.curve.breakpoints[run.waypoint_knots[1:-1]]
 
     def at(duration: float) -> tuple[TimedPieces, Demand]:
         law = law_of(duration)
@@ -104,8 +104,7 @@ def time_run_with_ramps(
 
 def _fastest(path: JointPath, run: Run) -> CurveLaw:
     """The law with the best share of the acceleration limits for the curvature."""
-    marks = np.union1d(run.stations, run.corners)
-    places, segments = run.curve.breakpoints[marks], run.owners[marks[:-1]]
+    places, segments = run.curve.breakpoints[run.knots], run.curve.segments[run.knots[:-1]]
     lengths = np.diff(places)
     unit = (np.arange(SAMPLES) + 0.5) / SAMPLES
     at = (places[:-1, None] + unit * lengths[:, None]).ravel()

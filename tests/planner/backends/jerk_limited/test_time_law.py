@@ -131,7 +131,7 @@ def test_limits_of_all_orders_are_kept_and_one_is_used_in_full(robot_id: str, ki
 
     # No law is faster than the velocity limits everywhere; a quintic along the same curve is slower.
     slopes = horner(differentiate(run.curve.coefficients), DENSE[:, None, None] * run.curve.lengths[:, None])
-    shares = (np.abs(slopes) / path.limits.velocity[run.owners]).max(axis=2)
+    shares = (np.abs(slopes) / path.limits.velocity[run.curve.segments]).max(axis=2)
     assert pieces.lengths.sum() >= float(shares.min(axis=0) @ run.curve.lengths)
     if not run.is_spline and run.curve.lengths.min() > 1e-6:  # the quintic needs intervals that have a length
         assert pieces.lengths.sum() <= quintic_along(path, run, 5, ENFORCED).lengths.sum()
@@ -172,7 +172,7 @@ def fine_optimum(path: JointPath, run: Run, count: int) -> float:
     opti.subject_to(v[1:-1] >= 1e-6)
     middles = (places[:-1] + places[1:]) / 2.0
     on = curve.locate(middles)[0]
-    limits = path.limits.of(run.owners[on])
+    limits = path.limits.of(run.curve.segments[on])
     for side in (0, 1):
         at = (places[side : knots - 1 + side] - curve.breakpoints[on])[:, None]
         dq, ddq, dddq = (horner(curve.derivative_coefficients(k)[on], at) for k in (1, 2, 3))
