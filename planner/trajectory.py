@@ -11,6 +11,7 @@ from planner.polynomials import SegmentedPolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Self
 
     from numpy.typing import ArrayLike
 
@@ -81,6 +82,14 @@ class Trajectory(SegmentedPolynomial):
         rows = super().evaluate(np.clip(np.atleast_1d(times), 0.0, self.duration), derivatives)
         return [row[0] for row in rows] if times.ndim == 0 else rows
 
+    def stretched(self, factors: FloatArray | float) -> Self:
+        """The same path over pieces `factors` times as long; waypoints stay at the breakpoints where they are."""
+        slower = super().stretched(factors)
+        arrivals, departures = (
+            np.interp(times, self.breakpoints, slower.breakpoints) for times in (self.arrivals, self.departures)
+        )
+        return replace(slower, arrivals=arrivals, departures=departures)
+
     def scaled(self, factor: float) -> Trajectory:
         """Run the same path in `factor` times the time: velocities are divided by it, accelerations by its square.
 
@@ -92,14 +101,7 @@ class Trajectory(SegmentedPolynomial):
         """
         if not 0.0 < factor < np.inf:
             raise ValueError(f"a trajectory cannot be scaled by {factor}")
-        slower = self.stretched(factor)
-        return replace(
-            self,
-            lengths=slower.lengths,
-            coefficients=slower.coefficients,
-            arrivals=self.arrivals * factor,
-            departures=self.departures * factor,
-        )
+        return self.stretched(factor)
 
     def sample_times(self, period: float) -> FloatArray:
         """Multiples of a period (s) from 0, and last the duration itself; (N,), strictly increasing."""
