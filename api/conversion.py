@@ -12,7 +12,7 @@ from planner.backends import BACKENDS
 from planner.errors import InvalidProblem
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.robots import DHJoint, DHModel, Robot, read_dh, read_urdf
+from planner.robots import DHJoint, Robot
 from planner.robots.payload import Payload
 from planner.spatial import (
     FloatArray,
@@ -24,8 +24,6 @@ from planner.spatial import (
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from planner.errors import Finding
 
 
 def to_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
@@ -78,23 +76,30 @@ def to_limits(limits: common.Limits) -> Limits:
     return Limits(**_with_tuples(limits.model_dump()))
 
 
-def to_robot(definition: robots.RobotModel, robot_id: str) -> tuple[Robot, tuple[Finding, ...]]:
-    """The robot that a client describes, and what there is to say about its model.
+def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
+    """The robot that a client describes.
 
     Raises:
         InvalidRobotModel: It cannot be used.
     """
     match definition:
         case robots.UrdfModel():
-            return read_urdf(definition.urdf, id=robot_id, tip_frame=definition.tip_frame, srdf=definition.srdf)
+            return Robot.from_urdf(
+                definition.urdf,
+                srdf=definition.srdf,
+                tip_frame=definition.tip_frame,
+                id=robot_id,
+                source="uploaded URDF",
+            )
         case robots.DhModel():
-            model = DHModel(
+            return Robot.from_dh(
+                [DHJoint(**_with_tuples(joint.model_dump())) for joint in definition.joints],
                 convention=definition.convention,
-                joints=tuple(DHJoint(**_with_tuples(joint.model_dump())) for joint in definition.joints),
                 base=None if definition.base is None else to_pose(definition.base),
                 tip=None if definition.tip is None else to_pose(definition.tip),
+                id=robot_id,
+                source="uploaded Denavit-Hartenberg table",
             )
-            return read_dh(model, id=robot_id, source="uploaded Denavit-Hartenberg table")
 
 
 def to_vector(values: Sequence[float], length: int, pointer: str) -> FloatArray:

@@ -279,9 +279,9 @@ def add_robot(task: Task, caps: Caps) -> Reply:
         if robot_id in catalogue_ids():
             raise CatalogueRobot(f"{robot_id} is a robot of the catalogue; choose another id")
     with watch.stage("plan"):
-        robot, findings = to_robot(named, robot_id)
+        robot = to_robot(named, robot_id)
     description = describe(robot) | {"content": digest}
-    answer = description | {"findings": [asdict(finding) for finding in findings]}
+    answer = description | {"findings": [asdict(finding) for finding in robot.findings]}
     del description["id"]
     reply = _json(answer, watch, status=201)
     return Reply(
@@ -403,8 +403,7 @@ def _named(definition: bytes, robot_id: str) -> Robot:
 @lru_cache(maxsize=CACHED_ROBOTS)
 def _built(definition: bytes) -> Robot:
     """The robot of a definition. Kept by the definition itself: no name can bring back another robot's model."""
-    robot, _ = to_robot(_validate(RobotModel, definition), _sha256(definition))
-    return robot
+    return to_robot(_validate(RobotModel, definition), _sha256(definition))
 
 
 @lru_cache(maxsize=1024)

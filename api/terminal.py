@@ -12,7 +12,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from planner.robots.robot import LIMITED_QUANTITIES
+from planner.robots.description import LIMITED_QUANTITIES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -2,18 +2,15 @@
 
 from planner.robots.catalogue import catalogue_ids, load_robot
 from planner.robots.describe import describe
-from planner.robots.dh import DHJoint, DHModel, read_dh
-from planner.robots.robot import Joint, Robot
-from planner.robots.urdf import read_urdf
+from planner.robots.description import Joint
+from planner.robots.dh import DHJoint
+from planner.robots.robot import Robot
 
 __all__ = [
     "DHJoint",
-    "DHModel",
     "Joint",
     "Robot",
     "catalogue_ids",
     "describe",
     "load_robot",
-    "read_dh",
-    "read_urdf",
 ]

@@ -11,7 +11,7 @@ import pinocchio as pin
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.robots.robot import Joint
+    from planner.robots.description import Joint
     from planner.spatial import FloatArray
 
 

@@ -27,12 +27,12 @@ import numpy as np
 
 from planner.errors import UnknownRobot
 from planner.robots.checks import with_default_limits
-from planner.robots.dh import DHJoint, DHModel, read_dh
-from planner.robots.urdf import read_urdf
+from planner.robots.dh import DHJoint
+from planner.robots.robot import Robot
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
-    from planner.robots.robot import Joint, Robot
+    from planner.robots.description import Joint
 
 DATA = Path(__file__).parent / "data"
 PACKAGE = "example-robot-data"
@@ -60,7 +60,7 @@ def load_robot(id: str) -> Robot:
     entry = json.loads(file.read_text(encoding="utf-8"))
     robot = _read_urdf(id, entry, folder) if "urdf" in entry else _read_dh(id, entry)
     joints = _with_limits(robot.joints, entry["limits"], _unit(entry))
-    return replace(robot, joints=joints, geometry=robot.geometry + tuple(entry.get("geometry", ())))
+    return replace(robot, joints=joints, geometry=robot.geometry + tuple(entry.get("geometry", ())), findings=())
 
 
 @cache
@@ -89,15 +89,15 @@ def _unit(entry: dict[str, Any]) -> float:
 
 def _read_urdf(id: str, entry: dict[str, Any], folder: Path) -> Robot:
     urdf = (folder / entry["urdf"]).read_text(encoding="utf-8")
-    return read_urdf(urdf, id=id, tip_frame=entry["tip_frame"], source=entry["source"])[0]
+    return Robot.from_urdf(urdf, id=id, tip_frame=entry["tip_frame"], source=entry["source"])
 
 
 def _read_dh(id: str, entry: dict[str, Any]) -> Robot:
     table, unit = entry["dh"], _unit(entry)
     joints = [{**row, **{key: row[key] * unit for key in ("theta", "alpha")}} for row in table["joints"]]
     base, tip = (Pose(np.array(table[end])) if end in table else None for end in ("base", "tip"))
-    model = DHModel(table["convention"], tuple(DHJoint(**joint) for joint in joints), base, tip)
-    return read_dh(model, id=id, source=entry["source"])[0]
+    rows = [DHJoint(**joint) for joint in joints]
+    return Robot.from_dh(rows, convention=table["convention"], base=base, tip=tip, id=id, source=entry["source"])
 
 
 def _with_limits(joints: tuple[Joint, ...], limits: dict[str, Any], unit: float) -> tuple[Joint, ...]:

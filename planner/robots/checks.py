@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from planner.robots.build import Body
-    from planner.robots.robot import Joint, Provenance
+    from planner.robots.description import Joint, Provenance
 
 MAX_LINKS = 256
 """Pinocchio itself dies somewhere between 3000 and 5000."""

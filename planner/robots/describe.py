@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pinocchio as pin
 
 if TYPE_CHECKING:
-    from planner.robots.robot import Joint, Robot
+    from planner.robots.description import Joint
+    from planner.robots.robot import Robot
 
 
 def describe(robot: Robot) -> dict[str, Any]:

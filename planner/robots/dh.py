@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -22,11 +22,8 @@ from planner.robots.checks import (
     check_position_limits,
     shown,
 )
-from planner.robots.robot import Joint, JointKind, Robot
+from planner.robots.description import Joint, JointKind, RobotDescription
 from planner.spatial import Pose, rotation_x, rotation_z
-
-if TYPE_CHECKING:
-    from planner.errors import Finding
 
 Convention = Literal["standard", "modified"]
 
@@ -92,7 +89,7 @@ class DHModel:
     tip: Pose | None = None
 
 
-def read_dh(model: DHModel, *, id: str, source: str) -> tuple[Robot, tuple[Finding, ...]]:
+def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
     """The robot of the table, with frames `base`, `link_1`, ... (the table's frames) and `flange`.
 
     Limits that the table leaves out come from the default rule of `planner.robots.checks`; torque limits have none.
@@ -101,9 +98,6 @@ def read_dh(model: DHModel, *, id: str, source: str) -> tuple[Robot, tuple[Findi
         model: The table.
         id: Of the robot.
         source: Where the table comes from.
-
-    Returns:
-        The robot, and warnings and remarks about its model.
 
     Raises:
         InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
@@ -140,7 +134,7 @@ def read_dh(model: DHModel, *, id: str, source: str) -> tuple[Robot, tuple[Findi
         before = after
     check_chain(chain, TIP_FRAME, findings)
     pin_model = build_model(id, [Link(BASE_FRAME, pin.SE3.Identity())], chain)
-    return Robot(id, source, pin_model, tuple(joints), TIP_FRAME), tuple(findings.items)
+    return RobotDescription(id, source, pin_model, tuple(joints), TIP_FRAME, findings=tuple(findings.items))
 
 
 def _check_row(name: str, row: DHJoint, findings: Findings) -> None:

@@ -2,113 +2,93 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from planner.robots.description import RobotDescription
+from planner.robots.dh import DHModel, read_dh
+from planner.robots.urdf import read_urdf
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from planner.robots.dh import Convention, DHJoint
     from planner.robots.payload import Payload
     from planner.spatial import FloatArray, Pose
-
-JointKind = Literal["revolute", "continuous", "prismatic"]
-Provenance = Literal["published", "datasheet", "estimate", "default"]
-LIMITED_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
 
 TOOL_FRAME = "tool"
 """Name of the frame that carries the tool, when there is one."""
 
 
-@dataclass(frozen=True)
-class Joint:
-    """One degree of freedom. Angles in rad, lengths in m; infinite: no limit.
-
-    Attributes:
-        name: As in `Robot.joint_names`.
-        kind: `continuous` is a revolute joint without position limits that may turn for ever.
-        lower: Lower position limit.
-        upper: Upper position limit.
-        velocity: rad/s or m/s.
-        acceleration: rad/s^2 or m/s^2.
-        jerk: rad/s^3 or m/s^3.
-        torque: N m or N.
-        provenance: Where each of `LIMITED_QUANTITIES` comes from; no entry where there is no limit.
-    """
-
-    name: str
-    kind: JointKind
-    lower: float = -np.inf
-    upper: float = np.inf
-    velocity: float = np.inf
-    acceleration: float = np.inf
-    jerk: float = np.inf
-    torque: float = np.inf
-    provenance: Mapping[str, Provenance] = field(default_factory=dict)
-
-    @property
-    def is_angle(self) -> bool:
-        """Whether the joint turns (rather than slides)."""
-        return self.kind != "prismatic"
-
-
-@dataclass(frozen=True)
-class JointGroup:
-    """Joints that belong together, as an SRDF has them.
-
-    Attributes:
-        name: Of the group.
-        joints: Names of its moving joints, from the root to the tips; those that are not among the robot's are
-            held still.
-        tip_frame: The link at the end of a group that is one chain; None: it is something else.
-    """
-
-    name: str
-    joints: tuple[str, ...]
-    tip_frame: str | None
-
-
-@dataclass(frozen=True)
-class DisabledCollision:
-    """Two links that need no collision check against each other, as an SRDF has them.
-
-    Attributes:
-        link_1: Name of a link.
-        link_2: Name of another.
-        reason: In the words of the SRDF; None: not given.
-    """
-
-    link_1: str
-    link_2: str
-    reason: str | None
-
-
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(RobotDescription):
     """A robot arm whose configuration is one number per joint, continuous joints included.
 
-    Attributes:
-        id: Its name in the catalogue or in the store of uploads.
-        source: Where the model comes from, for a person.
-        model: Pinocchio model with nq == nv == len(joints), in the order of `joints`. Not to be changed.
-        joints: In the order of every joint array.
-        tip_frame: Name of the frame at the flange.
-        geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
-        groups: Joints that belong together, of an uploaded SRDF.
-        disabled_collisions: Pairs of links that an uploaded SRDF takes out of collision checks.
+    Robots are immutable: `with_tool`, `with_payload` and `dataclasses.replace` make others.
     """
 
-    id: str
-    source: str
-    model: pin.Model
-    joints: tuple[Joint, ...]
-    tip_frame: str
-    geometry: tuple[Mapping[str, Any], ...] = ()
-    groups: tuple[JointGroup, ...] = ()
-    disabled_collisions: tuple[DisabledCollision, ...] = ()
+    @classmethod
+    def from_urdf(
+        cls,
+        urdf: str | Path,
+        *,
+        srdf: str | Path | None = None,
+        tip_frame: str | None = None,
+        id: str = "robot",
+        source: str = "URDF",
+    ) -> Robot:
+        """Read the arm from the root link to the tip of a URDF, with everything off that chain held still.
+
+        Acceleration and jerk limits, which URDF does not have, come from a default rule: full speed in 0.25 s, full
+        acceleration in 0.1 s. What the reader remarks about the model stands in `Robot.findings`.
+
+        Args:
+            urdf: The document, or the path of its file. A string is always a document: it never opens a file.
+            srdf: An SRDF document, or its path, with groups and disabled collision pairs.
+            tip_frame: Link at the end of the arm; None: the tip of the SRDF's chain, if it has exactly one, or else
+                the last link of the chain with the most joints.
+            id: Name of the robot.
+            source: Where the document comes from.
+
+        Raises:
+            InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
+        """
+        documents = _text(urdf), None if srdf is None else _text(srdf)
+        return cls(**vars(read_urdf(documents[0], srdf=documents[1], tip_frame=tip_frame, id=id, source=source)))
+
+    @classmethod
+    def from_dh(
+        cls,
+        joints: Iterable[DHJoint],
+        *,
+        convention: Convention = "standard",
+        base: Pose | None = None,
+        tip: Pose | None = None,
+        id: str = "robot",
+        source: str = "Denavit-Hartenberg table",
+    ) -> Robot:
+        """Build an arm from a Denavit-Hartenberg table, with frames `base`, `link_1`, ... (the table's) and `flange`.
+
+        Limits that the table leaves out come from a default rule; torque limits have none. What there is to remark
+        stands in `Robot.findings`.
+
+        Args:
+            joints: The rows of the table, from the base to the tip.
+            convention: `standard` (distal) or `modified` (Craig's), see `DHModel`.
+            base: Pose of frame 0 in the robot's base frame; None: the same.
+            tip: Pose of the flange in the frame of the last row; None: the same.
+            id: Name of the robot.
+            source: Where the table comes from.
+
+        Raises:
+            InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
+        """
+        return cls(**vars(read_dh(DHModel(convention, tuple(joints), base, tip), id=id, source=source)))
 
     @cached_property
     def data(self) -> pin.Data:
@@ -211,3 +191,7 @@ class Robot:
         body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))
         model.appendBodyToJoint(tip.parentJoint, body, tip.placement)
         return replace(self, model=model)
+
+
+def _text(document: str | Path) -> str:
+    return document.read_text(encoding="utf-8") if isinstance(document, Path) else document

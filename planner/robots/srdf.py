@@ -9,7 +9,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from planner.robots.checks import check_names, shown
-from planner.robots.robot import DisabledCollision, JointGroup
+from planner.robots.description import DisabledCollision, JointGroup
 from planner.robots.xml_document import parse_robot_document
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from planner.robots.checks import (
     check_position_limits,
     shown,
 )
-from planner.robots.robot import Robot
+from planner.robots.description import RobotDescription
 from planner.robots.srdf import read_srdf
 from planner.robots.urdf_elements import UrdfReader
 from planner.robots.xml_document import parse_robot_document
@@ -33,15 +33,14 @@ from planner.robots.xml_document import parse_robot_document
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from planner.errors import Finding
     from planner.robots.build import Body
-    from planner.robots.robot import DisabledCollision, Joint, JointGroup
+    from planner.robots.description import DisabledCollision, Joint, JointGroup
     from planner.robots.urdf_elements import UrdfJoint
 
 
 def read_urdf(
     urdf: str, *, id: str, tip_frame: str | None = None, srdf: str | None = None, source: str = "uploaded URDF"
-) -> tuple[Robot, tuple[Finding, ...]]:
+) -> RobotDescription:
     """The arm from the root link to the tip, with everything off that chain held still.
 
     Acceleration and jerk limits, which URDF does not have, come from the default rule of `planner.robots.checks`.
@@ -53,9 +52,6 @@ def read_urdf(
             the last link of the chain with the most joints.
         srdf: A document with groups and disabled collision pairs.
         source: Where the document comes from.
-
-    Returns:
-        The robot, and warnings and remarks about its model.
 
     Raises:
         InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
@@ -95,8 +91,8 @@ def read_urdf(
     findings.raise_errors()
 
     model = _build(id, root, tip, arrivals, bodies, limits, findings)
-    robot = Robot(id, source, model, tuple(limits.values()), tip, tuple(geometry), groups, disabled)
-    return robot, tuple(findings.items)
+    joints_to_tip, shapes, remarks = tuple(limits.values()), tuple(geometry), tuple(findings.items)
+    return RobotDescription(id, source, model, joints_to_tip, tip, shapes, groups, disabled, remarks)
 
 
 def _check_tree(links: Collection[str], joints: Sequence[UrdfJoint], findings: Findings) -> None:

@@ -11,14 +11,14 @@ import pinocchio as pin
 
 from planner.robots.build import Body
 from planner.robots.checks import MAX_NUMBER, Findings, check_angles, check_body, check_length, shown
-from planner.robots.robot import Joint
+from planner.robots.description import Joint
 from planner.spatial import rotation_from_rpy
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from xml.etree.ElementTree import Element
 
-    from planner.robots.robot import JointKind
+    from planner.robots.description import JointKind
     from planner.spatial import FloatArray
 
 KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.kinematics import FloatArray, Pose
-from planner.robots import Robot, read_urdf
+from planner.robots import Robot
 from tests.locations import DATA
 
 if TYPE_CHECKING:
@@ -80,5 +80,4 @@ def gantry() -> Robot:
             f'<axis xyz="{xyz}"/><limit lower="-2" upper="2" velocity="1" effort="100"/></joint>'
         )
         parent = axis
-    robot, _ = read_urdf(f'<robot name="gantry">{"".join(links + joints)}</robot>', id="gantry")
-    return robot
+    return Robot.from_urdf(f'<robot name="gantry">{"".join(links + joints)}</robot>')

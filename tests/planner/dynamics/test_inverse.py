@@ -9,7 +9,7 @@ import pytest
 from planner.dynamics import inverse_dynamics
 from planner.errors import MissingDynamics
 from planner.kinematics import FloatArray, Pose
-from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
+from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import rotation_x
 from tests.planner.problems import random_position
@@ -33,11 +33,7 @@ def two_links() -> Robot:
             inertia=(0.0, 0.0, 0.0, moment, 0.0, moment),
         )
 
-    model = DHModel(
-        convention="standard", joints=(rod(0.4, 3.0), rod(0.3, 2.0)), base=Pose(np.zeros(3), rotation_x(np.pi / 2.0))
-    )
-    robot, _ = read_dh(model, id="two_links", source="test")
-    return robot
+    return Robot.from_dh([rod(0.4, 3.0), rod(0.3, 2.0)], base=Pose(np.zeros(3), rotation_x(np.pi / 2.0)))
 
 
 @pytest.mark.parametrize("payload", [0.0, 1.5], ids=["empty", "loaded"])

@@ -9,7 +9,7 @@ import pytest
 from planner.dynamics import inverse_dynamics
 from planner.dynamics.symbolic import dynamics_content, symbolic_motion
 from planner.kinematics import Pose, tool_speeds
-from planner.robots import DHJoint, DHModel, Robot, catalogue_ids, load_robot, read_dh
+from planner.robots import DHJoint, Robot, catalogue_ids, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import rotation_x
 from tests.planner.problems import random_position
@@ -39,12 +39,8 @@ def sliding_arm() -> Robot:
         link("prismatic", 0.1, -0.7, lower=0.0, upper=0.5),
         link("revolute", 0.2, 0.4),
     )
-    robot, _ = read_dh(
-        DHModel(convention="modified", joints=joints, base=Pose(np.zeros(3), rotation_x(np.pi / 2.0))),
-        id="sliding_arm",
-        source="test",
-    )
-    return robot
+    upright = Pose(np.zeros(3), rotation_x(np.pi / 2.0))
+    return Robot.from_dh(joints, convention="modified", base=upright, id="sliding_arm")
 
 
 ROBOTS = [sliding_arm(), *(robot for name in catalogue_ids() if (robot := load_robot(name)).has_dynamics)]

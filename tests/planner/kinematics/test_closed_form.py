@@ -23,7 +23,7 @@ from planner.kinematics import (
 from planner.kinematics.closed_form import closed_form
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.screws import Screws
-from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
+from planner.robots import DHJoint, Robot, load_robot
 from tests.planner.kinematics.test_inverse import ngv_product, rot, trans
 from tests.planner.kinematics.test_solutions import apart
 from tests.planner.problems import random_position
@@ -51,7 +51,7 @@ def arm_of(rows: list[Row]) -> Robot:
         else DHJoint("continuous", d=d, a=a, alpha=alpha)
         for kind, d, a, alpha in rows
     ]
-    return read_dh(DHModel("standard", tuple(joints)), id="random", source="test")[0]
+    return Robot.from_dh(joints)
 
 
 def twist(rng: np.random.Generator) -> float:

@@ -20,8 +20,8 @@ from planner.kinematics import (
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.plan import plan
 from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
-from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
-from planner.robots.robot import JointKind
+from planner.robots import DHJoint, Robot, load_robot
+from planner.robots.description import JointKind
 from planner.waypoints.solve import solve_waypoints
 from tests.planner.problems import random_position
 
@@ -172,7 +172,7 @@ def test_a_joint_waypoint_beyond_its_limit_names_the_joint(axis: int) -> None:
 def test_an_arm_of_one_joint(kind: JointKind) -> None:
     """Pinocchio gives its Jacobian as a vector, which once broke the service with a 500."""
     row = DHJoint(kind, a=0.5) if kind == "continuous" else DHJoint(kind, a=0.5, lower=-1.0, upper=1.0)
-    robot, _ = read_dh(DHModel("standard", (row,)), id="one", source="test")
+    robot = Robot.from_dh([row])
     pose = forward_kinematics(robot, np.array([[0.3]]))[0]
     for wanted in (pose, Pose(pose.position)):
         result = inverse_kinematics(robot, wanted, OPTIONS)

@@ -8,7 +8,7 @@ import pytest
 from planner.errors import InvalidProblem
 from planner.kinematics import FloatArray, Pose, Workspace, forward_kinematics, workspace
 from planner.kinematics.workspace import Objective, _derivatives
-from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
+from planner.robots import DHJoint, Robot, load_robot
 from tests.documents.published import gantry
 from tests.planner.problems import ARMS, random_position
 
@@ -22,8 +22,7 @@ def values(found: Workspace, *names: str) -> list[float]:
 
 
 def planar(*joints: DHJoint) -> Robot:
-    robot, _ = read_dh(DHModel(convention="standard", joints=joints), id="planar", source="test")
-    return robot
+    return Robot.from_dh(joints)
 
 
 def link(length: float, lower: float, upper: float) -> DHJoint:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.robots import DHJoint, DHModel, read_dh
+from planner.robots import DHJoint, Robot
 from planner.spatial import Pose
 from tests.planner.robots.frames import frame_pose, product, rot, trans
 
@@ -39,7 +39,7 @@ def row_matrix(convention: str, row: DHJoint, q: float) -> np.ndarray:
 @settings(max_examples=200)
 def test_every_frame_of_a_random_table(convention: str, table: list[tuple[DHJoint, float]]) -> None:
     rows, q = tuple(row for row, _ in table), np.array([position for _, position in table])
-    robot, _ = read_dh(DHModel(convention, rows), id="random", source="test")
+    robot = Robot.from_dh(rows, convention=convention)
     assert robot.model.nq == robot.model.nv == robot.dof == len(rows)
     T = np.eye(4)
     for number, (row, position) in enumerate(table, 1):
@@ -58,7 +58,7 @@ def test_base_and_tip_stand_before_and_after_the_table(
     tip = product(trans(*placement[2::-1]), rot("x", placement[4]), rot("z", placement[5]))
     rows, q = tuple(row for row, _ in table), np.array([position for _, position in table])
     poses = [Pose(T[:3, 3], T[:3, :3]) for T in (base, tip)]
-    robot, _ = read_dh(DHModel(convention, rows, *poses), id="random", source="test")
+    robot = Robot.from_dh(rows, convention=convention, base=poses[0], tip=poses[1])
     expected = product(base, *(row_matrix(convention, row, position) for row, position in table), tip)
     np.testing.assert_allclose(frame_pose(robot, q), expected, atol=1e-12)
     np.testing.assert_array_equal(frame_pose(robot, q, "base"), np.eye(4))
@@ -72,7 +72,7 @@ def test_link_masses_are_in_the_frame_of_their_row(convention: str) -> None:
         DHJoint(kind, 0.3, 0.2, 0.4, 0.7, mass=mass, center_of_mass=center)
         for kind, mass, center in zip(("revolute", "prismatic", "revolute"), (3.0, 2.0, 1.0), com, strict=True)
     )
-    robot, _ = read_dh(DHModel(convention, rows), id="masses", source="test")
+    robot = Robot.from_dh(rows, convention=convention)
     assert robot.mass == pytest.approx(6.0)
 
     def energy(q: np.ndarray) -> float:
@@ -90,7 +90,7 @@ def test_link_masses_are_in_the_frame_of_their_row(convention: str) -> None:
 def test_link_inertia_is_about_the_center_of_mass_in_the_axes_of_the_row() -> None:
     """A bar off the joint axis: Steiner's theorem gives the inertia that the joint feels."""
     row = DHJoint("revolute", a=0.5, mass=2.0, center_of_mass=(-0.2, 0.0, 0.0), inertia=(0.01, 0, 0, 0.04, 0, 0.05))
-    robot, _ = read_dh(DHModel("standard", (row,)), id="bar", source="test")
+    robot = Robot.from_dh([row])
     torque = pin.rnea(robot.model, robot.data, np.array([0.7]), np.zeros(1), np.ones(1))
     assert torque[0] == pytest.approx(0.05 + 2.0 * (0.5 - 0.2) ** 2)
 
@@ -99,7 +99,7 @@ def test_limits_of_the_table_and_of_the_default_rule() -> None:
     given = DHJoint("revolute", lower=-1.0, upper=2.0, velocity=3.0, acceleration=5.0, jerk=70.0, torque=11.0)
     sparse = DHJoint("revolute", velocity=2.0)
     rows = (given, sparse, DHJoint("prismatic"), DHJoint("continuous", lower=-1.0, upper=1.0, name="spin"))
-    robot, findings = read_dh(DHModel("standard", rows), id="limits", source="test")
+    robot = Robot.from_dh(rows)
     assert robot.joint_names == ("joint_1", "joint_2", "joint_3", "spin")
     np.testing.assert_array_equal(robot.limit("lower"), [-1.0, -np.inf, -np.inf, -np.inf])
     np.testing.assert_array_equal(robot.limit("upper"), [2.0, np.inf, np.inf, np.inf])
@@ -110,7 +110,7 @@ def test_limits_of_the_table_and_of_the_default_rule() -> None:
     everything = {"position", "velocity", "acceleration", "jerk", "torque"}
     assert robot.joints[0].provenance == dict.fromkeys(everything, "published")
     assert robot.joints[1].provenance == {"velocity": "published", "acceleration": "default", "jerk": "default"}
-    assert [finding.subject for finding in findings if finding.code == "default_limits"] == [
+    assert [finding.subject for finding in robot.findings if finding.code == "default_limits"] == [
         "joint_2",
         "joint_3",
         "spin",
@@ -138,12 +138,12 @@ REMARKS = [
 
 @pytest.mark.parametrize(("code", "rows"), REMARKS, ids=[f"{i}-{code}" for i, (code, _) in enumerate(REMARKS)])
 def test_a_usable_table_is_remarked_upon(code: str, rows: tuple[DHJoint, ...]) -> None:
-    robot, findings = read_dh(DHModel("standard", rows), id="odd", source="test")
-    assert [finding.code for finding in findings if finding.severity == "warning"] == [code]
+    robot = Robot.from_dh(rows)
+    assert [finding.code for finding in robot.findings if finding.severity == "warning"] == [code]
     assert np.isfinite(frame_pose(robot, np.zeros(len(rows)))).all()
 
 
 def test_a_sound_table_gets_no_warning() -> None:
     rows = (replace(KR16_AXIS_6, a=0.68, d=0.675), replace(KR16_AXIS_6, kind="prismatic", d=0.2, velocity=1.5))
-    _, findings = read_dh(DHModel("standard", rows), id="sound", source="test")
+    findings = Robot.from_dh(rows).findings
     assert {finding.severity for finding in findings} == {"info"}

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import InvalidRobotModel
-from planner.robots import DHJoint, DHModel, read_dh, read_urdf
+from planner.robots import DHJoint, Robot
+from planner.robots.dh import DHModel
 from planner.spatial import Pose
 from tests.planner.robots.frames import product, rot
 from tests.planner.robots.urdfs import LIMIT, chain, inertial, joint, link, robot, two_links
@@ -123,7 +124,7 @@ URDFS: list[tuple[str, str, str]] = [
 @pytest.mark.parametrize(("code", "urdf"), [case[1:] for case in URDFS], ids=[case[0] for case in URDFS])
 def test_urdf_is_refused(code: str, urdf: str) -> None:
     with pytest.raises(InvalidRobotModel) as caught:
-        read_urdf(urdf, id="hostile")
+        Robot.from_urdf(urdf)
     errors = {finding.code for finding in caught.value.findings if finding.severity == "error"}
     assert code in errors
     for finding in caught.value.findings:
@@ -133,20 +134,20 @@ def test_urdf_is_refused(code: str, urdf: str) -> None:
 
 def test_an_unknown_tip_lists_the_links() -> None:
     with pytest.raises(InvalidRobotModel, match="base, tip") as caught:
-        read_urdf(two_links(), id="r", tip_frame="hand")
+        Robot.from_urdf(two_links(), tip_frame="hand")
     assert [finding.code for finding in caught.value.findings] == ["unknown_tip_frame"]
 
 
 def test_the_base_is_no_tip() -> None:
     with pytest.raises(InvalidRobotModel) as caught:
-        read_urdf(two_links(), id="r", tip_frame="base")
+        Robot.from_urdf(two_links(), tip_frame="base")
     assert "no_joints" in {finding.code for finding in caught.value.findings}
 
 
 def test_all_errors_are_reported_at_once() -> None:
     wrong = two_links(inertial(mass="-1"), axis='<axis xyz="0 0 0"/>', origin='<origin xyz="nan 0 0"/>')
     with pytest.raises(InvalidRobotModel) as caught:
-        read_urdf(wrong, id="r")
+        Robot.from_urdf(wrong)
     codes = {finding.code for finding in caught.value.findings}
     assert {"negative_mass", "zero_axis", "non_finite_number"} <= codes
     assert "(and 2 more)" in str(caught.value)
@@ -155,16 +156,16 @@ def test_all_errors_are_reported_at_once() -> None:
 def test_errors_come_before_remarks() -> None:
     """An answer lists only so many findings: the error of this arm stood behind its 200 remarks."""
     with pytest.raises(InvalidRobotModel) as caught:
-        read_urdf(chain(200), id="long")
+        Robot.from_urdf(chain(200))
     assert [finding.code for finding in caught.value.findings[:2]] == ["too_many_joints", "default_limits"]
 
 
 def test_the_caps_themselves_are_allowed() -> None:
-    arm, _ = read_urdf(chain(32), id="long")
+    arm = Robot.from_urdf(chain(32))
     assert arm.dof == 32
     twigs = [link(f"t{i}") for i in range(223)]
     fixed = [joint(f"f{i}", "l0", f"t{i}", kind="fixed", axis="", limit="") for i in range(223)]
-    arm, _ = read_urdf(chain(32).replace("</robot>", "".join([*twigs, *fixed]) + "</robot>"), id="wide")
+    arm = Robot.from_urdf(chain(32).replace("</robot>", "".join([*twigs, *fixed]) + "</robot>"))
     assert arm.dof == 32
     assert len(arm.model.frames) == 1 + 256
 
@@ -212,7 +213,7 @@ DH_TABLES: list[tuple[str, str, DHModel]] = [
 @pytest.mark.parametrize(("code", "model"), [case[1:] for case in DH_TABLES], ids=[case[0] for case in DH_TABLES])
 def test_dh_table_is_refused(code: str, model: DHModel) -> None:
     with pytest.raises(InvalidRobotModel) as caught:
-        read_dh(model, id="hostile", source="test")
+        Robot.from_dh(model.joints, convention=model.convention, base=model.base, tip=model.tip)
     assert code in {finding.code for finding in caught.value.findings if finding.severity == "error"}
 
 
@@ -230,7 +231,7 @@ def test_any_numbers_give_a_finite_model_or_a_refusal(values: list[str]) -> None
         limit=f'<limit lower="{lower}" upper="{upper}" velocity="{velocity}" effort="{effort}"/>',
     )
     try:
-        arm, _ = read_urdf(document, id="random")
+        arm = Robot.from_urdf(document)
     except InvalidRobotModel as refusal:
         assert any(finding.severity == "error" for finding in refusal.findings)
     else:
@@ -252,6 +253,6 @@ def test_any_inertia_that_is_not_clearly_negative_is_accepted(
     R = product(rot("x", angles[0]), rot("y", angles[1]), rot("z", angles[2]))[:3, :3]
     tensor = R @ np.diag(moments) @ R.T
     row = replace(GOOD, mass=mass, inertia=tuple(tensor[np.triu_indices(3)]))
-    arm, _ = read_dh(DHModel("standard", (row,)), id="random", source="test")
+    arm = Robot.from_dh([row])
     assert arm.mass == pytest.approx(mass)
     assert np.isfinite(arm.model.inertias[1].toDynamicParameters()).all()

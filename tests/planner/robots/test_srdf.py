@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.errors import Finding, InvalidRobotModel
-from planner.robots import Robot, read_urdf
-from planner.robots.robot import DisabledCollision, JointGroup
+from planner.robots import Robot
+from planner.robots.description import DisabledCollision, JointGroup
 from tests.planner.robots.urdfs import joint, link, robot
 
 FIXED = {"kind": "fixed", "axis": "", "limit": ""}
@@ -24,7 +24,8 @@ ARM = robot(
 
 
 def read(srdf: str, **options: str) -> tuple[Robot, tuple[Finding, ...]]:
-    return read_urdf(ARM, id="arm", srdf=f'<robot name="test">{srdf}</robot>', **options)
+    arm = Robot.from_urdf(ARM, srdf=f'<robot name="test">{srdf}</robot>', **options)
+    return arm, arm.findings
 
 
 def codes(findings: tuple[Finding, ...], severity: str) -> set[str]:
@@ -134,9 +135,9 @@ def test_virtual_joints_and_what_else_srdf_has_are_no_strangers() -> None:
 
 def test_an_srdf_of_another_robot_is_remarked_upon() -> None:
     for name, expected in (("other", {"another_robot"}), ("test", set())):
-        _, findings = read_urdf(ARM, id="arm", srdf=f'<robot name="{name}"/>')
+        findings = Robot.from_urdf(ARM, srdf=f'<robot name="{name}"/>').findings
         assert codes(findings, "warning") - {"mimic_joint_held"} == expected
-    _, findings = read_urdf(ARM, id="arm", srdf="<robot/>")
+    findings = Robot.from_urdf(ARM, srdf="<robot/>").findings
     assert codes(findings, "warning") == {"mimic_joint_held"}
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.robots import read_urdf
+from planner.errors import InvalidRobotModel
+from planner.robots import Robot
 from planner.spatial import Pose
 from tests.planner.robots.frames import frame_pose, pinocchio_configuration
 from tests.planner.robots.urdfs import INERTIAL, LIMIT, inertial, joint, link, robot, two_links
@@ -28,7 +31,7 @@ LINKS = ("base", "a", "b", "bracket", "c", "d", "e")
 @given(q=st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4))
 @settings(max_examples=200)
 def test_every_link_stands_where_pinocchio_puts_it(q: list[float]) -> None:
-    arm, _ = read_urdf(ARM, id="arm")
+    arm = Robot.from_urdf(ARM)
     assert arm.joint_names == ("j1", "j2", "j3", "j4")
     assert arm.model.nq == arm.model.nv == 4
     model = pin.buildModelFromXML(ARM)
@@ -43,14 +46,14 @@ def test_every_link_stands_where_pinocchio_puts_it(q: list[float]) -> None:
 @settings(max_examples=200)
 def test_torques_are_those_of_pinocchios_own_reader(values: list[float]) -> None:
     q, v, a = np.array(values).reshape(3, 4)
-    arm, _ = read_urdf(ARM, id="arm")
+    arm = Robot.from_urdf(ARM)
     model = pin.buildModelFromXML(ARM)
     expected = pin.rnea(model, model.createData(), pinocchio_configuration(model, arm, q), v, a)
     np.testing.assert_allclose(pin.rnea(arm.model, arm.data, q, v, a), expected, atol=1e-10)
 
 
 def test_kinds_limits_and_their_provenance() -> None:
-    arm, findings = read_urdf(ARM, id="arm")
+    arm = Robot.from_urdf(ARM)
     assert [joint.kind for joint in arm.joints] == ["continuous", "revolute", "prismatic", "revolute"]
     np.testing.assert_array_equal(arm.limit("lower"), [-np.inf, -1.5, -1.5, -1.5])
     np.testing.assert_array_equal(arm.limit("velocity"), [np.pi, 2.0, 2.0, 2.0])
@@ -62,13 +65,13 @@ def test_kinds_limits_and_their_provenance() -> None:
     assert arm.joints[1].provenance == {**published, "acceleration": "default", "jerk": "default"}
     assert arm.mass == pytest.approx(6 * 3.5)
     assert arm.tip_frame == "e"
-    assert {finding.severity for finding in findings} == {"warning", "info"}  # the warning: the axis 1 2 -3
+    assert {finding.severity for finding in arm.findings} == {"warning", "info"}  # the warning: the axis 1 2 -3
 
 
 @pytest.mark.parametrize("turned", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (0.6, 0, 0.8), (1, 1, 1)])
 def test_any_axis_turns_as_rodrigues_says(turned: tuple[float, float, float]) -> None:
     axis = '<axis xyz="{} {} {}"/>'.format(*turned)
-    arm, _ = read_urdf(two_links(axis=axis, origin=""), id="axis")
+    arm = Robot.from_urdf(two_links(axis=axis, origin=""))
     x, y, z = np.array(turned) / np.linalg.norm(turned)
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     expected = np.eye(3) + np.sin(0.7) * K + (1 - np.cos(0.7)) * K @ K
@@ -91,13 +94,13 @@ def test_joints_off_the_chain_are_held_at_the_nearest_limit_to_zero() -> None:
         joint("f3", "tip", "finger_3"),
     )
     links = (link("base"), link("tip"), *(link(f"finger_{i}", inertial()) for i in (1, 2, 3)))
-    arm, findings = read_urdf(robot(*links, joint("turn", "base", "tip"), *fingers), id="hand", tip_frame="tip")
+    arm = Robot.from_urdf(robot(*links, joint("turn", "base", "tip"), *fingers), tip_frame="tip")
     assert arm.joint_names == ("turn",)
     np.testing.assert_allclose(frame_pose(arm, [0.0], "finger_1")[:3, 3], [0.0, 0.02, 0.6])
     np.testing.assert_allclose(frame_pose(arm, [0.0], "finger_2")[:3, 3], [0.0, -0.3, 0.6])
     np.testing.assert_allclose(frame_pose(arm, [0.0], "finger_3")[:3, 3], [0.0, 0.0, 0.6])
     assert arm.mass == pytest.approx(3.0)
-    assert {(f.code, f.subject) for f in findings if f.code.endswith("held")} == {
+    assert {(f.code, f.subject) for f in arm.findings if f.code.endswith("held")} == {
         ("joint_held", "f1"),
         ("mimic_joint_held", "f2"),
         ("joint_held", "f3"),
@@ -111,8 +114,8 @@ def test_the_tip_is_the_end_of_the_chain_with_the_most_joints() -> None:
     links = (link("base"), link("elbow"), link("hand"), link("flange"), *antenna)
     fixed = joint("plate", "hand", "flange", kind="fixed", axis="", limit="")
     arm = (joint("j1", "base", "elbow"), joint("j2", "elbow", "hand"), fixed)
-    assert read_urdf(robot(*links, *stack, *arm), id="r")[0].tip_frame == "flange"
-    shorter, _ = read_urdf(robot(*links, *stack, *arm), id="r", tip_frame="elbow")
+    assert Robot.from_urdf(robot(*links, *stack, *arm)).tip_frame == "flange"
+    shorter = Robot.from_urdf(robot(*links, *stack, *arm), tip_frame="elbow")
     assert (shorter.tip_frame, shorter.joint_names) == ("elbow", ("j1",))
 
 
@@ -124,18 +127,18 @@ def test_simple_shapes_are_kept_and_meshes_are_not_read() -> None:
         '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
         '<collision><geometry><sphere radius="9"/></geometry></collision>'
     )
-    arm, findings = read_urdf(two_links(shapes), id="shapes")
+    arm = Robot.from_urdf(two_links(shapes))
     here = {"frame": "tip", "position": [0.0] * 3, "rpy": [0.0] * 3}
     assert list(arm.geometry) == [
         {"kind": "box", **here, "position": [1.0, 2.0, 3.0], "rpy": [0.1, 0.2, 0.3], "size": [1.0, 2.0, 3.0]},
         {"kind": "cylinder", **here, "radius": 0.1, "length": 2.0},
         {"kind": "sphere", **here, "radius": 0.5},
     ]
-    assert [f.message for f in findings if f.code == "meshes_ignored"] == ["1 meshes were not read"]
+    assert [f.message for f in arm.findings if f.code == "meshes_ignored"] == ["1 meshes were not read"]
 
 
 def test_a_link_may_be_called_tool_and_carry_a_tool() -> None:
-    arm, _ = read_urdf(two_links().replace('"tip"', '"tool"'), id="tool")
+    arm = Robot.from_urdf(two_links().replace('"tip"', '"tool"'))
     arm = arm.with_tool(Pose(np.array([0.0, 0.0, 0.25])))
     pin.framesForwardKinematics(arm.model, arm.data, np.zeros(1))
     np.testing.assert_allclose(arm.data.oMf[arm.tool_frame_id].translation, [0.0, 0.0, 0.55])
@@ -176,17 +179,15 @@ REMARKS = [
 
 @pytest.mark.parametrize(("code", "severity", "urdf"), REMARKS, ids=[f"{i}-{r[0]}" for i, r in enumerate(REMARKS)])
 def test_a_usable_model_is_remarked_upon(code: str, severity: str, urdf: str) -> None:
-    arm, findings = read_urdf(urdf, id="remark")
-    assert (code, severity) in {(finding.code, finding.severity) for finding in findings}
+    arm = Robot.from_urdf(urdf)
+    assert (code, severity) in {(finding.code, finding.severity) for finding in arm.findings}
     assert np.isfinite(frame_pose(arm, [0.3])).all()
     assert np.isfinite(arm.limit("velocity")).all()
     assert (arm.limit("torque") > 0.0).all()
 
 
 def test_enormous_limits_are_no_limits() -> None:
-    arm, _ = read_urdf(
-        two_links(limit='<limit lower="-1e16" upper="1e16" velocity="1e300" effort="1e308"/>'), id="open"
-    )
+    arm = Robot.from_urdf(two_links(limit='<limit lower="-1e16" upper="1e16" velocity="1e300" effort="1e308"/>'))
     (turn,) = arm.joints
     assert (turn.lower, turn.upper, turn.torque) == (-np.inf, np.inf, np.inf)
     assert turn.provenance == dict.fromkeys(("velocity", "acceleration", "jerk"), "default")
@@ -202,7 +203,7 @@ def sound_arm(lengths: str = "0.3", missing: int | None = None) -> str:
 
 
 def warnings_of(urdf: str) -> list[tuple[str, str | None]]:
-    return [(f.code, f.subject) for f in read_urdf(urdf, id="arm")[1] if f.severity == "warning"]
+    return [(f.code, f.subject) for f in Robot.from_urdf(urdf).findings if f.severity == "warning"]
 
 
 def test_a_sound_arm_gets_no_warning() -> None:
@@ -216,8 +217,8 @@ def test_an_arm_is_measured_as_a_whole() -> None:
 
 
 def test_a_joint_without_a_mass_is_named() -> None:
-    arm, findings = read_urdf(sound_arm(missing=2), id="arm")
-    (said,) = [finding for finding in findings if finding.severity == "warning"]
+    arm = Robot.from_urdf(sound_arm(missing=2))
+    (said,) = [finding for finding in arm.findings if finding.severity == "warning"]
     assert said.code == "mass_missing"
     assert "between j2 and" in said.message
     assert arm.mass == pytest.approx(2 * 3.5)
@@ -229,3 +230,15 @@ def test_an_inertia_may_be_as_large_as_the_arm_is_long() -> None:
     narrow = 'ixx="0.02" ixy="0.001" ixz="-0.002" iyy="0.03" iyz="0.0015" izz="0.025"'
     assert warnings_of(sound_arm().replace(narrow, wide)) == [("suspicious_inertia", f"l{i}") for i in (1, 2, 3)]
     assert warnings_of(sound_arm("1.0").replace(narrow, wide)) == []
+
+
+def test_a_file_is_opened_by_its_path_only(tmp_path: Path) -> None:
+    """A client's text that looks like a path must not open a file."""
+    urdf, srdf = tmp_path / "arm.urdf", tmp_path / "arm.srdf"
+    urdf.write_text(ARM, encoding="utf-8")
+    srdf.write_text('<robot name="test"><group name="g"><joint name="j2"/></group></robot>', encoding="utf-8")
+    from_files, from_text = Robot.from_urdf(urdf, srdf=srdf), Robot.from_urdf(ARM)
+    assert from_files.joints == from_text.joints
+    assert [group.name for group in from_files.groups] == ["g"]
+    with pytest.raises(InvalidRobotModel):
+        Robot.from_urdf(str(urdf))

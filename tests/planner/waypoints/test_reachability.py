@@ -9,7 +9,7 @@ from planner.errors import InvalidProblem, UnreachableWaypoint
 from planner.kinematics import Pose, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
-from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
+from planner.robots import DHJoint, Robot, load_robot
 from planner.waypoints.reachability import LimitMargin, reachability
 
 OPTIONS = InverseKinematicsOptions()
@@ -18,7 +18,7 @@ OPTIONS = InverseKinematicsOptions()
 def elbow_arm() -> Robot:
     """Two links of 1 m in a plane; the elbow bends by 2.5 rad to either side."""
     joints = (DHJoint("revolute", a=1.0, lower=-3.0, upper=2.0), DHJoint("revolute", a=1.0, lower=-2.5, upper=2.5))
-    return read_dh(DHModel("standard", joints), id="planar", source="test")[0]
+    return Robot.from_dh(joints)
 
 
 def point(q1: float, q2: float) -> PoseWaypoint:

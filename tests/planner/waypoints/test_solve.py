@@ -13,7 +13,7 @@ from planner.errors import ConfigurationChange, SingularPath, UnreachableWaypoin
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.problem import AnyWaypoint, CartesianMove, JointWaypoint, LinearMotion, PoseWaypoint, RelativeWaypoint
-from planner.robots import DHJoint, DHModel, Robot, load_robot, read_dh
+from planner.robots import DHJoint, Robot, load_robot
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 from tests.planner.problems import random_position
 
@@ -148,8 +148,7 @@ def test_never_longer_than_from_branch_to_nearest_branch_and_often_shorter(robot
 
 
 def planar(*joints: DHJoint) -> Robot:
-    robot, _ = read_dh(DHModel("standard", joints), id="planar", source="test")
-    return robot
+    return Robot.from_dh(joints)
 
 
 def elbow_arm(second: float = 3.0) -> Robot:
