@@ -8,7 +8,7 @@ import numpy as np
 
 from api.schemas import common, requests, robots
 from planner import problem
-from planner.backends import BACKENDS
+from planner.backends import BACKENDS, BackEnd
 from planner.errors import InvalidProblem
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
@@ -28,15 +28,18 @@ if TYPE_CHECKING:
 
 def to_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
     """The planning problem of a plan request."""
-    backend = request.backend.model_dump(exclude={"kind"})
     return problem.PlanningProblem(
         robot=with_tool(robot, request.tool),
         waypoints=to_waypoints(request.waypoints),
-        backend=BACKENDS[request.backend.kind](**backend),
         limits=to_limits(request.limits),
         inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
     )
+
+
+def to_backend(asked: Any) -> BackEnd:
+    """The back end of a plan request, with its options."""
+    return BACKENDS[asked.kind](**asked.model_dump(exclude={"kind"}))
 
 
 def to_waypoints(waypoints: Sequence[requests.Waypoint]) -> tuple[problem.AnyWaypoint, ...]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import orjson
 from pydantic import ValidationError
 
-from api.conversion import to_problem
+from api.conversion import to_backend, to_problem
 from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
 from api.tasks import request_hash
 from planner.export import FORMATS, ExportOptions, Format
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.robots import load_robot
+
+if TYPE_CHECKING:
+    from planner.result import Plan
 
 
 def read_request(text: bytes, backend: str | None = None) -> PlanRequest:
@@ -44,7 +47,7 @@ def plan_request(request: PlanRequest) -> Plan:
     Raises:
         PlanningError: Of the kind that says why there is none.
     """
-    return plan(to_problem(request, load_robot(request.robot)))
+    return plan(to_problem(request, load_robot(request.robot)), to_backend(request.backend))
 
 
 def format_of(name: str) -> Format | None:

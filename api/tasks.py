@@ -15,6 +15,7 @@ import orjson
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from api.conversion import (
+    to_backend,
     to_limits,
     to_matrix,
     to_options,
@@ -60,12 +61,14 @@ from planner.kinematics import (
     workspace,
 )
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.robots import Robot, catalogue_ids, describe, load_robot
 from planner.waypoints.reachability import reachability
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
+
+    from planner.result import Plan
 
 
 JSON = "application/json"
@@ -98,10 +101,10 @@ def plan_trajectory(task: Task, caps: Caps) -> Reply:
     with watch.stage("validate"):
         request = _validate(PlanRequest, task.body)
         _check_caps(request, caps, waypoints=request.waypoints)
-        asked = to_problem(request, _robot(request.robot, task))
+        asked, backend = to_problem(request, _robot(request.robot, task)), to_backend(request.backend)
         quoted = request_hash(request)
     with watch.stage("plan"):
-        solved = plan(asked)
+        solved = plan(asked, backend)
     _check_rows(request, solved, caps)
     form = FORMATS[task.arguments["format"]]
     with watch.stage("serialise"):
@@ -123,7 +126,7 @@ def compare_backend(task: Task, caps: Caps) -> Reply:
     entry["backend"] = request.backend.kind
     try:
         with watch.stage("plan"):
-            solved = plan(to_problem(request, robot))
+            solved = plan(to_problem(request, robot), to_backend(request.backend))
             _check_rows(request, solved, caps)
     except PlanningError as error:
         _, body = problem(error, task.instance)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from planner.certificate.checks import Check
-    from planner.plan import Plan
+    from planner.result import Plan
     from planner.robots import Joint, Robot
 
 NUMBERS = ("peak", "of limit", "share", "at (s)")
@@ -76,7 +76,7 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
     robot, trajectory = plan.path.robot, plan.trajectory
     head = Text.assemble(
         (robot.id, "bold"),
-        f"   {plan.problem.backend.kind}   ",
+        f"   {plan.backend.kind}   ",
         (f"{trajectory.duration:.6g} s", "bold"),
         (f"   planned in {seconds * 1e3:.1f} ms", "dim"),
     )

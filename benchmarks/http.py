@@ -13,7 +13,7 @@ from typing import Any
 import orjson
 import psutil
 
-from api.conversion import to_problem
+from api.conversion import to_backend, to_problem
 from api.local_service import local_service
 from api.schemas.requests import PlanRequest
 from benchmarks.clients import Connection
@@ -144,12 +144,13 @@ def _memory_of(process: psutil.Process) -> dict[str, int]:
 def _in_process(requested: list[bytes]) -> dict[str, Any]:
     """The library alone, on one core: plans and renders to JSON, a second."""
     robot = load_robot(ROBOT)
-    problems = [to_problem(PlanRequest.model_validate_json(body), robot) for body in requested]
+    requests = [PlanRequest.model_validate_json(body) for body in requested]
+    problems = [(to_problem(request, robot), to_backend(request.backend)) for request in requests]
     form, options = FORMATS["json"], ExportOptions()
     planning, rendering = [], []
     for i in range(-WARM_UP, 500):
         start = time.perf_counter()
-        solved = plan(problems[i % len(problems)])
+        solved = plan(*problems[i % len(problems)])
         planned = time.perf_counter()
         form.render(solved, options)
         if i >= 0:

@@ -148,7 +148,7 @@ def _planner(robot: Robot, backend: BackEnd, transition: str) -> Solver:
         if transition == "through":
             inner = [replace(waypoint, transition=ThroughTransition()) for waypoint in inner]
         try:
-            trajectory = plan(PlanningProblem(robot, (first, *inner, last), backend)).trajectory
+            trajectory = plan(PlanningProblem(robot, (first, *inner, last)), backend).trajectory
         except PlanningError:
             return None
 

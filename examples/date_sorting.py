@@ -5,16 +5,21 @@ Run: python examples/date_sorting.py
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 from planner.robots.payload import Payload
+
+if TYPE_CHECKING:
+    from planner.result import Plan
 
 ROBOT = load_robot("date_sorting_arm")
 
@@ -59,7 +64,7 @@ def transition(start: Pose, end: Pose, duration: float, backend: Trapezoidal) ->
     """From the branch of test point 1 (theta3 > 0)."""
     waypoints = (PoseWaypoint(pose=start), PoseWaypoint(pose=end, duration=duration))
     options = InverseKinematicsOptions(reference=tuple(joints(POINTS[0][0]).tolist()))
-    return plan(PlanningProblem(ROBOT, waypoints, backend, inverse_kinematics=options))
+    return plan(PlanningProblem(ROBOT, waypoints, inverse_kinematics=options), backend)
 
 
 def progress(result: Plan, time: float) -> tuple[float, float]:

@@ -5,14 +5,18 @@ Run: python examples/refuelling.py
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from planner.backends import Cubic
 from planner.errors import UnreachableWaypoint
 from planner.kinematics import Pose
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
+
+if TYPE_CHECKING:
+    from planner.result import Plan
 
 # Tables 3.2 and 3.3, degrees. Table 3.3 lost the sign of joint 5 at P3 and P4, which Table 4.9 has (E5).
 JOINT_TABLES = {
@@ -57,7 +61,7 @@ def plan_case(case: str) -> Plan:
     waypoints = [JointWaypoint(position=tuple(positions[0]))]
     for q, duration in zip(positions[1:], DURATIONS[case], strict=True):
         waypoints.append(JointWaypoint(position=tuple(q), duration=duration))
-    return plan(PlanningProblem(load_robot("ngv_refuelling_arm_published"), tuple(waypoints), Cubic()))
+    return plan(PlanningProblem(load_robot("ngv_refuelling_arm_published"), tuple(waypoints)))
 
 
 def show_durations() -> Plan:

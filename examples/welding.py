@@ -57,7 +57,7 @@ PRINTED = [
 
 def main() -> None:
     relative = tuple(RelativeWaypoint(frame="tool", move=move) for move in MOVES)
-    result = plan(PlanningProblem(load_robot("welding_arm"), (HOME, *relative), Quintic()))
+    result = plan(PlanningProblem(load_robot("welding_arm"), (HOME, *relative)), Quintic())
     print("Points from the moves, m")
     print(f"  {'point':5} {'printed':>26} {'ours':>26} {'apart':>9} {'error':>9} {'arrives':>9}")
     for i, (waypoint, printed) in enumerate(zip(result.path.waypoints, PRINTED, strict=True)):

@@ -13,7 +13,7 @@ from planner.kinematics.forward import tool_pose
 from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
-    from planner.plan import Plan
+    from planner.result import Plan
     from planner.robots import Robot
     from planner.spatial import FloatArray
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -56,3 +58,22 @@ class EndStates:
     def ends_moving(self) -> bool:
         """Whether there is any motion at the last waypoint."""
         return bool(self.final_velocity.any())
+
+
+@runtime_checkable
+class MovesAtItsEnds(Protocol):
+    """A back end whose trajectory may begin and end in motion, as asked by these options; None: at rest."""
+
+    initial_velocity: tuple[float, ...] | None
+    initial_acceleration: tuple[float, ...] | None
+    final_velocity: tuple[float, ...] | None
+
+
+END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
+"""Of a back end that moves at its ends."""
+
+
+def end_states(backend: object, joints: int) -> EndStates:
+    """What a back end's options ask at the ends; rest, where it has none."""
+    asked = [getattr(backend, name) if isinstance(backend, MovesAtItsEnds) else None for name in END_OPTIONS]
+    return EndStates(*(np.zeros(joints) if rates is None else np.array(rates) for rates in asked))

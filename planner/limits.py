@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import JointPositionLimit, MissingDynamics, Remedy
+from planner.errors import JointPositionLimit, Remedy
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -109,41 +109,6 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         **{quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES},
         **{quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES},
     )
-
-
-def limit_faults(robot: Robot, limits: Limits, pointer: str) -> Iterator[tuple[str, str]]:
-    """What is wrong with limits asked by a caller: their length, or being wider than the robot's.
-
-    Yields:
-        Pairs of a JSON pointer below `pointer` and a message.
-    """
-    for quantity in JOINT_QUANTITIES:
-        asked = getattr(limits, quantity)
-        if asked is None:
-            continue
-        if len(asked) != robot.dof:
-            yield f"{pointer}/{quantity}", f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
-            continue
-        for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
-            if not value > 0.0:
-                yield f"{pointer}/{quantity}/{i}", "a limit must be greater than 0"
-            elif value > own:
-                yield (
-                    f"{pointer}/{quantity}/{i}",
-                    f"{value:g} is wider than the robot's own {quantity} limit of {robot.joint_names[i]}, {own:.10g}",
-                )
-
-
-def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
-    """A torque limit that cannot be checked is refused, not ignored.
-
-    Raises:
-        MissingDynamics: One is asked, and the robot has neither inertias nor a payload.
-    """
-    if not robot.has_dynamics and any(limits.torque is not None for limits in asked):
-        raise MissingDynamics(
-            f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
-        )
 
 
 def passes_a_limit(

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.backends.splines.cubic import Cubic
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
 
 if TYPE_CHECKING:
-    from planner.backends.base import BackEnd
     from planner.robots import Robot
     from planner.robots.payload import Payload
 
@@ -175,12 +173,11 @@ AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
 
 @dataclass(frozen=True)
 class PlanningProblem:
-    """Everything that one plan depends on.
+    """Everything that one plan depends on but the back end, which puts time on the path.
 
     Attributes:
         robot: With the tool, if any, already attached.
         waypoints: Two or more; the robot starts at rest at the first and ends at rest at the last.
-        backend: What puts time on the path, with its options.
         limits: For the whole trajectory; a waypoint's own limits go before these.
         inverse_kinematics: Tolerances, reference and seed.
         payload: None: nothing carried.
@@ -188,7 +185,12 @@ class PlanningProblem:
 
     robot: Robot
     waypoints: tuple[AnyWaypoint, ...]
-    backend: BackEnd = field(default_factory=Cubic)
     limits: Limits = field(default_factory=Limits)
     inverse_kinematics: InverseKinematicsOptions = field(default_factory=InverseKinematicsOptions)
     payload: Payload | None = None
+
+    @property
+    def all_limits(self) -> tuple[Limits, ...]:
+        """All limits that are asked: those of the whole trajectory first, then those of single waypoints."""
+        own = (waypoint.limits for waypoint in self.waypoints)
+        return (self.limits, *(limits for limits in own if limits is not None))

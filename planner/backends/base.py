@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
-import numpy as np
-
-from planner.guarantees import QUANTITIES, EndStates, Guarantee
+from planner.guarantees import QUANTITIES, Guarantee
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,22 +41,3 @@ class BackEnd(Protocol):
 def enforced(backend: BackEnd) -> frozenset[str]:
     """The quantities whose limits the back end keeps."""
     return frozenset(quantity for quantity in QUANTITIES if backend.guarantees[quantity] is Guarantee.HARD)
-
-
-@runtime_checkable
-class MovesAtItsEnds(Protocol):
-    """A back end whose trajectory may begin and end in motion, as asked by these options; None: at rest."""
-
-    initial_velocity: tuple[float, ...] | None
-    initial_acceleration: tuple[float, ...] | None
-    final_velocity: tuple[float, ...] | None
-
-
-END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
-"""Of a back end that moves at its ends."""
-
-
-def end_states(backend: BackEnd, joints: int) -> EndStates:
-    """What a back end's options ask at the ends; rest, where it has none."""
-    asked = [getattr(backend, name) if isinstance(backend, MovesAtItsEnds) else None for name in END_OPTIONS]
-    return EndStates(*(np.zeros(joints) if rates is None else np.array(rates) for rates in asked))

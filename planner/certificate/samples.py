@@ -9,8 +9,9 @@ import numpy as np
 from planner.certificate.limits import certify
 from planner.errors import InvalidProblem
 from planner.guarantees import QUANTITIES, Guarantee
-from planner.limits import limit_faults, refuse_unknown_torques, segment_limits
+from planner.limits import segment_limits
 from planner.polynomials import quintic_hermite
+from planner.problem_check import limit_faults, refuse_unknown_torques
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:

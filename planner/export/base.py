@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.kinematics import FloatArray
-    from planner.plan import Plan
+    from planner.result import Plan
 
 INCLUDABLE = ("jerk", "torque", "tcp_pose", "polynomials")
 """What an answer carries only when asked."""

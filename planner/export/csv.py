@@ -11,7 +11,7 @@ from planner.export.base import ExportOptions, Format, sample
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
-    from planner.plan import Plan
+    from planner.result import Plan
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:

@@ -10,7 +10,7 @@ from planner.export.base import ExportOptions, Format, sample
 from planner.kinematics import manipulability, poses_as_dicts
 
 if TYPE_CHECKING:
-    from planner.plan import Plan
+    from planner.result import Plan
     from planner.trajectory import Trajectory
 
 
@@ -36,7 +36,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     answer: dict[str, Any] = {
         "robot": robot.id,
         "joint_names": robot.joint_names,
-        "backend": plan.problem.backend.kind,
+        "backend": plan.backend.kind,
         "duration": trajectory.duration,
         "samples": rows,
         "waypoints": [

@@ -9,7 +9,7 @@ import orjson
 from planner.export.base import ExportOptions, Format, sample
 
 if TYPE_CHECKING:
-    from planner.plan import Plan
+    from planner.result import Plan
 
 NANOSECONDS = 1_000_000_000
 

@@ -9,14 +9,14 @@ from planner.remedies.durations import duration_remedies
 from planner.remedies.holding import holding_remedies
 
 if TYPE_CHECKING:
+    from planner.backends.base import BackEnd
     from planner.errors import LimitsUnsatisfiable, Remedy
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
-    from planner.remedies.proved import PlanOf
 
 
 def remedies_for(
-    refusal: InfeasibleDuration | LimitsUnsatisfiable, problem: PlanningProblem, path: JointPath, plan_of: PlanOf
+    refusal: InfeasibleDuration | LimitsUnsatisfiable, problem: PlanningProblem, backend: BackEnd, path: JointPath
 ) -> list[Remedy]:
     """Remedies for what a back end refuses.
 
@@ -26,12 +26,12 @@ def remedies_for(
     Args:
         refusal: Of the back end.
         problem: That is refused.
+        backend: That refuses it; each remedy is proved with it.
         path: Of the problem.
-        plan_of: A changed problem; raises its refusal.
     """
     if isinstance(refusal, InfeasibleDuration):
-        return duration_remedies(refusal, problem, path, plan_of)
-    return list(refusal.remedies) or holding_remedies(problem, path, plan_of)
+        return duration_remedies(refusal, problem, backend, path)
+    return list(refusal.remedies) or holding_remedies(problem, backend, path)
 
 
 __all__ = ["remedies_for"]

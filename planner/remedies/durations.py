@@ -18,17 +18,17 @@ from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES, Limits
 from planner.remedies.higher_limits import limit_of, with_higher_limits
 from planner.remedies.lighter_payload import with_lighter_payload
-from planner.remedies.proved import first_proved
+from planner.remedies.proved import first_proved, plan_again
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    from planner.backends.base import BackEnd
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
-    from planner.plan import Plan
     from planner.problem import PlanningProblem
     from planner.remedies.higher_limits import Change, Needs
-    from planner.remedies.proved import PlanOf
+    from planner.result import Plan
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
@@ -47,29 +47,29 @@ PAYLOAD_EXPLAINED = "the heaviest payload, kg, with which the asked durations ar
 
 
 def duration_remedies(
-    refusal: InfeasibleDuration, problem: PlanningProblem, path: JointPath, plan_of: PlanOf
+    refusal: InfeasibleDuration, problem: PlanningProblem, backend: BackEnd, path: JointPath
 ) -> list[Remedy]:
     """Longer durations; and if limits asked by the request or its payload are what stands against it, these.
 
     The motion with the longer durations, played faster, does what is asked but for the limits: what it needs of them
     is the smallest change for a law of fixed shape, and a sufficient one for every other.
     """
-    longer = _longer_durations(refusal, problem, plan_of)
+    longer = _longer_durations(refusal, problem, backend)
     if longer is None:
         return []
     told, plan = longer
-    limits, kept = path.limits, enforced(problem.backend)
+    limits, kept = path.limits, enforced(backend)
     faster = _faster(plan.trajectory, path)
     needs = faster.needs(limits, kept)
-    others = (motion.needs(limits, kept) for motion in _within_own_limits(problem, plan_of))
-    told += _higher_limits(problem, limits, chain([needs], others), plan_of)
+    others = (motion.needs(limits, kept) for motion in _within_own_limits(problem, backend))
+    told += _higher_limits(problem, limits, chain([needs], others), backend)
     if {quantity for quantity, *_ in needs} == {"torque"}:
-        told += first_proved(_lighter_payload(problem, limits, faster), plan_of)
+        told += first_proved(_lighter_payload(problem, limits, faster), backend)
     return told
 
 
 def _longer_durations(
-    refusal: InfeasibleDuration, problem: PlanningProblem, plan_of: PlanOf
+    refusal: InfeasibleDuration, problem: PlanningProblem, backend: BackEnd
 ) -> tuple[list[Remedy], Plan] | None:
     """The durations that back ends name, until there is a plan; where they do not help, none asked."""
     asked = [k for k, waypoint in enumerate(problem.waypoints) if waypoint.duration is not None]
@@ -80,7 +80,7 @@ def _longer_durations(
             break
         told |= named
         try:
-            return list(told.values()), plan_of(_with_durations(problem, told))
+            return list(told.values()), plan_again(_with_durations(problem, told), backend)
         except InfeasibleDuration as another:
             refusal = another
         except PlanningError:
@@ -88,7 +88,7 @@ def _longer_durations(
     for left_out in (list(told), asked):
         told = {k: Remedy(f"/waypoints/{k}/duration", None, "as fast as the limits allow") for k in left_out}
         try:
-            return list(told.values()), plan_of(_with_durations(problem, told))
+            return list(told.values()), plan_again(_with_durations(problem, told), backend)
         except PlanningError:
             continue
     return None
@@ -155,11 +155,11 @@ def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
     return _Motion(path.robot, stretched(pieces, ratio[own]))
 
 
-def _within_own_limits(problem: PlanningProblem, plan_of: PlanOf) -> Iterator[_Motion]:
+def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_Motion]:
     """The motion that is asked, but for the limits that are asked; none where the robot's own are too narrow for it."""
     waypoints = tuple(replace(waypoint, limits=None) for waypoint in problem.waypoints)
     try:
-        plan = plan_of(replace(problem, limits=Limits(), waypoints=waypoints))
+        plan = plan_again(replace(problem, limits=Limits(), waypoints=waypoints), backend)
     except PlanningError:
         return
     trajectory = plan.trajectory
@@ -167,12 +167,12 @@ def _within_own_limits(problem: PlanningProblem, plan_of: PlanOf) -> Iterator[_M
 
 
 def _higher_limits(
-    problem: PlanningProblem, limits: SegmentLimits, needs: Iterable[Needs], plan_of: PlanOf
+    problem: PlanningProblem, limits: SegmentLimits, needs: Iterable[Needs], backend: BackEnd
 ) -> list[Remedy]:
     """What the first of some motions needs that can be had, and if it suffices, a smaller part of that."""
     for all_of_it in needs:
         changes = with_higher_limits(problem, all_of_it, SHARES, LIMITS_EXPLAINED)
-        enough = first_proved(changes, plan_of)
+        enough = first_proved(changes, backend)
         if not enough:
             continue
         too_little, sufficient = 0.0, 1.0
@@ -180,7 +180,7 @@ def _higher_limits(
             part = (too_little + sufficient) / 2.0
             less = {key: part * value + (1.0 - part) * limit_of(limits, *key) for key, value in all_of_it.items()}
             changes = with_higher_limits(problem, less, (1.0,), LIMITS_EXPLAINED)
-            if smaller := first_proved(changes, plan_of):
+            if smaller := first_proved(changes, backend):
                 enough, sufficient = smaller, part
             else:
                 too_little = part

@@ -12,11 +12,11 @@ from planner.remedies.lighter_payload import with_lighter_payload
 from planner.remedies.proved import first_proved
 
 if TYPE_CHECKING:
+    from planner.backends.base import BackEnd
     from planner.errors import Remedy
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
     from planner.remedies.higher_limits import Needs
-    from planner.remedies.proved import PlanOf
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -31,13 +31,13 @@ MOVED = "a torque limit that holds the arm and leaves some to move it"
 HELD = "the payload, kg, that is held with torque left to move it"
 
 
-def holding_remedies(problem: PlanningProblem, path: JointPath, plan_of: PlanOf) -> list[Remedy]:
+def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> list[Remedy]:
     """Remedies where gravity alone exceeds a torque limit on a path; none where it does not.
 
     Args:
         problem: That is refused.
+        backend: With which only what can be planned is offered.
         path: Of the problem.
-        plan_of: A changed problem; only what can be planned is offered.
     """
     if not path.robot.has_dynamics:
         return []
@@ -54,8 +54,8 @@ def holding_remedies(problem: PlanningProblem, path: JointPath, plan_of: PlanOf)
         needs[key] = max(float(taken[row, joint]), needs.get(key, 0.0))
     if not needs:
         return []
-    higher = first_proved(with_higher_limits(problem, needs, SHARES, MOVED), plan_of)
-    return higher + first_proved(with_lighter_payload(problem, gravity, limit, SHARES, HELD), plan_of)
+    higher = first_proved(with_higher_limits(problem, needs, SHARES, MOVED), backend)
+    return higher + first_proved(with_lighter_payload(problem, gravity, limit, SHARES, HELD), backend)
 
 
 def _places(path: JointPath) -> tuple[FloatArray, np.ndarray]:

@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from planner.errors import PlanningError
+from planner.paths import solve_path
+from planner.result import certified_plan
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from planner.backends.base import BackEnd
     from planner.errors import Remedy
-    from planner.plan import Plan
     from planner.problem import PlanningProblem
     from planner.remedies.higher_limits import Change
-
-PlanOf = Callable[["PlanningProblem"], "Plan"]
-"""The plan of a problem; raises its refusal."""
+    from planner.result import Plan
 
 
-def first_proved(changes: Iterable[Change], plan_of: PlanOf) -> list[Remedy]:
-    """What the first change with a plan says; nothing where none has one."""
+def plan_again(problem: PlanningProblem, backend: BackEnd) -> Plan:
+    """The plan of a changed problem.
+
+    Raises:
+        PlanningError: It has none, either.
+    """
+    return certified_plan(problem, backend, solve_path(problem))
+
+
+def first_proved(changes: Iterable[Change], backend: BackEnd) -> list[Remedy]:
+    """The remedies of the first change with a plan; none where no change has one."""
     for changed, remedies in changes:
         try:
-            plan_of(changed)
+            plan_again(changed, backend)
         except PlanningError:
             continue
         return remedies

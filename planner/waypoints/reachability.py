@@ -12,8 +12,9 @@ from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
 from planner.kinematics.search import is_isolated
 from planner.problem import JointWaypoint, RelativeWaypoint
+from planner.problem_check import waypoint_faults
 from planner.waypoints.solve import beyond_limits, unsolved
-from planner.waypoints.targets import moved_pose, wanted_poses, waypoint_faults
+from planner.waypoints.targets import moved_pose, wanted_poses
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,28 +12,13 @@ from planner.problem import CartesianMove, JointWaypoint, PoseWaypoint, Relative
 from planner.spatial import FloatArray, Pose, poses_as_dicts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
-    from planner.kinematics.options import InverseKinematicsOptions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
 
 POSITION_ONLY_DOF = 3
 """An arm with so few joints cannot choose its orientation: a move relative to a joint position asks for none."""
-
-
-def waypoint_faults(
-    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
-) -> Iterator[tuple[str, str]]:
-    """What keeps the list from saying where the robot is to go: JSON pointers and messages."""
-    for i, waypoint in enumerate(waypoints):
-        if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
-            count = len(waypoint.position)
-            yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
-    if waypoints and isinstance(waypoints[0], RelativeWaypoint):
-        yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
-    if options.reference is not None and len(options.reference) != robot.dof:
-        yield "/ik/reference", f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}"
 
 
 def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:

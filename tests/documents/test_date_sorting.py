@@ -19,8 +19,9 @@ from planner.kinematics import (
     workspace,
 )
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from tests.documents.published import angle_between, document, gantry, homogeneous, matrix
@@ -165,7 +166,7 @@ def transition(i: int, backend: Trapezoidal | None = None, duration: float = 30.
     """Transition i as a straight Cartesian line: 30 s, of which 10 s accelerating and 10 s braking."""
     start, end = (tuple(x / 1000.0 for x in TRANSITIONS[i][key]) for key in ("start_mm", "end_mm"))
     waypoints = (JointWaypoint(position=start), JointWaypoint(position=end, duration=duration))
-    return plan(PlanningProblem(gantry(), waypoints, backend or Trapezoidal(acceleration_time=10.0)))
+    return plan(PlanningProblem(gantry(), waypoints), backend or Trapezoidal(acceleration_time=10.0))
 
 
 @pytest.mark.parametrize("ramp", [0.1, 2.0, 7.3, 10.0, 14.9, 15.0])
@@ -224,7 +225,7 @@ def test_transition_1_on_the_arm_itself(robot: Robot) -> None:
     start, end = (Pose(T[:3, 3], T[:3, :3]) for T in points)
     waypoints = (PoseWaypoint(pose=start), PoseWaypoint(pose=end, duration=30.0))
     options = InverseKinematicsOptions(reference=tuple(joints_of(POINTS[0]).tolist()))
-    result = plan(PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0), inverse_kinematics=options))
+    result = plan(PlanningProblem(robot, waypoints, inverse_kinematics=options), Trapezoidal(acceleration_time=10.0))
     assert result.trajectory.duration == 30.0
     assert result.path.positions == pytest.approx(np.array([joints_of(point) for point in POINTS[:2]]), abs=1e-6)
     peak = result.trajectory.evaluate(np.array([15.0]), [1])[0][0]
@@ -236,7 +237,7 @@ def test_transition_1_as_a_linear_motion_under_the_trapezoid(robot: Robot) -> No
     points = [chain(joints_of(point)) for point in POINTS[:2]]
     goal = PoseWaypoint(pose=Pose(points[1][:3, 3], points[1][:3, :3]), duration=30.0, motion=LinearMotion())
     waypoints = (JointWaypoint(position=tuple(joints_of(POINTS[0]).tolist())), goal)
-    result = plan(PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0)))
+    result = plan(PlanningProblem(robot, waypoints), Trapezoidal(acceleration_time=10.0))
     times = np.linspace(0.0, 30.0, 3001)
     positions = result.trajectory.evaluate(times, [0])[0]
     ranges = TRANSITIONS[0]["computed_path_joint_ranges"]
@@ -257,7 +258,7 @@ def test_transition_2_on_the_arm_itself_by_position(robot: Robot) -> None:
     """Its orientation is not published (E33)."""
     ends = [np.array(TRANSITIONS[1][key]) / 1000.0 for key in ("start_mm", "end_mm")]
     waypoints = (PoseWaypoint(pose=Pose(ends[0])), PoseWaypoint(pose=Pose(ends[1]), duration=30.0))
-    result = plan(PlanningProblem(robot, waypoints, Trapezoidal(acceleration_time=10.0)))
+    result = plan(PlanningProblem(robot, waypoints), Trapezoidal(acceleration_time=10.0))
     assert result.trajectory.duration == 30.0
     for waypoint, end in zip(result.path.waypoints, ends, strict=True):
         assert np.linalg.norm(chain(waypoint.position)[:3, 3] - end) < 1e-6

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.backends import Cubic
 from planner.errors import UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import AnyWaypoint, CartesianMove, JointWaypoint, PlanningProblem, PoseWaypoint, RelativeWaypoint
+from planner.result import Plan
 from planner.robots import load_robot
 from planner.trajectory import Trajectory
 from tests.documents.published import angle_between, document, homogeneous, matrix, standard_dh
@@ -68,7 +68,7 @@ def planned(case: str, q_deg: FloatArray | None = None) -> Plan:
     positions = np.radians(joint_table(case) if q_deg is None else q_deg).tolist()
     durations = [None, *CASES[case]["segments"]["durations_s"]]
     waypoints = tuple(JointWaypoint(position=tuple(q), duration=T) for q, T in zip(positions, durations, strict=True))
-    return plan(PlanningProblem(load_robot("ngv_refuelling_arm_published"), waypoints, Cubic()))
+    return plan(PlanningProblem(load_robot("ngv_refuelling_arm_published"), waypoints))
 
 
 @pytest.fixture(scope="module")

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.backends import Cubic
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, workspace
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.result import Plan
 from planner.robots import Robot, load_robot
 from tests.documents.published import document, gantry, homogeneous, modified_dh
 
@@ -143,7 +143,7 @@ def there_and_back(movement: dict[str, Any]) -> Plan:
         JointWaypoint(position=end, duration=5.0, dwell=10.0),
         JointWaypoint(position=start, duration=5.0),
     )
-    return plan(PlanningProblem(gantry(), waypoints, Cubic()))
+    return plan(PlanningProblem(gantry(), waypoints))
 
 
 @pytest.mark.parametrize("name", MOVEMENT_SETS)
@@ -217,7 +217,7 @@ def test_table_3_1_as_a_linear_motion_of_the_arm(robot: Robot) -> None:
         JointWaypoint(position=tuple(closed_form(start)[0].tolist()), dwell=10.0),
         PoseWaypoint(pose=Pose(end), duration=5.0, motion=LinearMotion(tolerance_position=5e-8)),
     )
-    trajectory = plan(PlanningProblem(robot, waypoints, Cubic())).trajectory
+    trajectory = plan(PlanningProblem(robot, waypoints)).trajectory
     times = np.linspace(10.1, 15.0, 50)
     printed = np.array(DOCUMENT["table_3_1"]["rows"])[:, 1:]
     for q, row in zip(trajectory.evaluate(times, [0])[0], printed, strict=True):
@@ -234,7 +234,7 @@ def test_timeline_of_the_arm_itself(robot: Robot, name: str) -> None:
         PoseWaypoint(pose=end, duration=5.0, dwell=10.0),
         PoseWaypoint(pose=start, duration=5.0),
     )
-    result = plan(PlanningProblem(robot, waypoints, Cubic()))
+    result = plan(PlanningProblem(robot, waypoints))
     assert result.trajectory.arrivals.tolist() == [0.0, 15.0, 30.0]
     assert result.trajectory.departures.tolist() == [10.0, 25.0, 30.0]
     assert result.certificate.satisfied

@@ -11,7 +11,7 @@ import pytest
 
 from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import (
     CartesianMove,
     CylindricalMove,
@@ -22,6 +22,7 @@ from planner.problem import (
     RelativeWaypoint,
     SphericalMove,
 )
+from planner.result import Plan
 from planner.robots import load_robot
 from tests.documents.published import angle_between, document, homogeneous, pose_of, standard_dh
 

@@ -52,6 +52,11 @@ OPTIONS_OF: dict[str, dict[str, object]] = {"min_effort": {"knots": 8}}
 """Of such a back end, less than its defaults."""
 
 
+def backend_of(kind: str) -> BackEnd:
+    """The back end of a kind, with options by which it takes no longer than the others."""
+    return BACKENDS[kind](**OPTIONS_OF.get(kind, {}))
+
+
 def try_on_random(examples: int, part: int, problem: st.SearchStrategy[PlanningProblem], check: Check) -> None:
     """Try what must hold on some of the requests of a part, the same ones each time."""
 
@@ -71,22 +76,22 @@ def random_position(robot: Robot, rng: np.random.Generator) -> tuple[float, ...]
     return tuple(rng.uniform(lower, upper).tolist())
 
 
-def problem_of(robot_id: str, kind: str, seed: int, count: int, scale: float = 1.0) -> PlanningProblem:
+def problem_of(robot_id: str, seed: int, count: int, scale: float = 1.0) -> PlanningProblem:
     """`count` random joint waypoints whose spread shrinks with `scale`."""
     robot, rng = load_robot(robot_id), np.random.default_rng(seed)
     first = np.array(random_position(robot, rng))
     positions = [first] + [first + scale * (np.array(random_position(robot, rng)) - first) for _ in range(count - 1)]
     waypoints = tuple(JointWaypoint(position=tuple(q.tolist())) for q in positions)
-    return PlanningProblem(robot, waypoints, BACKENDS[kind](**OPTIONS_OF.get(kind, {})))
+    return PlanningProblem(robot, waypoints)
 
 
 @st.composite
 def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
-    """Joint waypoints of any spread, with dwells, scaled and per-segment limits."""
+    """Joint waypoints of any spread, with dwells, scaled and per-segment limits, for a kind of back end."""
     robot_id = draw(st.sampled_from(ARMS_OF.get(kind, ARMS)))
     scale = 10.0 ** draw(st.floats(-6.0, 0.0))
     most = MOST_WAYPOINTS_OF.get(kind, 8)
-    problem = problem_of(robot_id, kind, draw(st.integers(0, 2**32)), draw(st.integers(2, most)), scale)
+    problem = problem_of(robot_id, draw(st.integers(0, 2**32)), draw(st.integers(2, most)), scale)
     waypoints = list(problem.waypoints)
     for i in range(len(waypoints)):
         waypoints[i] = replace(waypoints[i], dwell=draw(st.sampled_from([0.0, 0.0, 0.25, 3.0])))
@@ -108,9 +113,9 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
 
 
 @st.composite
-def path_problems(draw: st.DrawFn, backend: BackEnd) -> PlanningProblem:
-    """Poses around a random joint position, by motions and transitions of all kinds."""
-    robot = load_robot(draw(st.sampled_from(ARMS_OF.get(backend.kind, ARMS))))
+def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
+    """Poses around a random joint position, by motions and transitions of all kinds, for a kind of back end."""
+    robot = load_robot(draw(st.sampled_from(ARMS_OF.get(kind, ARMS))))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     first = 0.7 * np.array(random_position(robot, rng)) + 0.3 * robot.middle
     home = forward_kinematics(robot, first[None])[0]
@@ -132,7 +137,7 @@ def path_problems(draw: st.DrawFn, backend: BackEnd) -> PlanningProblem:
     scale = draw(st.floats(0.05, 1.0))
     speed = draw(st.sampled_from([None, None, 0.05, 0.5]))
     limits = Limits(velocity_scale=scale, acceleration_scale=scale, tcp_linear_velocity=speed)
-    return PlanningProblem(robot, tuple(waypoints), backend, limits)
+    return PlanningProblem(robot, tuple(waypoints), limits)
 
 
 def _near(home: Pose, robot: Robot, rng: np.random.Generator, reach: float) -> Pose:

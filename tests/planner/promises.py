@@ -7,15 +7,15 @@ import pinocchio as pin
 
 from planner.backends import Guarantee
 from planner.kinematics import tool_speeds
-from planner.plan import Plan
 from planner.polynomials import differentiate, horner
+from planner.result import Plan
 
 JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
 
 def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
     """Evenly on every piece."""
-    trajectory, limits, guarantees = result.trajectory, result.path.limits, result.problem.backend.guarantees
+    trajectory, limits, guarantees = result.trajectory, result.path.limits, result.backend.guarantees
     tau = np.linspace(0.0, 1.0, samples) * trajectory.lengths[:, None]
     for order, quantity in enumerate(JOINT_QUANTITIES):
         values = horner(differentiate(trajectory.coefficients, order)[:, None], tau[..., None])

@@ -16,7 +16,7 @@ def test_peak_jerk_is_that_of_any_joint_not_of_the_one_nearest_to_its_limit() ->
     """Joint 6 has the largest jerk, joint 1 the largest share of its limit. A quintic's peak is 60 travel / T^3."""
     robot = load_robot("ngv_refuelling_arm")
     start, end = JointWaypoint(position=(0.0,) * 6), JointWaypoint(position=(0.5, 0, 0, 0, 0, 1.0), duration=2.0)
-    result = plan(PlanningProblem(robot, (start, end), Quintic()))
+    result = plan(PlanningProblem(robot, (start, end)), Quintic())
     (check,) = (check for check in result.certificate.checks if check.quantity == "jerk")
     assert check.joint == "joint_1"
     assert figures(result).peak_jerk == pytest.approx(60.0 * 1.0 / 2.0**3, rel=1e-9)

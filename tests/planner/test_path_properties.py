@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -10,15 +12,16 @@ from hypothesis import assume
 from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import BlendTransition, CircularMotion, JointMotion, PlanningProblem
-from tests.planner.problems import OPTIONS_OF, PARTS, REQUESTS, path_problems, try_on_random
+from planner.result import Plan
+from tests.planner.problems import PARTS, REQUESTS, backend_of, path_problems, try_on_random
 from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 
 
-ALONG_PATHS: list[BackEnd] = [BACKENDS[kind](**OPTIONS_OF.get(kind, {})) for kind in sorted(BACKENDS)]
+ALONG_PATHS: list[BackEnd] = [backend_of(kind) for kind in sorted(BACKENDS)]
 ALONG_PATHS.append(Toppra(jerk_limited=True))
 
 
@@ -27,13 +30,12 @@ ALONG_PATHS.append(Toppra(jerk_limited=True))
 @pytest.mark.parametrize("backend", ALONG_PATHS, ids=repr)
 def test_every_plan_along_a_path_keeps_its_promises(backend: BackEnd, part: int) -> None:
     examples = max(5, REQUESTS // 10 // len(PARTS))
-    try_on_random(examples, part, path_problems(backend), keeps_its_promises_along_a_path)
+    try_on_random(examples, part, path_problems(backend.kind), partial(keeps_its_promises_along_a_path, backend))
 
 
-def keeps_its_promises_along_a_path(problem: PlanningProblem) -> None:
-    backend = problem.backend
+def keeps_its_promises_along_a_path(backend: BackEnd, problem: PlanningProblem) -> None:
     try:
-        result = plan(problem)
+        result = plan(problem, backend)
     except REFUSALS:
         assume(False)
     assert result.certificate.satisfied

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.backends import BACKENDS
+from planner.backends import BACKENDS, BackEnd
 from planner.export import FORMATS, ExportOptions
 from planner.plan import plan
 from planner.problem import PlanningProblem
-from tests.planner.problems import PARTS, REQUESTS, problems, try_on_random
+from tests.planner.problems import PARTS, REQUESTS, backend_of, problems, try_on_random
 from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
 
 CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effort": 2, "ruckig": 2, "auto": 2}
@@ -21,7 +23,8 @@ CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effo
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 def test_every_plan_keeps_its_promises(kind: str, part: int) -> None:
-    try_on_random(REQUESTS * 9 // 10 // len(PARTS), part, problems(kind), keeps_its_promises)
+    check = partial(keeps_its_promises, backend_of(kind))
+    try_on_random(REQUESTS * 9 // 10 // len(PARTS), part, problems(kind), check)
 
 
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
@@ -29,14 +32,13 @@ def test_every_plan_keeps_its_promises(kind: str, part: int) -> None:
 @given(data=st.data())
 def test_the_same_request_gives_the_same_bytes(kind: str, data: st.DataObject) -> None:
     problem = data.draw(problems(kind))
-    result = plan(problem)
+    result = plan(problem, backend_of(kind))
     options = ExportOptions(sample_period=result.trajectory.duration / 10.7)
-    assert FORMATS["json"].render(plan(problem), options) == FORMATS["json"].render(result, options)
+    assert FORMATS["json"].render(plan(problem, backend_of(kind)), options) == FORMATS["json"].render(result, options)
 
 
-def keeps_its_promises(problem: PlanningProblem) -> None:
-    kind = problem.backend.kind
-    result = plan(problem)
+def keeps_its_promises(backend: BackEnd, problem: PlanningProblem) -> None:
+    result = plan(problem, backend)
     trajectory = result.trajectory
     positions = np.array([waypoint.position for waypoint in problem.waypoints])
 
@@ -48,4 +50,4 @@ def keeps_its_promises(problem: PlanningProblem) -> None:
     assert np.abs(trajectory.evaluate(trajectory.departures, [0])[0] - positions).max() <= 1e-9
     keeps_joint_limits(result)
     keeps_sampled_limits(result)
-    is_continuous(result, CONTINUITY[kind])
+    is_continuous(result, CONTINUITY[backend.kind])

@@ -50,14 +50,12 @@ def brute_force(trajectory: Trajectory, robot: Robot) -> dict[str, np.ndarray]:
     return worst
 
 
-def problem(kind: str, motion: str) -> PlanningProblem:
+def problem(motion: str) -> PlanningProblem:
     limits = replace(robot_limits(load_robot(KUKA), 0.4), tcp_linear_velocity=0.7)
     if motion == "tool":
-        made = tool_problem(BlendTransition(0.05), limits=limits)
-    else:
-        transition = ThroughTransition() if motion == "through" else StopTransition()
-        made = replace(through(KUKA, 11, 5, 0.5, transition), limits=limits)
-    return replace(made, backend=BACKENDS[kind]())
+        return tool_problem(BlendTransition(0.05), limits=limits)
+    transition = ThroughTransition() if motion == "through" else StopTransition()
+    return replace(through(KUKA, 11, 5, 0.5, transition), limits=limits)
 
 
 def checks_of(trajectory: Trajectory, robot: Robot, limits: SegmentLimits) -> dict[str, Check]:
@@ -68,7 +66,7 @@ def checks_of(trajectory: Trajectory, robot: Robot, limits: SegmentLimits) -> di
 @pytest.mark.parametrize("motion", ["stop", "through", "tool"])
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
 def test_nothing_over_a_millionth_is_missed_on_real_plans(kind: str, motion: str) -> None:
-    result = plan(problem(kind, motion))
+    result = plan(problem(motion), BACKENDS[kind]())
     robot, limits = result.path.robot, result.path.limits
     worst = brute_force(result.trajectory, robot)
     for check in checks_of(result.trajectory, robot, limits).values():
@@ -82,7 +80,7 @@ def test_nothing_over_a_millionth_is_missed_on_real_plans(kind: str, motion: str
 @pytest.mark.parametrize("motion", ["stop", "through", "tool"])
 @pytest.mark.parametrize("kind", ["quintic", "trapezoidal", "toppra"])
 def test_a_limit_a_millionth_below_the_peak_is_found_broken(kind: str, motion: str) -> None:
-    result = plan(problem(kind, motion))
+    result = plan(problem(motion), BACKENDS[kind]())
     robot, limits = result.path.robot, result.path.limits
     worst = brute_force(result.trajectory, robot)
     for joint, peak in enumerate(worst["torque"]):
@@ -175,8 +173,8 @@ def test_no_plan_is_refused_for_a_torque_between_the_samples_of_its_back_end(
     gravity = np.abs(inverse_dynamics(made.robot, positions, still, still)).max(axis=0)
     own = made.robot.limit("torque")
     torque = np.minimum(own, np.maximum(strength * gravity, 0.02 * own))
-    tight = replace(made, backend=BACKENDS[kind](), limits=Limits(torque=tuple(torque.tolist())))
+    tight = replace(made, limits=Limits(torque=tuple(torque.tolist())))
     try:
-        assert plan(tight).certificate.satisfied
+        assert plan(tight, BACKENDS[kind]()).certificate.satisfied
     except PlanningError as refusal:  # gravity, or a spline beyond a position limit
         assert "would reach" not in str(refusal)

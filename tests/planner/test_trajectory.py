@@ -9,7 +9,7 @@ from scipy.interpolate import PPoly
 from planner.backends import BACKENDS
 from planner.plan import plan
 from planner.trajectory import Remark, Trajectory
-from tests.planner.problems import problem_of
+from tests.planner.problems import backend_of, problem_of
 
 ORDERS = range(5)
 
@@ -66,7 +66,7 @@ def test_one_time_is_a_row_of_many(trajectory: Trajectory) -> None:
 
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
 def test_plans_evaluate_as_scipy_does(kind: str) -> None:
-    trajectory = plan(problem_of("kuka_kr16_2", kind, 4, 5)).trajectory
+    trajectory = plan(problem_of("kuka_kr16_2", 4, 5), backend_of(kind)).trajectory
     times, reference = trajectory.sample_times(0.01), in_scipy(trajectory)
     for order, values in enumerate(trajectory.evaluate(times)):
         assert values == pytest.approx(reference(times, order), rel=1e-9, abs=1e-9)
@@ -133,7 +133,7 @@ def test_a_factor_that_is_no_slowdown(factor: float) -> None:
 
 def test_every_sample_of_a_plan_can_be_evaluated() -> None:
     for kind in BACKENDS.keys() - {"min_effort"}:
-        trajectory = plan(problem_of("ngv_refuelling_arm", kind, 3, 4)).trajectory
+        trajectory = plan(problem_of("ngv_refuelling_arm", 3, 4), backend_of(kind)).trajectory
         for period in (1e-3, 0.01, 0.0333, trajectory.duration / 7.0):
             assert trajectory.sample_times(period)[-1] == trajectory.duration
             trajectory.evaluate(trajectory.sample_times(period), [0])

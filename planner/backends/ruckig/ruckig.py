@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from planner.backends.base import END_OPTIONS, end_states, enforced
+from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
@@ -18,7 +18,7 @@ from planner.backends.shared.assembly import TimedPieces, assemble, joined
 from planner.backends.shared.smooth_curve import smoothed
 from planner.backends.shared.straight_lines import time_lines
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
-from planner.guarantees import ALL_HARD, EndStates, Guarantee
+from planner.guarantees import ALL_HARD, END_OPTIONS, EndStates, Guarantee, end_states
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

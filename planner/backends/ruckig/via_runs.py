@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import END_OPTIONS
 from planner.backends.jerk_limited.rate_limits import RateLimits, least_times, with_ramps
 from planner.backends.jerk_limited.s_curves import s_curves
 from planner.backends.ruckig.state_to_state import Rates
@@ -18,6 +17,7 @@ from planner.backends.shared.assembly import TimedPieces, joined, largest_speeds
 from planner.backends.shared.demands import infeasible_duration, nothing_limits
 from planner.backends.shared.straight_lines import NOTICED
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
+from planner.guarantees import END_OPTIONS
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization

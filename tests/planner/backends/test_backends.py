@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 import ruckig
 
-from planner.backends import Cubic, Quintic, Trapezoidal
+from planner.backends import BACKENDS, Cubic, Quintic, Trapezoidal
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, MissingDynamics
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import JointWaypoint, PlanningProblem
+from planner.result import Plan
 from planner.robots import Joint, load_robot
 from planner.robots.payload import Payload
 from planner.trajectory import Trajectory
@@ -39,8 +40,8 @@ def boundary_polynomial(order: int, duration: float, start: np.ndarray, end: np.
 @pytest.mark.parametrize(("backend", "order"), [(Cubic(), 4), (Quintic(), 6)])
 @pytest.mark.parametrize("robot_id", ARMS)
 def test_polynomials_solve_the_boundary_conditions(backend: Cubic | Quintic, order: int, robot_id: str) -> None:
-    problem = replace(problem_of(robot_id, "cubic", 3, 6), backend=backend)
-    result = plan(problem)
+    problem = problem_of(robot_id, 3, 6)
+    result = plan(problem, backend)
     for i, duration in enumerate(result.trajectory.lengths):
         start, end = (np.array(w.position) for w in problem.waypoints[i : i + 2])
         expected = boundary_polynomial(order, duration, start, end)
@@ -61,9 +62,9 @@ def shape_peaks(kind: str, duration: float) -> tuple[float, float, float]:
 @pytest.mark.parametrize("robot_id", ["ngv_refuelling_arm", "three_dof_arm"])
 @pytest.mark.parametrize("scale", [1e-4, 1e-2, 1.0])
 def test_shortest_duration_is_what_bisection_finds(kind: str, robot_id: str, scale: float) -> None:
-    problem = problem_of(robot_id, kind, 11, 4, scale)
+    problem = problem_of(robot_id, 11, 4, scale)
     robot = problem.robot
-    lengths = plan(problem).trajectory.lengths
+    lengths = plan(problem, BACKENDS[kind]()).trajectory.lengths
     for i, found in enumerate(lengths):
         travel = np.abs(np.subtract(problem.waypoints[i + 1].position, problem.waypoints[i].position))
 
@@ -82,9 +83,9 @@ def test_shortest_duration_is_what_bisection_finds(kind: str, robot_id: str, sca
 
 @pytest.mark.parametrize("scale", [1e-4, 1e-2, 0.3, 1.0])
 def test_fastest_trapezoid_is_as_fast_as_ruckig_without_a_jerk_limit(scale: float) -> None:
-    problem = problem_of("ngv_refuelling_arm", "trapezoidal", 5, 6, scale)
+    problem = problem_of("ngv_refuelling_arm", 5, 6, scale)
     robot = problem.robot
-    for i, found in enumerate(segment_durations(plan(problem).trajectory)):
+    for i, found in enumerate(segment_durations(plan(problem, Trapezoidal()).trajectory)):
         travel = np.subtract(problem.waypoints[i + 1].position, problem.waypoints[i].position)
         # One degree of freedom along the segment: a straight joint motion.
         target = ruckig.InputParameter(1)
@@ -104,9 +105,9 @@ def segment_durations(trajectory: Trajectory) -> np.ndarray:
 @pytest.mark.parametrize(("t1", "t3"), [(0.4, 0.4), (0.2, 0.7), (1.0, 0.1)])
 def test_trapezoid_with_times_integrates_its_accelerations(t1: float, t3: float) -> None:
     """Constant a1 for t1, nothing, constant -a3 for t3: integrated by hand, it must arrive at rest."""
-    problem = problem_of("ngv_refuelling_arm", "trapezoidal", 7, 2, 0.1)
+    problem = problem_of("ngv_refuelling_arm", 7, 2, 0.1)
     waypoints = (problem.waypoints[0], replace(problem.waypoints[1], duration=2.5))
-    result = plan(replace(problem, waypoints=waypoints, backend=Trapezoidal(t1, t3)))
+    result = plan(replace(problem, waypoints=waypoints), Trapezoidal(t1, t3))
     start, end = (np.array(w.position) for w in waypoints)
     velocity = (end - start) / (2.5 - t1 / 2 - t3 / 2)
     for t in np.linspace(0.0, 2.5, 101):
@@ -119,21 +120,21 @@ def test_trapezoid_with_times_integrates_its_accelerations(t1: float, t3: float)
 
 def test_trapezoid_times_choose_the_shortest_cruise() -> None:
     """With fixed ramps the shortest duration runs into a velocity or acceleration limit, and no further."""
-    problem = problem_of("ngv_refuelling_arm", "trapezoidal", 7, 5)
-    result = plan(replace(problem, backend=Trapezoidal(acceleration_time=0.3)))
+    problem = problem_of("ngv_refuelling_arm", 7, 5)
+    result = plan(problem, Trapezoidal(acceleration_time=0.3))
     ratios = {check.quantity: check.ratio for check in result.certificate.checks}
     assert max(ratios["velocity"] or 0.0, ratios["acceleration"] or 0.0) == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_given_durations_are_kept_exactly_and_dwells_rest(kind: str) -> None:
-    problem = problem_of("ngv_refuelling_arm", kind, 9, 4, 0.2)
+    problem = problem_of("ngv_refuelling_arm", 9, 4, 0.2)
     durations, dwells = [3.7, 4.45, 6.1], [1.5, 0.0, 10.0, 2.0]
     waypoints = tuple(
         replace(waypoint, duration=([None, *durations])[i], dwell=dwells[i])
         for i, waypoint in enumerate(problem.waypoints)
     )
-    trajectory = plan(replace(problem, waypoints=waypoints)).trajectory
+    trajectory = plan(replace(problem, waypoints=waypoints), BACKENDS[kind]()).trajectory
     assert trajectory.duration == pytest.approx(sum(durations) + sum(dwells), abs=1e-12)
     assert segment_durations(trajectory) == pytest.approx(durations, abs=1e-12)
     assert trajectory.departures - trajectory.arrivals == pytest.approx(dwells, abs=1e-12)
@@ -146,10 +147,10 @@ def test_given_durations_are_kept_exactly_and_dwells_rest(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_duration_too_short_is_refused_with_a_remedy_that_works(kind: str) -> None:
-    problem = problem_of("ngv_refuelling_arm", kind, 13, 4)
+    problem = problem_of("ngv_refuelling_arm", 13, 4)
     hurried = tuple(replace(w, duration=0.05) if i in (1, 3) else w for i, w in enumerate(problem.waypoints))
     with pytest.raises(InfeasibleDuration) as refusal:
-        plan(replace(problem, waypoints=hurried))
+        plan(replace(problem, waypoints=hurried), BACKENDS[kind]())
     error = refusal.value
     assert (error.waypoint, error.segment, error.value) == (1, 0, 0.05)
     assert error.joint in problem.robot.joint_names
@@ -157,10 +158,10 @@ def test_a_duration_too_short_is_refused_with_a_remedy_that_works(kind: str) -> 
     mended = list(hurried)
     for remedy, i in zip(error.remedies, (1, 3), strict=True):
         mended[i] = replace(mended[i], duration=remedy.value)
-    assert plan(replace(problem, waypoints=tuple(mended))).certificate.satisfied
+    assert plan(replace(problem, waypoints=tuple(mended)), BACKENDS[kind]()).certificate.satisfied
     mended[1] = replace(mended[1], duration=error.remedies[0].value * (1.0 - 1e-6))
     with pytest.raises(InfeasibleDuration):
-        plan(replace(problem, waypoints=tuple(mended)))
+        plan(replace(problem, waypoints=tuple(mended)), BACKENDS[kind]())
 
 
 def worst_on_dense_samples(result: Plan, quantity: str) -> float:
@@ -178,27 +179,27 @@ def worst_on_dense_samples(result: Plan, quantity: str) -> float:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("quantity", ["tcp_linear_velocity", "tcp_angular_velocity"])
 def test_tool_speed_limits_are_kept_and_used(kind: str, quantity: str) -> None:
-    problem = replace(problem_of("ngv_refuelling_arm", kind, 17, 4), limits=Limits(**{quantity: 0.25}))
-    result = plan(problem)
+    problem = replace(problem_of("ngv_refuelling_arm", 17, 4), limits=Limits(**{quantity: 0.25}))
+    result = plan(problem, BACKENDS[kind]())
     assert 0.99 < worst_on_dense_samples(result, quantity) <= 1.0
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_torque_limits_are_kept_and_used(kind: str) -> None:
-    problem = replace(problem_of("kuka_kr16_l6_2", kind, 19, 3), payload=Payload(6.0, (0.0, 0.0, 0.1)))
-    free = plan(problem)
+    problem = replace(problem_of("kuka_kr16_l6_2", 19, 3), payload=Payload(6.0, (0.0, 0.0, 0.1)))
+    free = plan(problem, BACKENDS[kind]())
     # What gravity alone asks, and a little more: the motion must become slow.
     still = np.zeros((2001, 6))
     times = np.linspace(0.0, free.trajectory.duration, 2001)
     gravity = np.abs(inverse_dynamics(free.path.robot, free.trajectory.evaluate(times, [0])[0], still, still)).max(0)
     torque = tuple(np.minimum(1.05 * gravity + 5.0, problem.robot.limit("torque")).tolist())
-    result = plan(replace(problem, limits=Limits(torque=torque)))
+    result = plan(replace(problem, limits=Limits(torque=torque)), BACKENDS[kind]())
     assert 0.98 < worst_on_dense_samples(result, "torque") <= 1.0
     assert result.trajectory.duration > free.trajectory.duration
 
 
 def test_gravity_beyond_the_torque_limit_is_refused() -> None:
-    problem = problem_of("kuka_kr16_l6_2", "cubic", 19, 3)
+    problem = problem_of("kuka_kr16_l6_2", 19, 3)
     with pytest.raises(LimitsUnsatisfiable) as refusal:
         plan(replace(problem, limits=Limits(torque=(1.0,) * 6)))
     assert refusal.value.joint is not None
@@ -206,7 +207,7 @@ def test_gravity_beyond_the_torque_limit_is_refused() -> None:
 
 
 def test_a_torque_limit_that_nobody_can_check_is_refused() -> None:
-    problem = problem_of("ngv_refuelling_arm", "cubic", 19, 3)
+    problem = problem_of("ngv_refuelling_arm", 19, 3)
     asked = Limits(torque=(100.0,) * 6)
     with pytest.raises(MissingDynamics):
         plan(replace(problem, limits=asked))
@@ -218,23 +219,23 @@ def test_a_torque_limit_that_nobody_can_check_is_refused() -> None:
 
 
 def test_a_limit_asked_that_the_back_end_only_reports_comes_with_a_warning() -> None:
-    problem = problem_of("ngv_refuelling_arm", "cubic", 19, 3)
+    problem = problem_of("ngv_refuelling_arm", 19, 3)
     asked = replace(problem, limits=Limits(jerk=(1.0,) * 6))
     assert [warning.code for warning in plan(asked).warnings] == ["jerk_not_enforced"]
-    assert plan(problem).warnings == plan(replace(asked, backend=Quintic())).warnings == ()
+    assert plan(problem).warnings == plan(asked, Quintic()).warnings == ()
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_duration_too_short_for_the_tool_speed_is_refused_with_a_remedy_that_works(kind: str) -> None:
-    problem = replace(problem_of("ngv_refuelling_arm", kind, 17, 3), limits=Limits(tcp_linear_velocity=0.25))
+    problem = replace(problem_of("ngv_refuelling_arm", 17, 3), limits=Limits(tcp_linear_velocity=0.25))
     hurried = (problem.waypoints[0], replace(problem.waypoints[1], duration=4.0), problem.waypoints[2])
-    assert plan(problem).trajectory.arrivals[1] > 4.0
+    assert plan(problem, BACKENDS[kind]()).trajectory.arrivals[1] > 4.0
     with pytest.raises(InfeasibleDuration) as refusal:
-        plan(replace(problem, waypoints=hurried))
+        plan(replace(problem, waypoints=hurried), BACKENDS[kind]())
     assert refusal.value.joint is None
     remedy, *_ = refusal.value.remedies
     mended = (hurried[0], replace(hurried[1], duration=remedy.value), hurried[2])
-    assert plan(replace(problem, waypoints=mended)).certificate.satisfied
+    assert plan(replace(problem, waypoints=mended), BACKENDS[kind]()).certificate.satisfied
 
 
 def test_a_segment_that_nothing_limits_needs_a_duration() -> None:
@@ -243,10 +244,10 @@ def test_a_segment_that_nothing_limits_needs_a_duration() -> None:
     waypoints = (JointWaypoint(position=(0.0, 0.0, 0.0)), JointWaypoint(position=(1.0, 0.0, 0.0)))
     for backend in (Cubic(), Quintic(), Trapezoidal()):
         with pytest.raises(LimitsUnsatisfiable) as refusal:
-            plan(PlanningProblem(unlimited, waypoints, backend))
+            plan(PlanningProblem(unlimited, waypoints), backend)
         assert refusal.value.remedies[0].change == "/waypoints/1/duration"
         timed = (waypoints[0], replace(waypoints[1], duration=refusal.value.remedies[0].value))
-        assert plan(PlanningProblem(unlimited, timed, backend)).trajectory.duration == 1.0
+        assert plan(PlanningProblem(unlimited, timed), backend).trajectory.duration == 1.0
 
 
 def test_a_ramp_of_a_millisecond_in_a_motion_of_an_hour_keeps_its_limits() -> None:
@@ -259,14 +260,17 @@ def test_a_ramp_of_a_millisecond_in_a_motion_of_an_hour_keeps_its_limits() -> No
         for duration in (None, 1e6):
             timed = (waypoints[0], replace(waypoints[1], duration=duration))
             arm, limits = load_robot("date_sorting_arm"), Limits(velocity_scale=scale)
-            result = plan(PlanningProblem(arm, timed, Trapezoidal(), limits))
+            result = plan(PlanningProblem(arm, timed, limits=limits), Trapezoidal())
             assert duration is None or result.trajectory.duration == duration
 
 
 def test_a_trapezoid_under_a_limit_of_the_tools_speed_cruises_at_it() -> None:
     """It was stretched as a whole, its ramps as well: twice the time where it is mostly ramps."""
-    problem = problem_of("kuka_kr16_l6_2", "trapezoidal", 0, 2, 0.3)
-    free, slow = plan(problem), plan(replace(problem, limits=Limits(tcp_linear_velocity=0.1)))
+    problem = problem_of("kuka_kr16_l6_2", 0, 2, 0.3)
+    free, slow = (
+        plan(problem, Trapezoidal()),
+        plan(replace(problem, limits=Limits(tcp_linear_velocity=0.1)), Trapezoidal()),
+    )
     ratio = worst_on_dense_samples(replace_limits(free, slow), "tcp_linear_velocity")
     assert worst_on_dense_samples(slow, "tcp_linear_velocity") <= 1.0
     assert slow.trajectory.duration < 0.6 * ratio * free.trajectory.duration

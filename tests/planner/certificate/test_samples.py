@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.backends import Quintic
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.samples import certify_samples
 from planner.errors import InvalidProblem
@@ -21,7 +22,7 @@ def check_of(certificate: Certificate, quantity: str) -> Check:
 
 
 def test_samples_of_our_own_quintic_pass_and_agree_with_its_certificate() -> None:
-    result = plan(problem_of("ngv_refuelling_arm", "quintic", 1, 5))
+    result = plan(problem_of("ngv_refuelling_arm", 1, 5), Quintic())
     time = result.trajectory.sample_times(0.01)
     position, velocity, acceleration = result.trajectory.evaluate(time)
     certificate = certify_samples(result.path.robot, Limits(), time, position, velocity, acceleration)
@@ -34,7 +35,7 @@ def test_samples_of_our_own_quintic_pass_and_agree_with_its_certificate() -> Non
 
 
 def test_samples_run_faster_break_the_limits_by_the_powers_of_the_factor() -> None:
-    problem = problem_of("ngv_refuelling_arm", "cubic", 1, 5)
+    problem = problem_of("ngv_refuelling_arm", 1, 5)
     # Whole samples a segment: then the controller's cubics are the planner's.
     waypoints = tuple(replace(w, duration=6.0 if i else None) for i, w in enumerate(problem.waypoints))
     result = plan(replace(problem, waypoints=waypoints))
@@ -75,7 +76,7 @@ def test_samples_that_do_not_fit_are_refused(time: list[float], position: list[l
 
 
 def test_limits_wider_than_the_robot_are_refused() -> None:
-    problem = problem_of("ngv_refuelling_arm", "cubic", 1, 3)
+    problem = problem_of("ngv_refuelling_arm", 1, 3)
     wide = tuple((2.0 * problem.robot.limit("velocity")).tolist())
     with pytest.raises(InvalidProblem) as refusal:
         plan(replace(problem, limits=Limits(velocity=wide, jerk=(1.0,))))

@@ -10,16 +10,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.backends import Quintic
 from planner.errors import MissingDynamics
 from planner.export import FORMATS, INCLUDABLE, ExportOptions
-from planner.plan import Plan, plan
+from planner.plan import plan
+from planner.result import Plan
 from planner.robots.payload import Payload
 from tests.planner.problems import problem_of
 
 
 @pytest.fixture(scope="module")
 def result() -> Plan:
-    return plan(problem_of("kuka_kr16_l6_2", "quintic", 2, 4))
+    return plan(problem_of("kuka_kr16_l6_2", 2, 4), Quintic())
 
 
 EVERYTHING = ExportOptions(sample_period=0.05, include=frozenset(INCLUDABLE))
@@ -71,7 +73,7 @@ def test_ros2_message_has_the_fields_of_joint_trajectory(result: Plan) -> None:
 
 
 def test_torques_of_a_robot_without_inertias_are_refused_unless_it_carries_something() -> None:
-    problem = problem_of("ngv_refuelling_arm", "cubic", 2, 3)
+    problem = problem_of("ngv_refuelling_arm", 2, 3)
     torque = ExportOptions(include=frozenset({"torque"}))
     with pytest.raises(MissingDynamics):
         FORMATS["json"].render(plan(problem), torque)

@@ -22,7 +22,7 @@ from planner.errors import (
 from planner.kinematics import FloatArray, Pose, all_solutions
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,
@@ -38,6 +38,7 @@ from planner.problem import (
     StopTransition,
     ThroughTransition,
 )
+from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
 
@@ -70,7 +71,7 @@ def shifted(robot: Robot, shift: Sequence[float], turn: Sequence[float] = (0.0, 
 
 
 def planned(robot: Robot, waypoints: Sequence[AnyWaypoint], kind: str = "cubic", limits: Limits | None = None) -> Plan:
-    return plan(PlanningProblem(robot, tuple(waypoints), BACKENDS[kind](), limits or Limits()))
+    return plan(PlanningProblem(robot, tuple(waypoints), limits=limits or Limits()), BACKENDS[kind]())
 
 
 def dense(result: Plan, count: int = 1001) -> tuple[FloatArray, list[pin.SE3]]:
@@ -356,15 +357,17 @@ def test_durations_along_a_line_are_kept_or_refused_with_one_that_works(
     robot: Robot, backend: Cubic | Quintic | Trapezoidal
 ) -> None:
     end = PoseWaypoint(pose=shifted(robot, (0.0, -0.4, 0.1)), motion=LinearMotion())
-    problem = PlanningProblem(robot, (JointWaypoint(position=HOME), replace(end, duration=4.0)), backend)
-    assert plan(problem).trajectory.duration == pytest.approx(4.0, abs=1e-12)
-    shortest = plan(replace(problem, waypoints=(problem.waypoints[0], end))).trajectory.duration
+    problem = PlanningProblem(robot, (JointWaypoint(position=HOME), replace(end, duration=4.0)))
+    assert plan(problem, backend).trajectory.duration == pytest.approx(4.0, abs=1e-12)
+    shortest = plan(replace(problem, waypoints=(problem.waypoints[0], end)), backend).trajectory.duration
     short = replace(problem, waypoints=(problem.waypoints[0], replace(end, duration=0.5 * shortest)))
     with pytest.raises(InfeasibleDuration) as refusal:
-        plan(short)
+        plan(short, backend)
     needed = refusal.value.remedies[0].value
     assert needed == pytest.approx(shortest, rel=1e-3)
-    assert plan(replace(problem, waypoints=(problem.waypoints[0], replace(end, duration=needed)))).certificate.satisfied
+    assert plan(
+        replace(problem, waypoints=(problem.waypoints[0], replace(end, duration=needed))), backend
+    ).certificate.satisfied
 
 
 @pytest.mark.parametrize("kind", ["cubic", "quintic"])

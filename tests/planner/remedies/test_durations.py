@@ -26,7 +26,7 @@ from planner.problem import (
 )
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
-from tests.planner.problems import OPTIONS_OF, problem_of
+from tests.planner.problems import backend_of, problem_of
 
 START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)
 
@@ -36,15 +36,15 @@ def robot() -> Robot:
     return load_robot("kuka_kr16_l6_2")
 
 
-def hurried(robot: Robot, kind: str, duration: float, **changes: Any) -> PlanningProblem:
+def hurried(robot: Robot, duration: float, **changes: Any) -> PlanningProblem:
     waypoints = (JointWaypoint(position=START), JointWaypoint(position=END, duration=duration))
-    return PlanningProblem(robot, waypoints, BACKENDS[kind](**OPTIONS_OF.get(kind, {})), **changes)
+    return PlanningProblem(robot, waypoints, **changes)
 
 
-def refused(problem: PlanningProblem) -> dict[str, list[Remedy]]:
+def refused(problem: PlanningProblem, kind: str) -> dict[str, list[Remedy]]:
     """The remedies by the way they go: duration, limits or payload."""
     with pytest.raises(InfeasibleDuration) as refusal:
-        plan(problem)
+        plan(problem, backend_of(kind))
     ways = defaultdict(list)
     for remedy in refusal.value.remedies:
         parts = remedy.change.split("/")[1:]
@@ -70,20 +70,20 @@ def _put(holder: Any, way: list[str], value: float | None) -> Any:
 
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 def test_a_scale_is_raised_or_the_duration_is_longer(robot: Robot, kind: str) -> None:
-    own = plan(hurried(robot, kind, 60.0))
+    own = plan(hurried(robot, 60.0), backend_of(kind))
     assert own.trajectory.duration == pytest.approx(60.0)
-    slow = hurried(robot, kind, 1.9, limits=Limits(velocity_scale=0.2))
-    ways = refused(slow)
+    slow = hurried(robot, 1.9, limits=Limits(velocity_scale=0.2))
+    ways = refused(slow, kind)
     assert [remedy.change for remedy in ways["limits"]] == ["/limits/velocity_scale"]
     for remedies in ways.values():
-        assert plan(applied(slow, remedies)).certificate.satisfied
-    assert plan(applied(slow, ways["limits"])).trajectory.duration == pytest.approx(1.9)
+        assert plan(applied(slow, remedies), backend_of(kind)).certificate.satisfied
+    assert plan(applied(slow, ways["limits"]), backend_of(kind)).trajectory.duration == pytest.approx(1.9)
 
 
 @pytest.mark.parametrize(("kind", "peak"), [("cubic", 1.5), ("quintic", 1.875)])
 def test_the_higher_velocity_is_the_peak_of_the_law(robot: Robot, kind: str, peak: float) -> None:
-    slow = hurried(robot, kind, 1.9, limits=Limits(velocity_scale=0.2))
-    (remedy,) = refused(slow)["limits"]
+    slow = hurried(robot, 1.9, limits=Limits(velocity_scale=0.2))
+    (remedy,) = refused(slow, kind)["limits"]
     travel = np.abs(np.subtract(END, START))
     assert remedy.value == pytest.approx((peak * travel / 1.9 / robot.limit("velocity")).max(), rel=1e-8)
 
@@ -92,13 +92,13 @@ def test_one_joint_s_limit_is_raised_and_one_at_a_waypoint(robot: Robot) -> None
     velocity = robot.limit("velocity").tolist()
     velocity[0] = 0.5
     narrow = Limits(velocity=tuple(velocity))
-    problem = hurried(robot, "cubic", 1.9, limits=narrow)
-    (remedy,) = refused(problem)["limits"]
+    problem = hurried(robot, 1.9, limits=narrow)
+    (remedy,) = refused(problem, "cubic")["limits"]
     assert remedy.change == "/limits/velocity/0"
     assert remedy.value == pytest.approx(1.5 / 1.9)
     waypoints = (problem.waypoints[0], replace(problem.waypoints[1], limits=narrow))
     at_waypoint = replace(problem, limits=Limits(), waypoints=waypoints)
-    (remedy,) = refused(at_waypoint)["limits"]
+    (remedy,) = refused(at_waypoint, "cubic")["limits"]
     assert remedy.change == "/waypoints/1/limits/velocity/0"
     assert plan(applied(at_waypoint, [remedy])).trajectory.duration == 1.9
 
@@ -106,39 +106,37 @@ def test_one_joint_s_limit_is_raised_and_one_at_a_waypoint(robot: Robot) -> None
 def test_a_scale_goes_first_and_what_it_scales_after_it(robot: Robot) -> None:
     velocity = robot.limit("velocity").tolist()
     velocity[0] = 0.5
-    problem = hurried(robot, "cubic", 1.9, limits=Limits(velocity=tuple(velocity), velocity_scale=0.9))
-    value, scale = refused(problem)["limits"]
+    problem = hurried(robot, 1.9, limits=Limits(velocity=tuple(velocity), velocity_scale=0.9))
+    value, scale = refused(problem, "cubic")["limits"]
     assert (scale.change, scale.value) == ("/limits/velocity_scale", 1.0)
     assert (value.change, value.value) == ("/limits/velocity/0", pytest.approx(1.5 / 1.9))
 
 
 def test_where_the_robot_s_own_limits_are_at_fault_only_the_duration_helps(robot: Robot) -> None:
     for kind in ("cubic", "ruckig", "toppra"):
-        assert set(refused(hurried(robot, kind, 0.3))) == {"duration"}
+        assert set(refused(hurried(robot, 0.3), kind)) == {"duration"}
 
 
 def test_auto_says_what_the_nearest_of_its_back_ends_needs(robot: Robot) -> None:
     auto, quintic, ruckig = (
-        refused(hurried(robot, kind, 1.9, limits=Limits(velocity_scale=0.2)))["duration"][0].value
+        refused(hurried(robot, 1.9, limits=Limits(velocity_scale=0.2)), kind)["duration"][0].value
         for kind in ("auto", "quintic", "ruckig")
     )
     assert auto == ruckig < quintic
 
 
 def test_a_tool_speed_on_a_line(robot: Robot) -> None:
-    start = plan(hurried(robot, "cubic", 3.0)).path.waypoints[0].pose
+    start = plan(hurried(robot, 3.0)).path.waypoints[0].pose
     end = PoseWaypoint(pose=replace(start, position=start.position + np.array([0.0, 0.3, 0.0])), motion=LinearMotion())
     first = JointWaypoint(position=START)
     for kind in ("quintic", "ruckig", "toppra"):
-        problem = PlanningProblem(
-            robot, (first, replace(end, duration=2.0)), BACKENDS[kind](), Limits(tcp_linear_velocity=0.1)
-        )
-        ways = refused(problem)
+        problem = PlanningProblem(robot, (first, replace(end, duration=2.0)), limits=Limits(tcp_linear_velocity=0.1))
+        ways = refused(problem, kind)
         (remedy,) = ways["limits"]
         assert remedy.change == "/limits/tcp_linear_velocity"
         # 0.3 m in 2 s take 0.15 m/s on average, and no more than the quintic's peak.
         assert 0.15 < remedy.value <= 1.01 * 0.15 * 1.875
-        assert plan(applied(problem, [remedy])).trajectory.duration == pytest.approx(2.0)
+        assert plan(applied(problem, [remedy]), backend_of(kind)).trajectory.duration == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("kind", sorted(set(BACKENDS) - {"auto"}))
@@ -151,7 +149,7 @@ def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> Non
         (Limits(velocity_scale=0.1), "(the velocity limit of|the limits of) joint_a1 asks?"),
     ):
         with pytest.raises(InfeasibleDuration, match=cause) as refusal:
-            plan(hurried(robot, kind, 1.2, limits=limits))
+            plan(hurried(robot, 1.2, limits=limits), backend_of(kind))
         assert refusal.value.segment == 0
         joint = re.search("joint_a.", cause)
         assert refusal.value.joint == (joint and joint.group())
@@ -160,16 +158,16 @@ def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> Non
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal"])
 def test_a_payload_too_heavy_for_the_haste(robot: Robot, kind: str) -> None:
     torque = (0.4 * robot.limit("torque")).tolist()
-    problem = hurried(robot, kind, 1.1, limits=Limits(torque=tuple(torque)), payload=Payload(30.0, (0.0, 0.0, 0.1)))
+    problem = hurried(robot, 1.1, limits=Limits(torque=tuple(torque)), payload=Payload(30.0, (0.0, 0.0, 0.1)))
     light = replace(problem, payload=Payload(0.1, (0.0, 0.0, 0.1)))
-    assert plan(light).certificate.satisfied
-    ways = refused(problem)
+    assert plan(light, backend_of(kind)).certificate.satisfied
+    ways = refused(problem, kind)
     (remedy,) = ways["payload"]
     assert 0.1 < remedy.value < 30.0
     for remedies in ways.values():
-        assert plan(applied(problem, remedies)).certificate.satisfied
+        assert plan(applied(problem, remedies), backend_of(kind)).certificate.satisfied
     with pytest.raises(InfeasibleDuration):
-        plan(applied(problem, [remedy], 1.02))
+        plan(applied(problem, [remedy], 1.02), backend_of(kind))
 
 
 FIXED = {"cubic", "quintic"}
@@ -182,7 +180,7 @@ TIMES_SEGMENTS_PASSED = {"cubic", "quintic", "ruckig"}
 def test_every_remedy_works(kind: str, data: st.DataObject) -> None:
     """Random joint lists with scaled limits and durations, some too short, also when passed without stopping."""
     robot_id = data.draw(st.sampled_from(["kuka_kr16_l6_2", "date_sorting_arm", "three_dof_arm"]))
-    problem = problem_of(robot_id, kind, data.draw(st.integers(0, 2**32)), data.draw(st.integers(2, 5)))
+    problem = problem_of(robot_id, data.draw(st.integers(0, 2**32)), data.draw(st.integers(2, 5)))
     scales = Limits(velocity_scale=data.draw(st.floats(0.05, 1.0)), acceleration_scale=data.draw(st.floats(0.05, 1.0)))
     waypoints = list(problem.waypoints)
     if kind in TIMES_SEGMENTS_PASSED:
@@ -191,7 +189,7 @@ def test_every_remedy_works(kind: str, data: st.DataObject) -> None:
             waypoints[k] = replace(waypoints[k], transition=transition)
     problem = replace(problem, limits=scales, waypoints=tuple(waypoints))
     try:
-        took = np.diff(plan(problem).trajectory.arrivals)
+        took = np.diff(plan(problem, backend_of(kind)).trajectory.arrivals)
     except JointPositionLimit:
         assume(False)
     for k, seconds in enumerate(took, 1):
@@ -200,19 +198,19 @@ def test_every_remedy_works(kind: str, data: st.DataObject) -> None:
             waypoints[k] = replace(waypoints[k], duration=hurry * float(seconds))
     problem = replace(problem, waypoints=tuple(waypoints))
     try:
-        plan(problem)
+        plan(problem, backend_of(kind))
     except InfeasibleDuration:
-        ways = refused(problem)
+        ways = refused(problem, kind)
     except JointPositionLimit:
         return
     else:
         return
     assert "duration" in ways
     for remedies in ways.values():
-        assert plan(applied(problem, remedies)).certificate.satisfied
+        assert plan(applied(problem, remedies), backend_of(kind)).certificate.satisfied
     at_rest = all(isinstance(waypoint.transition, StopTransition) for waypoint in waypoints)
     if kind in FIXED and at_rest and "limits" in ways:
         for omitted in range(len(ways["limits"])):
             others = ways["limits"][:omitted] + ways["limits"][omitted + 1 :]
             with pytest.raises(PlanningError):
-                plan(applied(applied(problem, others), [ways["limits"][omitted]], 1.0 - 1e-3))
+                plan(applied(applied(problem, others), [ways["limits"][omitted]], 1.0 - 1e-3), backend_of(kind))

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.backends import BACKENDS
+from planner.backends import BACKENDS, Quintic
 from planner.errors import LimitsUnsatisfiable, Remedy
 from planner.limits import Limits
 from planner.plan import plan
@@ -40,15 +40,15 @@ def largest_gravity(robot: Robot, joint: int) -> float:
     return float(max(abs(pin.computeGeneralizedGravity(robot.model, data, q)[joint]) for q in way))
 
 
-def refused(problem: PlanningProblem) -> tuple[Remedy, ...]:
+def refused(problem: PlanningProblem, kind: str) -> tuple[Remedy, ...]:
     with pytest.raises(LimitsUnsatisfiable, match="gravity alone") as refusal:
-        plan(problem)
+        plan(problem, BACKENDS[kind]())
     return refusal.value.remedies
 
 
-def straight(robot: Robot, kind: str, **changes: object) -> PlanningProblem:
+def straight(robot: Robot, **changes: object) -> PlanningProblem:
     waypoints = (JointWaypoint(position=START), JointWaypoint(position=END))
-    return replace(PlanningProblem(robot, waypoints, BACKENDS[kind]()), **changes)  # type: ignore[arg-type]
+    return replace(PlanningProblem(robot, waypoints), **changes)  # type: ignore[arg-type]
 
 
 def narrowed(robot: Robot, value: float) -> tuple[float, ...]:
@@ -60,11 +60,13 @@ def narrowed(robot: Robot, value: float) -> tuple[float, ...]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_limit_that_gravity_exceeds_is_raised_by_one_percent_of_what_it_takes(robot: Robot, kind: str) -> None:
     needed = largest_gravity(robot, SHOULDER)
-    problem = straight(robot, kind, limits=Limits(torque=narrowed(robot, 0.7 * needed)))
-    (remedy,) = refused(problem)
+    problem = straight(robot, limits=Limits(torque=narrowed(robot, 0.7 * needed)))
+    (remedy,) = refused(problem, kind)
     assert remedy.change == f"/limits/torque/{SHOULDER}"
     assert remedy.value == pytest.approx(needed / 0.99, rel=1e-3)
-    assert plan(replace(problem, limits=Limits(torque=narrowed(robot, remedy.value)))).certificate.satisfied
+    assert plan(
+        replace(problem, limits=Limits(torque=narrowed(robot, remedy.value))), BACKENDS[kind]()
+    ).certificate.satisfied
 
 
 def test_the_limit_of_a_waypoint_is_raised_there(robot: Robot) -> None:
@@ -74,11 +76,11 @@ def test_the_limit_of_a_waypoint_is_raised_there(robot: Robot) -> None:
         JointWaypoint(position=END, limits=Limits(torque=narrowed(robot, 0.7 * needed))),
         JointWaypoint(position=START),
     )
-    problem = PlanningProblem(robot, waypoints, BACKENDS["quintic"]())
-    (remedy,) = refused(problem)
+    problem = PlanningProblem(robot, waypoints)
+    (remedy,) = refused(problem, "quintic")
     assert remedy.change == f"/waypoints/1/limits/torque/{SHOULDER}"
     mended = replace(waypoints[1], limits=Limits(torque=narrowed(robot, remedy.value)))
-    assert plan(replace(problem, waypoints=(waypoints[0], mended, waypoints[2]))).certificate.satisfied
+    assert plan(replace(problem, waypoints=(waypoints[0], mended, waypoints[2])), Quintic()).certificate.satisfied
 
 
 @pytest.mark.parametrize("kind", ["quintic", "min_effort"])
@@ -86,10 +88,10 @@ def test_an_asked_duration_gets_the_torque_that_it_takes(robot: Robot, kind: str
     needed = largest_gravity(robot, SHOULDER)
     limits = Limits(torque=narrowed(robot, 0.7 * needed))
     waypoints = (JointWaypoint(position=START), JointWaypoint(position=END, duration=1.5))
-    problem = straight(robot, kind, limits=limits, waypoints=waypoints)
-    (remedy,) = refused(problem)
+    problem = straight(robot, limits=limits, waypoints=waypoints)
+    (remedy,) = refused(problem, kind)
     assert 1.01 * needed < remedy.value <= 2.0 * needed
-    mended = plan(replace(problem, limits=Limits(torque=narrowed(robot, remedy.value))))
+    mended = plan(replace(problem, limits=Limits(torque=narrowed(robot, remedy.value))), BACKENDS[kind]())
     assert mended.trajectory.duration == 1.5
 
 
@@ -101,11 +103,11 @@ def test_the_payload_that_is_just_held(robot: Robot, kind: str, passing: bool) -
     if passing:
         middle = JointWaypoint(position=tuple((0.5 * (np.array(START) + END)).tolist()), transition=ThroughTransition())
         waypoints = (waypoints[0], middle, waypoints[1])
-    problem = straight(robot, kind, payload=payload, waypoints=waypoints)
-    (remedy,) = refused(problem)
+    problem = straight(robot, payload=payload, waypoints=waypoints)
+    (remedy,) = refused(problem, kind)
     assert remedy.change == "/payload/mass"
     lighter = replace(payload, mass=remedy.value)
-    assert plan(replace(problem, payload=lighter)).certificate.satisfied
+    assert plan(replace(problem, payload=lighter), BACKENDS[kind]()).certificate.satisfied
     limit = robot.limit("torque")
     use = [largest_gravity(robot.with_payload(lighter), joint) / limit[joint] for joint in range(robot.dof)]
     assert max(use) == pytest.approx(0.99, abs=2e-3)
@@ -117,15 +119,16 @@ def test_both_are_offered_where_both_help_also_on_a_line(robot: Robot, kind: str
     down = RelativeWaypoint(frame="base", move=CartesianMove((0.0, 0.0, -0.1)), motion=LinearMotion())
     problem = straight(
         robot,
-        kind,
         waypoints=(JointWaypoint(position=END), down),
         payload=Payload(6.0),
         limits=Limits(torque=narrowed(robot, between)),
     )
-    limit, mass = refused(problem)
+    limit, mass = refused(problem, kind)
     assert (limit.change, mass.change) == (f"/limits/torque/{SHOULDER}", "/payload/mass")
-    assert plan(replace(problem, limits=Limits(torque=narrowed(robot, limit.value)))).certificate.satisfied
-    assert plan(replace(problem, payload=Payload(mass.value))).certificate.satisfied
+    assert plan(
+        replace(problem, limits=Limits(torque=narrowed(robot, limit.value))), BACKENDS[kind]()
+    ).certificate.satisfied
+    assert plan(replace(problem, payload=Payload(mass.value)), BACKENDS[kind]()).certificate.satisfied
     assert 0.0 < mass.value < 6.0
 
 
@@ -134,5 +137,5 @@ def test_where_nothing_helps_nothing_is_offered(robot: Robot) -> None:
     joints = list(robot.joints)
     joints[SHOULDER] = replace(joints[SHOULDER], torque=0.7 * largest_gravity(robot, SHOULDER))
     weak = replace(robot, joints=tuple(joints))
-    assert refused(straight(weak, "quintic")) == ()
-    assert refused(straight(weak, "quintic", payload=Payload(1.0))) == ()
+    assert refused(straight(weak), "quintic") == ()
+    assert refused(straight(weak, payload=Payload(1.0)), "quintic") == ()

@@ -16,7 +16,7 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, MissingDynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics, tool_speeds
 from planner.limits import Limits
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,
@@ -29,6 +29,7 @@ from planner.problem import (
     RelativeWaypoint,
     Transition,
 )
+from planner.result import Plan
 from planner.robots import load_robot
 
 ARM = load_robot("kuka_kr16_l6_2")
@@ -71,7 +72,7 @@ def planned(
     if durations is not None:
         timed = zip(waypoints[1:], durations, strict=True)
         waypoints = (waypoints[0], *(replace(waypoint, duration=seconds) for waypoint, seconds in timed))
-    return plan(PlanningProblem(ARM, waypoints, backend))
+    return plan(PlanningProblem(ARM, waypoints), backend)
 
 
 def cost(result: Plan, objective: Objective = "effort", duration: float | None = None) -> float:
@@ -147,11 +148,11 @@ def test_something_is_saved(name: str) -> None:
 def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float], slower: float) -> None:
     """Squared speeds at nodes of the line as the unknowns (Verscheure et al. 2009), by SLSQP; jerk limits too wide."""
     joints = tuple(replace(joint, jerk=1e4) for joint in ARM.joints)
-    problem = PlanningProblem(replace(ARM, joints=joints), (START, towards(*move)), Ruckig())
-    fastest = plan(problem)
+    problem = PlanningProblem(replace(ARM, joints=joints), (START, towards(*move)))
+    fastest = plan(problem, Ruckig())
     duration = slower * fastest.trajectory.duration
     asked = (START, replace(problem.waypoints[1], duration=duration))
-    result = plan(replace(problem, waypoints=asked, backend=MinEffort(knots=100)))
+    result = plan(replace(problem, waypoints=asked), MinEffort(knots=100))
 
     curve, limits, nodes = result.path.runs[0].curve, result.path.limits, 60
     s = np.linspace(0.0, curve.breakpoints[-1], nodes + 1)
@@ -224,7 +225,7 @@ def test_limits_by_dense_samples(name: str) -> None:
     limits = Limits(
         torque=tuple((0.5 * ARM.limit("torque")).tolist()), tcp_linear_velocity=0.4, tcp_angular_velocity=0.5
     )
-    result = plan(PlanningProblem(ARM, PATHS[name], replace(QUICK, time_weight=1.0), limits))
+    result = plan(PlanningProblem(ARM, PATHS[name], limits=limits), replace(QUICK, time_weight=1.0))
     used = dense_use(result)
     assert used.max() <= 1.0 + 1e-9
     assert used[3:].max() > 0.97
@@ -308,10 +309,10 @@ def test_no_other_law_is_no_fault() -> None:
 def test_without_inertias_effort_is_unknown() -> None:
     robot = load_robot("ngv_refuelling_arm")
     start = JointWaypoint(position=(0.3, 0.5, 0.4, 0.3, 0.6, 0.2))
-    problem = PlanningProblem(robot, (start, towards(0.0, 0.02, 0.0)), QUICK)
+    problem = PlanningProblem(robot, (start, towards(0.0, 0.02, 0.0)))
     with pytest.raises(MissingDynamics):
-        plan(problem)
-    smooth = plan(replace(problem, backend=replace(QUICK, objective="jerk")))
+        plan(problem, QUICK)
+    smooth = plan(problem, replace(QUICK, objective="jerk"))
     assert smooth.certificate.satisfied
 
 

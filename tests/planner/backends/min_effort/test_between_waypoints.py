@@ -21,8 +21,9 @@ from planner.errors import InfeasibleDuration, MissingDynamics
 from planner.kinematics import FloatArray, tool_speeds
 from planner.last_used import LastUsed
 from planner.limits import Limits
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems import problem_of
@@ -33,7 +34,7 @@ QUICK = MinEffort(knots=24)
 
 
 def arm_problem(seed: int, count: int, scale: float = 1.0, through: bool = False) -> PlanningProblem:
-    problem = replace(problem_of(ARM, "quintic", seed, count, scale), backend=QUICK)
+    problem = problem_of(ARM, seed, count, scale)
     if not through:
         return problem
     first, *inner, last = problem.waypoints
@@ -96,7 +97,7 @@ def test_derivatives_by_differences(objective: Objective, watches_tool: bool) ->
 @pytest.mark.parametrize("seed", range(4))
 def test_effort_is_never_above_the_quintics(seed: int, through: bool) -> None:
     problem = arm_problem(seed, 3, 0.3, through)
-    quintic, best = plan(replace(problem, backend=Quintic())), plan(problem)
+    quintic, best = plan(problem, Quintic()), plan(problem, QUICK)
     assert best.trajectory.duration == pytest.approx(quintic.trajectory.duration, rel=1e-9)
     assert effort(best) < 0.99 * effort(quintic)
     assert best.warnings == ()
@@ -112,8 +113,8 @@ def test_a_second_formulation_finds_the_same_optimum(seed: int) -> None:
     problem = with_durations(arm_problem(seed, 2, 0.4), [duration])
     wide = {"lower": -np.inf, "upper": np.inf, "velocity": 1e3, "acceleration": 1e4, "jerk": 1e6}
     joints = tuple(replace(joint, **wide) for joint in problem.robot.joints)  # type: ignore[arg-type]
-    problem = replace(problem, robot=replace(problem.robot, joints=joints), backend=MinEffort(knots=pieces))
-    result = plan(problem)
+    problem = replace(problem, robot=replace(problem.robot, joints=joints))
+    result = plan(problem, MinEffort(knots=pieces))
     assert all(check.ratio is None or check.ratio < 0.97 for check in result.certificate.checks)
     robot, (start, end) = problem.robot, result.path.positions
     nodes, times = np.linspace(0.0, duration, pieces + 1), np.linspace(0.0, duration, 4 * pieces + 1)
@@ -161,7 +162,7 @@ def test_limits_by_dense_samples() -> None:
         tcp_angular_velocity=2.0,
     )
     problem = replace(arm_problem(1, 4, 0.5, through=True), limits=limits)
-    result = plan(problem)
+    result = plan(problem, QUICK)
     robot, trajectory, bounds = result.path.robot, result.trajectory, result.path.limits
     times = np.linspace(0.0, trajectory.duration, 20001)
     q, v, a, j = trajectory.evaluate(times, [0, 1, 2, 3])
@@ -181,21 +182,21 @@ def test_limits_by_dense_samples() -> None:
     assert np.abs(trajectory.evaluate(trajectory.arrivals, [0])[0] - result.path.positions).max() <= 1e-9
     for derivative in trajectory.evaluate(np.array([0.0, trajectory.duration]), [1, 2]):
         assert np.abs(derivative).max() <= 1e-9
-    quintic = plan(replace(problem, backend=Quintic()))
+    quintic = plan(problem, Quintic())
     assert effort(result) < effort(quintic)
 
 
 def test_without_inertias_effort_is_unknown() -> None:
-    problem = replace(problem_of("ngv_refuelling_arm", "quintic", 1, 2), backend=QUICK)
+    problem = problem_of("ngv_refuelling_arm", 1, 2)
     with pytest.raises(MissingDynamics):
-        plan(problem)
-    result = plan(replace(problem, backend=MinEffort(objective="jerk", knots=16)))
-    assert result.trajectory.duration == pytest.approx(plan(replace(problem, backend=Quintic())).trajectory.duration)
+        plan(problem, QUICK)
+    result = plan(problem, MinEffort(objective="jerk", knots=16))
+    assert result.trajectory.duration == pytest.approx(plan(problem, Quintic()).trajectory.duration)
 
 
 def test_a_payload_changes_the_motion() -> None:
     problem = with_durations(arm_problem(2, 2, 0.5), [3.0])
-    empty, loaded = plan(problem), plan(replace(problem, payload=Payload(5.0, (0.0, 0.0, 0.1))))
+    empty, loaded = plan(problem, QUICK), plan(replace(problem, payload=Payload(5.0, (0.0, 0.0, 0.1))), QUICK)
     middle = np.linspace(0.0, 3.0, 50)
     ways = [result.trajectory.evaluate(middle, [0])[0] for result in (empty, loaded)]
     assert np.abs(ways[0] - ways[1]).max() > 1e-3
@@ -207,9 +208,9 @@ def test_a_payload_changes_the_motion() -> None:
 
 def test_asked_durations_are_kept_and_free_ones_found() -> None:
     free = arm_problem(1, 4, 0.3, through=True)
-    quintic = plan(replace(free, backend=Quintic()))
+    quintic = plan(free, Quintic())
     times = np.diff(quintic.trajectory.arrivals).tolist()
-    found, given = plan(free), plan(with_durations(free, times))
+    found, given = plan(free, QUICK), plan(with_durations(free, times), QUICK)
     assert np.diff(given.trajectory.arrivals) == pytest.approx(times, rel=1e-9)
     assert found.trajectory.duration == pytest.approx(sum(times), rel=1e-9)
     assert effort(found) < effort(given) < effort(quintic)
@@ -217,16 +218,16 @@ def test_asked_durations_are_kept_and_free_ones_found() -> None:
 
 def test_a_duration_that_only_the_quintic_finds_too_short() -> None:
     free = arm_problem(1, 2)
-    shortest = plan(replace(free, backend=Quintic())).trajectory.duration
-    faster = plan(with_durations(free, [0.9 * shortest]))
+    shortest = plan(free, Quintic()).trajectory.duration
+    faster = plan(with_durations(free, [0.9 * shortest]), QUICK)
     assert faster.trajectory.duration == pytest.approx(0.9 * shortest, rel=1e-12)
     asked = with_durations(free, [0.3 * shortest])
     with pytest.raises(InfeasibleDuration) as refused:
-        plan(asked)
+        plan(asked, QUICK)
     assert (refused.value.segment, refused.value.joint) == (0, "joint_a4")
     remedy = refused.value.remedies[0]
     assert remedy.change == "/waypoints/1/duration"
-    assert plan(with_durations(free, [remedy.value])).trajectory.duration == remedy.value
+    assert plan(with_durations(free, [remedy.value]), QUICK).trajectory.duration == remedy.value
 
 
 def test_time_against_effort() -> None:
@@ -234,14 +235,14 @@ def test_time_against_effort() -> None:
         return effort(result) + weight * result.trajectory.duration
 
     problem = arm_problem(0, 2)
-    plans = {w: plan(replace(problem, backend=replace(QUICK, time_weight=w))) for w in (1e-3, 1.0)}
+    plans = {w: plan(problem, replace(QUICK, time_weight=w)) for w in (1e-3, 1.0)}
     assert plans[1.0].trajectory.duration < 0.9 * plans[1e-3].trajectory.duration
     for weight, result in plans.items():
         other = plans[1.0 if weight < 1.0 else 1e-3]
         assert price(result, weight) < price(other, weight)
-        assert price(result, weight) < price(plan(problem), weight)
-    slow = plan(replace(problem, backend=replace(QUICK, slowdown=1.5)))
-    assert slow.trajectory.duration == pytest.approx(1.5 * plan(problem).trajectory.duration)
+        assert price(result, weight) < price(plan(problem, QUICK), weight)
+    slow = plan(problem, replace(QUICK, slowdown=1.5))
+    assert slow.trajectory.duration == pytest.approx(1.5 * plan(problem, QUICK).trajectory.duration)
 
 
 @pytest.mark.parametrize("objective", ["mechanical_work", "jerk"])
@@ -255,16 +256,16 @@ def test_other_objectives(objective: Objective) -> None:
             return float(np.trapezoid(((j / result.path.robot.limit("jerk")) ** 2).sum(axis=1), times))
         return float(np.trapezoid(np.abs(inverse_dynamics(result.path.robot, q, v, a) * v).sum(axis=1), times))
 
-    best = plan(replace(problem, backend=replace(QUICK, objective=objective)))
-    assert cost(best) < 0.999 * cost(plan(replace(problem, backend=Quintic())))
-    assert cost(best) < cost(plan(problem))
+    best = plan(problem, replace(QUICK, objective=objective))
+    assert cost(best) < 0.999 * cost(plan(problem, Quintic()))
+    assert cost(best) < cost(plan(problem, QUICK))
 
 
 def test_when_time_is_up_the_best_motion_so_far_is_returned() -> None:
     problem = arm_problem(2, 2)
-    hurried = plan(replace(problem, backend=replace(QUICK, time_limit=1e-6)))
+    hurried = plan(problem, replace(QUICK, time_limit=1e-6))
     assert [warning.code for warning in hurried.warnings] == ["suboptimal"]
-    assert effort(hurried) <= effort(plan(replace(problem, backend=Quintic()))) * (1.0 + 1e-9)
+    assert effort(hurried) <= effort(plan(problem, Quintic())) * (1.0 + 1e-9)
 
 
 def test_programs_are_kept_for_robots_of_equal_content() -> None:
@@ -278,7 +279,7 @@ def test_programs_are_kept_for_robots_of_equal_content() -> None:
 
 
 def test_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
-    plan(arm_problem(5, 2))
+    plan(arm_problem(5, 2), QUICK)
     assert capfd.readouterr() == ("", "")
 
 
@@ -287,7 +288,7 @@ def test_a_tool_that_is_nearly_at_its_speed_limit_all_the_way_does_not_ask_for_e
     end = (-2.321607366040192, -0.1793599262010157, 2.4834490832868843, -2.3401206791464437, 0.361912734, -1.16440979)
     limits = Limits(tcp_angular_velocity=0.2, velocity_scale=0.5, acceleration_scale=0.14)
     waypoints = JointWaypoint(position=start), JointWaypoint(position=end)
-    result = plan(PlanningProblem(load_robot(ARM), waypoints, MinEffort(knots=8), limits))
+    result = plan(PlanningProblem(load_robot(ARM), waypoints, limits=limits), MinEffort(knots=8))
     assert len(result.trajectory.lengths) <= 4 * 8
 
 
@@ -299,9 +300,9 @@ def test_more_intervals_after_narrower_limits() -> None:
         tcp_linear_velocity=0.13782703913934743,
         tcp_angular_velocity=0.4872404483524742,
     )
-    problem = problem_of(ARM, "min_effort", 35, 3, 0.7989328457903327)
-    problem = replace(problem, limits=speeds, backend=MinEffort(knots=5))
-    result = plan(problem)
+    problem = problem_of(ARM, 35, 3, 0.7989328457903327)
+    problem = replace(problem, limits=speeds)
+    result = plan(problem, MinEffort(knots=5))
     assert result.certificate.satisfied
     keeps_joint_limits(result)
     keeps_sampled_limits(result)

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.backends import Ruckig
-from planner.plan import Plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.result import Plan
 from planner.robots import Joint, Robot, load_robot
 
 RATES = ("velocity", "acceleration", "jerk")
@@ -40,10 +39,10 @@ def one_joint(**limits: float) -> Robot:
     return replace(robot, joints=tuple(own))
 
 
-def line(robot: Robot, *angles: float, **options: Any) -> PlanningProblem:
+def line(robot: Robot, *angles: float) -> PlanningProblem:
     """The first joint to these angles; the others stand still."""
     waypoints = tuple(JointWaypoint(position=(angle, 0.0, 0.0)) for angle in angles)
-    return PlanningProblem(robot, waypoints, Ruckig(**options))
+    return PlanningProblem(robot, waypoints)
 
 
 def assert_within_limits(result: Plan) -> None:

@@ -39,13 +39,13 @@ from dataclasses import replace
 from planner.backends import BACKENDS
 from planner.plan import plan
 from planner.problem import ThroughTransition
-from tests.planner.problems import problem_of
+from tests.planner.problems import backend_of, problem_of
 for kind in BACKENDS:
-    problem = problem_of("kuka_kr16_l6_2", kind, 3, 5, 0.3)
+    problem = problem_of("kuka_kr16_l6_2", 3, 5, 0.3)
     first, *inner, last = problem.waypoints
     inner = [replace(waypoint, transition=ThroughTransition()) for waypoint in inner]
     for waypoints in (problem.waypoints, (first, *inner, last)):
-        assert plan(replace(problem, waypoints=waypoints)).certificate.satisfied
+        assert plan(replace(problem, waypoints=waypoints), backend_of(kind)).certificate.satisfied
 print("planned")
 """
     result = run_without_sockets(code)

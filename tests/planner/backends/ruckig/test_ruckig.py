@@ -52,8 +52,8 @@ def ruckig_between(
 @pytest.mark.parametrize("robot_id", ["ngv_refuelling_arm", "three_dof_arm"])
 def test_stopping_is_what_the_library_computes(robot_id: str, scale: float, synchronization: str) -> None:
     """At once for all joints, by its own synchronisation; and the same positions all the way where it is by phase."""
-    problem = replace(problem_of(robot_id, "ruckig", 5, 4, scale), backend=Ruckig(synchronization=synchronization))
-    result = plan(problem)
+    problem = problem_of(robot_id, 5, 4, scale)
+    result = plan(problem, Ruckig(synchronization=synchronization))
     assert_within_limits(result)
     for segment, duration in enumerate(durations_of(result)):
         peer = ruckig_between(problem, segment, getattr(ruckig.Synchronization, synchronization.title()))
@@ -70,19 +70,19 @@ def test_stopping_is_what_the_library_computes(robot_id: str, scale: float, sync
 def test_a_single_joint_takes_the_time_of_the_textbook(travel: float, v: float, a: float, j: float) -> None:
     robot = one_joint(velocity=v, acceleration=a, jerk=j)
     expected = shortest_time(travel, v, a, j)
-    assert plan(line(robot, 0.0, travel)).trajectory.duration == pytest.approx(expected, rel=1e-9)
-    assert plan(line(robot, 0.0, travel, synchronization="time")).trajectory.duration == pytest.approx(
+    assert plan(line(robot, 0.0, travel), Ruckig()).trajectory.duration == pytest.approx(expected, rel=1e-9)
+    assert plan(line(robot, 0.0, travel), Ruckig(synchronization="time")).trajectory.duration == pytest.approx(
         expected, rel=1e-8
     )
 
 
 def test_time_synchronisation_bends_straight_lines_and_phase_does_not() -> None:
     """library-pitfalls.md, 12."""
-    problem = problem_of("ngv_refuelling_arm", "ruckig", 5, 2)
+    problem = problem_of("ngv_refuelling_arm", 5, 2)
     start, end = (np.array(waypoint.position) for waypoint in problem.waypoints)
     bends = {}
     for synchronization in ("phase", "time"):
-        trajectory = plan(replace(problem, backend=Ruckig(synchronization=synchronization))).trajectory
+        trajectory = plan(problem, Ruckig(synchronization=synchronization)).trajectory
         (position,) = trajectory.evaluate(np.linspace(0.0, trajectory.duration, 501), [0])
         along = (position - start) @ (end - start) / ((end - start) @ (end - start))
         bends[synchronization] = np.abs(position - start - along[:, None] * (end - start)).max()
@@ -94,9 +94,11 @@ def test_time_synchronisation_bends_straight_lines_and_phase_does_not() -> None:
 @pytest.mark.parametrize("factor", [1.0 + 1e-9, 1.3, 5.0, 1e4])
 def test_asked_durations_of_stops_are_exact(synchronization: str, factor: float) -> None:
     """1e4 times: the library's own minimum duration fails there (library-pitfalls.md, 11)."""
-    problem = replace(problem_of("ngv_refuelling_arm", "ruckig", 9, 4), backend=Ruckig(synchronization=synchronization))
-    asked = durations_of(plan(problem)) * factor
-    result = plan(with_durations(problem, dict(enumerate(asked.tolist(), start=1))))
+    problem = problem_of("ngv_refuelling_arm", 9, 4)
+    asked = durations_of(plan(problem, Ruckig(synchronization=synchronization))) * factor
+    result = plan(
+        with_durations(problem, dict(enumerate(asked.tolist(), start=1))), Ruckig(synchronization=synchronization)
+    )
     assert durations_of(result) == pytest.approx(asked, rel=1e-9)
     assert_within_limits(result)
 
@@ -115,7 +117,7 @@ def test_a_failing_call_of_the_library_has_no_name() -> None:
     # Ours: the same duration, as a pass through a waypoint too.
     robot = one_joint(velocity=1.0, acceleration=2.0, jerk=10.0)
     problem = with_durations(passing(line(robot, 0.0, 1.0, 2.0)), {1: 1e4})
-    assert durations_of(plan(problem))[0] == pytest.approx(1e4, rel=1e-12)
+    assert durations_of(plan(problem, Ruckig()))[0] == pytest.approx(1e4, rel=1e-12)
 
 
 def test_the_library_leaves_the_box_and_its_extrema_miss_it() -> None:
@@ -135,31 +137,31 @@ def test_the_library_leaves_the_box_and_its_extrema_miss_it() -> None:
     shares = ([0.5] * 6, [1.0] * 6, [0.9] * 6, [0.999] * 6, [0.02] * 6, [0.0] * 6, [0.3] * 6)
     positions = np.clip(lower + np.array(shares) * (upper - lower), lower, upper)
     waypoints = tuple(JointWaypoint(position=tuple(position.tolist())) for position in positions)
-    result = plan(passing(PlanningProblem(robot, waypoints, Ruckig())))
+    result = plan(passing(PlanningProblem(robot, waypoints)), Ruckig())
     assert_within_limits(result)
 
 
 def test_a_motion_may_begin_and_end_in_motion() -> None:
-    problem = passing(problem_of("ngv_refuelling_arm", "ruckig", 3, 4, 0.5))
+    problem = passing(problem_of("ngv_refuelling_arm", 3, 4, 0.5))
     options = {
         "initial_velocity": (0.5, -0.4, 0.3, 1.0, -1.0, 2.0),
         "initial_acceleration": (1.0, 1.0, -2.0, 5.0, 5.0, -5.0),
         "final_velocity": (-0.2, 0.4, 0.3, 1.0, 1.0, -2.0),
     }
-    result = plan(replace(problem, backend=Ruckig(**options)))
+    result = plan(problem, Ruckig(**options))
     assert_within_limits(result)
     ends = np.array([0.0, result.trajectory.duration])
     _, velocity, acceleration = result.trajectory.evaluate(ends, [0, 1, 2])
     assert velocity == pytest.approx(np.array([options["initial_velocity"], options["final_velocity"]]), abs=1e-9)
     assert acceleration == pytest.approx(np.array([options["initial_acceleration"], [0.0] * 6]), abs=1e-8)
-    assert result.trajectory.duration != pytest.approx(plan(problem).trajectory.duration, rel=1e-3)
+    assert result.trajectory.duration != pytest.approx(plan(problem, Ruckig()).trajectory.duration, rel=1e-3)
 
 
 def test_a_line_with_the_motion_along_it_stays_straight() -> None:
-    problem = problem_of("ngv_refuelling_arm", "ruckig", 3, 2, 0.5)
+    problem = problem_of("ngv_refuelling_arm", 3, 2, 0.5)
     start, end = (np.array(waypoint.position) for waypoint in problem.waypoints)
     speed = tuple((0.1 * (end - start)).tolist())
-    result = plan(replace(problem, backend=Ruckig(initial_velocity=speed)))
+    result = plan(problem, Ruckig(initial_velocity=speed))
     assert_within_limits(result)
     (position,) = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 101), [0])
     along = (position - start) @ (end - start) / ((end - start) @ (end - start))
@@ -167,14 +169,14 @@ def test_a_line_with_the_motion_along_it_stays_straight() -> None:
 
 
 def test_motion_at_the_ends_is_held_against_robot_waypoints_and_limits() -> None:
-    problem = problem_of("three_dof_arm", "ruckig", 3, 3)
+    problem = problem_of("three_dof_arm", 3, 3)
     with pytest.raises(InvalidProblem) as invalid:
-        plan(replace(problem, backend=Ruckig(initial_velocity=(0.1,), final_velocity=(0.1, 0.2))))
+        plan(problem, Ruckig(initial_velocity=(0.1,), final_velocity=(0.1, 0.2)))
     assert [pointer for pointer, _ in invalid.value.faults] == ["/backend/initial_velocity", "/backend/final_velocity"]
     first, *rest = problem.waypoints
     resting = replace(problem, waypoints=(replace(first, dwell=1.0), *rest))
     with pytest.raises(InvalidProblem) as invalid:
-        plan(replace(resting, backend=Ruckig(initial_velocity=(0.1, 0.0, 0.0))))
+        plan(resting, Ruckig(initial_velocity=(0.1, 0.0, 0.0)))
     assert invalid.value.faults[0][0] == "/waypoints/0/dwell"
 
     velocity = float(problem.robot.limit("velocity")[1])
@@ -191,24 +193,24 @@ def test_motion_at_the_ends_is_held_against_robot_waypoints_and_limits() -> None
         ),
     ):
         with pytest.raises(LimitsUnsatisfiable) as refusal:
-            plan(replace(problem, backend=backend))
+            plan(problem, backend)
         assert (refusal.value.joint, refusal.value.value) == (problem.robot.joint_names[1], pytest.approx(value))
         (remedy,) = refusal.value.remedies
         mended = replace(backend, **{remedy.change.split("/")[2]: remedy.value})
-        assert plan(replace(problem, backend=mended)).certificate.satisfied
+        assert plan(problem, mended).certificate.satisfied
 
 
 def test_running_into_a_position_limit_is_refused() -> None:
     robot = load_robot("kuka_kr16_2")
     near = (robot.limit("upper") - 0.01).tolist()
     waypoints = JointWaypoint(position=tuple(near)), JointWaypoint(position=(0.0, -1.0, 1.0, 0.0, 0.0, 0.0))
-    problem = PlanningProblem(robot, waypoints, Ruckig(initial_velocity=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    problem = PlanningProblem(robot, waypoints)
     with pytest.raises(JointPositionLimit) as refusal:
-        plan(problem)
+        plan(problem, Ruckig(initial_velocity=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
     assert refusal.value.joint == robot.joint_names[0]
     (remedy,) = refusal.value.remedies
     assert (remedy.change, remedy.value) == ("/backend/initial_velocity", None)
-    assert plan(replace(problem, backend=Ruckig())).certificate.satisfied
+    assert plan(problem, Ruckig()).certificate.satisfied
 
 
 def test_an_acceleration_out_of_a_position_limit_is_refused_by_its_own_name() -> None:
@@ -217,7 +219,7 @@ def test_an_acceleration_out_of_a_position_limit_is_refused_by_its_own_name() ->
     waypoints = tuple(JointWaypoint(position=position) for position in (at_limit, (0.0, -1.0, 1.0, 0.0, 0.0, 0.0)))
     backend = Ruckig(initial_acceleration=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     with pytest.raises(JointPositionLimit) as refusal:
-        plan(PlanningProblem(robot, waypoints, backend))
+        plan(PlanningProblem(robot, waypoints), backend)
     (remedy,) = refusal.value.remedies
     assert (remedy.change, remedy.value) == ("/backend/initial_acceleration", None)
 
@@ -225,13 +227,15 @@ def test_an_acceleration_out_of_a_position_limit_is_refused_by_its_own_name() ->
 @pytest.mark.parametrize("transition", ["stop", "through"])
 @pytest.mark.parametrize("synchronization", ["phase", "time"])
 def test_tool_speed_and_torque_limits_are_kept(transition: str, synchronization: str) -> None:
-    problem = replace(problem_of("kuka_kr16_l6_2", "ruckig", 19, 4), payload=Payload(6.0, (0.0, 0.0, 0.1)))
-    problem = replace(problem, backend=Ruckig(synchronization=synchronization))
+    problem = replace(problem_of("kuka_kr16_l6_2", 19, 4), payload=Payload(6.0, (0.0, 0.0, 0.1)))
     problem = passing(problem) if transition == "through" else problem
-    free = plan(problem)
+    free = plan(problem, Ruckig(synchronization=synchronization))
     torque = next(check for check in free.certificate.checks if check.quantity == "torque")
     limit = np.array(problem.robot.limit("torque")) * min(1.0, torque.ratio or 1.0) * 0.8
-    slower = plan(replace(problem, limits=Limits(torque=tuple(limit.tolist()), tcp_linear_velocity=0.5)))
+    slower = plan(
+        replace(problem, limits=Limits(torque=tuple(limit.tolist()), tcp_linear_velocity=0.5)),
+        Ruckig(synchronization=synchronization),
+    )
     assert_within_limits(slower)
     times = np.linspace(0.0, slower.trajectory.duration, 4001)
     states = slower.trajectory.evaluate(times)
@@ -254,35 +258,34 @@ def test_missing_limits_are_not_made_up_where_others_set_the_time(synchronizatio
         (0.7, np.inf, np.inf): 2.0 / 0.7,
     }
     for (v, a, j), duration in expected.items():
-        robot = one_joint(velocity=v, acceleration=a, jerk=j)
-        result = plan(line(robot, 0.0, 1.0, synchronization=synchronization))
+        robot, backend = one_joint(velocity=v, acceleration=a, jerk=j), Ruckig(synchronization=synchronization)
+        result = plan(line(robot, 0.0, 1.0), backend)
         assert result.trajectory.duration == pytest.approx(duration, rel=1e-8)
         assert result.certificate.continuity == ("C1" if np.isfinite(a) and np.isinf(j) else "C2")
-        through = plan(passing(line(robot, 0.0, 1.0, 2.0, synchronization=synchronization)))
+        through = plan(passing(line(robot, 0.0, 1.0, 2.0)), backend)
         assert through.trajectory.duration <= 2.0 * duration * (1.0 + 1e-8)
 
 
 def test_nothing_that_sets_a_time_is_refused_until_a_duration_is_asked() -> None:
     robot = load_robot("three_dof_arm")
     unlimited = replace(robot, joints=tuple(Joint(joint.name, joint.kind) for joint in robot.joints))
-    for problem in (line(unlimited, 0.0, 1.0), line(unlimited, 0.0, 1.0, synchronization="time")):
+    problem = line(unlimited, 0.0, 1.0)
+    for backend in (Ruckig(), Ruckig(synchronization="time")):
         with pytest.raises(LimitsUnsatisfiable) as refusal:
-            plan(problem)
+            plan(problem, backend)
         assert refusal.value.remedies[0].change == "/waypoints/1/duration"
-        assert plan(with_durations(problem, {1: 2.0})).trajectory.duration == pytest.approx(2.0, rel=1e-12)
+        assert plan(with_durations(problem, {1: 2.0}), backend).trajectory.duration == pytest.approx(2.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("transition", ["stop", "through"])
 @pytest.mark.parametrize("synchronization", ["phase", "time"])
 def test_a_duration_too_short_is_refused_with_a_remedy_that_works(transition: str, synchronization: str) -> None:
-    problem = replace(
-        problem_of("ngv_refuelling_arm", "ruckig", 13, 4), backend=Ruckig(synchronization=synchronization)
-    )
+    problem = problem_of("ngv_refuelling_arm", 13, 4)
     problem = with_durations(passing(problem) if transition == "through" else problem, {2: 0.05})
     with pytest.raises(InfeasibleDuration) as refusal:
-        plan(problem)
+        plan(problem, Ruckig(synchronization=synchronization))
     assert (refusal.value.segment, refusal.value.value) == (1, 0.05)
     assert refusal.value.joint in problem.robot.joint_names
     (remedy,) = refusal.value.remedies
-    result = plan(with_durations(problem, {2: remedy.value}))
+    result = plan(with_durations(problem, {2: remedy.value}), Ruckig(synchronization=synchronization))
     assert durations_of(result)[1] == pytest.approx(remedy.value, rel=1e-9)

@@ -17,8 +17,9 @@ from planner.backends.ruckig.state_to_state import Synchronization
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import PlanningProblem
+from planner.result import Plan
 from tests.planner.backends.ruckig.ruckig_problems import (
     RATES,
     assert_within_limits,
@@ -36,8 +37,8 @@ from tests.planner.problems import ARMS, problem_of
 @pytest.mark.parametrize("robot_id", ARMS)
 def test_passing_waypoints_keeps_all_limits_and_is_never_slower_than_stopping(robot_id: str, scale: float) -> None:
     for seed in range(3):
-        stops = problem_of(robot_id, "ruckig", seed, 6, scale)
-        result, stopping = plan(passing(stops)), plan(replace(stops, backend=Ruckig(synchronization="time")))
+        stops = problem_of(robot_id, seed, 6, scale)
+        result, stopping = plan(passing(stops), Ruckig()), plan(stops, Ruckig(synchronization="time"))
         assert_within_limits(result)
         assert result.trajectory.duration <= stopping.trajectory.duration * (1.0 + 1e-9)
         # No motion is faster than full speed all the way.
@@ -69,9 +70,9 @@ def test_passing_one_waypoint_is_as_fast_as_brute_force_finds(end: float, gain: 
                 assert library.calculate(target, output) == ruckig.Result.Working
                 total += output.duration
             best = min(best, total)
-    found = plan(passing(problem)).trajectory.duration
+    found = plan(passing(problem), Ruckig()).trajectory.duration
     assert best * 0.99 < found <= best * 1.002
-    assert 1.0 - found / plan(problem).trajectory.duration >= gain
+    assert 1.0 - found / plan(problem, Ruckig()).trajectory.duration >= gain
 
 
 def least_duration(problem: PlanningProblem, pieces: int) -> float:
@@ -121,10 +122,10 @@ def least_duration(problem: PlanningProblem, pieces: int) -> float:
 )
 def test_passing_waypoints_is_as_fast_as_an_independent_optimiser(robot_id: str, seed: int, scale: float) -> None:
     """Some of these were 0.8 to 1.4 % slower, where joints could not wait for others but for ranges of durations."""
-    problem = problem_of(robot_id, "ruckig", seed, 6, scale)
+    problem = problem_of(robot_id, seed, 6, scale)
     robot = replace(problem.robot, joints=tuple(replace(joint, torque=np.inf) for joint in problem.robot.joints))
     problem = replace(problem, robot=robot)
-    found = plan(passing(problem)).trajectory.duration
+    found = plan(passing(problem), Ruckig()).trajectory.duration
     assert 0.97 < found / least_duration(problem, 24) < 1.004
 
 
@@ -133,14 +134,16 @@ def test_passing_waypoints_is_as_fast_as_an_independent_optimiser(robot_id: str,
 def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataObject) -> None:
     """Asked durations are kept, or refused with others that are kept; whether the ends are at rest or not."""
     count = data.draw(st.integers(3, 5))
-    stops = problem_of(data.draw(st.sampled_from(ARMS)), "ruckig", seed, count, 10.0 ** data.draw(st.floats(-4.0, 0.0)))
+    stops = problem_of(data.draw(st.sampled_from(ARMS)), seed, count, 10.0 ** data.draw(st.floats(-4.0, 0.0)))
     shares = data.draw(
         st.lists(st.sampled_from([None, 0.7, 0.9, 1.0, 1.7, 6.0]), min_size=count - 1, max_size=count - 1)
     )
     asked = {
-        k + 1: s * t for k, (s, t) in enumerate(zip(shares, durations_of(plan(stops)), strict=True)) if s is not None
+        k + 1: s * t
+        for k, (s, t) in enumerate(zip(shares, durations_of(plan(stops, Ruckig())), strict=True))
+        if s is not None
     }
-    problem = with_durations(passing(stops), asked)
+    problem, backend = with_durations(passing(stops), asked), Ruckig()
     if data.draw(st.booleans()):
         share = st.lists(st.floats(-0.1, 0.1), min_size=stops.robot.dof, max_size=stops.robot.dof)
         own = {
@@ -148,16 +151,16 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
             "initial_acceleration": np.array(data.draw(share)) * stops.robot.limit("acceleration"),
             "final_velocity": np.array(data.draw(share)) * stops.robot.limit("velocity"),
         }
-        problem = replace(problem, backend=Ruckig(**{name: tuple(rates.tolist()) for name, rates in own.items()}))
+        backend = Ruckig(**{name: tuple(rates.tolist()) for name, rates in own.items()})
     try:
-        result = plan(problem)
+        result = plan(problem, backend)
     except JointPositionLimit:
         return
     except InfeasibleDuration as refusal:
         assert refusal.remedies
         changed = {int(remedy.change.split("/")[2]): remedy.value for remedy in refusal.remedies}
         asked |= changed
-        result = plan(with_durations(problem, changed))
+        result = plan(with_durations(problem, changed), backend)
     assert_within_limits(result)
     for waypoint, duration in asked.items():
         if duration is not None:
@@ -167,7 +170,7 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
 def test_waypoints_on_the_way_cost_hardly_anything() -> None:
     """Alone in its direction, a joint passes them nearly as if they were not there."""
     problem = passing(line(one_joint(velocity=2.0, acceleration=4.0, jerk=40.0), *np.linspace(0.0, 2.0, 6).tolist()))
-    trajectory = plan(problem).trajectory
+    trajectory = plan(problem, Ruckig()).trajectory
     assert trajectory.duration == pytest.approx(shortest_time(2.0, 2.0, 4.0, 40.0), rel=1.5e-2)
     assert all(a < b for a, b in pairwise(trajectory.arrivals))
 
@@ -178,11 +181,11 @@ def test_waypoints_on_the_way_cost_hardly_anything() -> None:
 def test_where_the_tools_speed_is_limited(robot_id: str, synchronization: Synchronization, speed: float) -> None:
     """Never slower than stopping, nor than the best law along the smooth curve that toppra finds."""
     for seed in range(2):
-        stops = problem_of(robot_id, "ruckig", seed, 4, 0.3)
+        stops = problem_of(robot_id, seed, 4, 0.3)
         limits = Limits(tcp_linear_velocity=speed)
-        stops = replace(stops, limits=limits, backend=Ruckig(synchronization=synchronization))
-        along = plan(replace(passing(stops), backend=Toppra(jerk_limited=True)))
-        result, stopping = plan(passing(stops)), plan(stops)
+        stops, backend = replace(stops, limits=limits), Ruckig(synchronization=synchronization)
+        along = plan(passing(stops), Toppra(jerk_limited=True))
+        result, stopping = plan(passing(stops), backend), plan(stops, backend)
         assert_within_limits(result)
         assert result.trajectory.duration <= stopping.trajectory.duration * (1.0 + 1e-9)
         assert result.trajectory.duration <= along.trajectory.duration * (1.0 + 1e-3)
@@ -190,17 +193,17 @@ def test_where_the_tools_speed_is_limited(robot_id: str, synchronization: Synchr
 
 def test_a_straight_line_is_slow_only_where_the_tool_is_fast() -> None:
     """Under a limit of the tool's speed the law was stretched as a whole: nearly twice the time."""
-    problem = problem_of("kuka_kr16_l6_2", "ruckig", 0, 2, 0.3)
-    free, slow = plan(problem), plan(replace(problem, limits=Limits(tcp_linear_velocity=0.3)))
+    problem = problem_of("kuka_kr16_l6_2", 0, 2, 0.3)
+    free, slow = plan(problem, Ruckig()), plan(replace(problem, limits=Limits(tcp_linear_velocity=0.3)), Ruckig())
     speeds = [tool_speeds(problem.robot, *evenly(result, [0, 1]))[0] for result in (free, slow)]
     assert speeds[1].max() <= 0.3
     assert np.median(speeds[1]) > 0.98 * 0.3
     assert slow.trajectory.duration < 0.7 * free.trajectory.duration * speeds[0].max() / 0.3
     asked = with_durations(slow.problem, {1: slow.trajectory.duration})
-    assert plan(asked).trajectory.duration == slow.trajectory.duration
+    assert plan(asked, Ruckig()).trajectory.duration == slow.trajectory.duration
     hurried = with_durations(slow.problem, {1: 0.99 * slow.trajectory.duration})
     with pytest.raises(InfeasibleDuration, match="the limit of the tool's speed asks") as refusal:
-        plan(hurried)
+        plan(hurried, Ruckig())
     assert refusal.value.limit == pytest.approx(slow.trajectory.duration, rel=1e-3)
 
 

@@ -48,7 +48,7 @@ def use_on_each_segment(path: JointPath, pieces: TimedPieces) -> dict[int, float
 def test_motions_stretched_as_demanded_use_all_of_a_limit_and_no_more(robot_id: str, seed: int, spread: float) -> None:
     rng, robot = np.random.default_rng(seed), load_robot(robot_id)
     limits = Limits(tcp_linear_velocity=0.1 * 10.0 ** rng.normal(), tcp_angular_velocity=10.0 ** rng.normal())
-    path = solve_path(replace(problem_of(robot_id, "cubic", seed, 4), limits=limits))
+    path = solve_path(replace(problem_of(robot_id, seed, 4), limits=limits))
     count, home = 9, np.array(random_position(robot, rng))
     lengths = 10.0 ** rng.uniform(-2.0, 1.0, count)
     # Wild quintics, whose speeds and accelerations turn within a piece.
@@ -80,6 +80,6 @@ def test_a_peak_of_the_tools_speed_at_the_beginning_of_a_long_piece(kind: str) -
     waypoints = [JointWaypoint(position=q) for q in positions]
     waypoints[1] = replace(waypoints[1], transition=ThroughTransition())
     limits = Limits(tcp_linear_velocity=0.05)
-    result = plan(PlanningProblem(robot, tuple(waypoints), BACKENDS[kind](), limits))
+    result = plan(PlanningProblem(robot, tuple(waypoints), limits=limits), BACKENDS[kind]())
     q, dq = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 100_001), [0, 1])
     assert 0.995 <= tool_speeds(robot, q, dq)[0].max() / 0.05 <= 1.0

@@ -19,7 +19,7 @@ from planner.kinematics import tool_speeds
 from planner.kinematics.forward import tool_pose
 from planner.limits import Limits
 from planner.paths import solve_path
-from planner.plan import Plan, plan
+from planner.plan import plan
 from planner.problem import (
     BlendTransition,
     CircularMotion,
@@ -30,6 +30,7 @@ from planner.problem import (
     StopTransition,
     ThroughTransition,
 )
+from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose
@@ -40,7 +41,7 @@ KUKA, KUKA_START = "kuka_kr16_l6_2", (0.2, -1.3, 1.6, 0.3, 0.9, 0.1)
 
 def through(robot_id: str, seed: int, count: int, scale: float = 1.0, transition: object = None) -> PlanningProblem:
     """Random joint waypoints, all inner ones passed without stopping."""
-    problem = problem_of(robot_id, "toppra", seed, count, scale)
+    problem = problem_of(robot_id, seed, count, scale)
     passing = transition or ThroughTransition()
     inner = tuple(replace(waypoint, transition=passing) for waypoint in problem.waypoints[1:-1])
     return replace(problem, waypoints=(problem.waypoints[0], *inner, problem.waypoints[-1]))
@@ -56,7 +57,7 @@ def joint_problem(
         )
         for k, q in enumerate(positions)
     )
-    return PlanningProblem(load_robot(robot_id), waypoints, Toppra(), **fields)  # type: ignore[arg-type]
+    return PlanningProblem(load_robot(robot_id), waypoints, **fields)  # type: ignore[arg-type]
 
 
 def tool_problem(transition: object, **fields: object) -> PlanningProblem:
@@ -73,7 +74,7 @@ def tool_problem(transition: object, **fields: object) -> PlanningProblem:
         PoseWaypoint(pose=Pose(end, start.rotation), motion=LinearMotion()),
         PoseWaypoint(pose=last, motion=CircularMotion(via=via)),
     )
-    return PlanningProblem(robot, waypoints, Toppra(), **fields)  # type: ignore[arg-type]
+    return PlanningProblem(robot, waypoints, **fields)  # type: ignore[arg-type]
 
 
 def independent_optimum(
@@ -159,7 +160,7 @@ def test_through_waypoints_as_fast_as_a_fine_linear_program(robot_id: str, seed:
     best = independent_optimum(
         problem.robot, spline(s), spline(s, 1), spline(s, 2), step, robot_limits(problem.robot), torque=False
     )
-    assert plan(problem).trajectory.duration <= 1.01 * best
+    assert plan(problem, Toppra()).trajectory.duration <= 1.01 * best
 
 
 @pytest.mark.parametrize("transition", [StopTransition(), BlendTransition(0.05)])
@@ -173,7 +174,7 @@ def test_motions_of_the_tool_as_fast_as_a_fine_linear_program(transition: object
     for run in solve_path(problem).runs:
         s, step = middles(float(run.curve.breakpoints[-1]), 2500)
         best += independent_optimum(robot, *run.curve.evaluate(s), step, limits, torque=True)
-    found = plan(problem).trajectory.duration
+    found = plan(problem, Toppra()).trajectory.duration
     assert found <= (1.01 if torque_scale == 1.0 else 1.02) * best
     assert found >= 0.995 * best
 
@@ -183,14 +184,14 @@ def test_straight_motion_with_binding_torques_as_fast_as_a_fine_linear_program()
     limits = robot_limits(robot, 0.35)
     start, end = np.array(KUKA_START), np.array([-1.0, -0.6, 0.9, 1.0, -0.5, 1.0])
     waypoints = (JointWaypoint(position=tuple(start)), JointWaypoint(position=tuple(end)))
-    problem = PlanningProblem(load_robot(KUKA), waypoints, Toppra(), limits, payload=Payload(20.0, (0.1, 0.0, 0.1)))
+    problem = PlanningProblem(load_robot(KUKA), waypoints, limits=limits, payload=Payload(20.0, (0.1, 0.0, 0.1)))
     s, step = middles(1.0, 4000)
     dq = np.tile(end - start, (len(s), 1))
     path = start + s[:, None] * dq
     best = independent_optimum(robot, path, dq, np.zeros_like(dq), step, limits, torque=True)
     free = independent_optimum(robot, path, dq, np.zeros_like(dq), step, limits, torque=False)
     assert best > 1.05 * free  # or this test shows nothing
-    assert 0.995 * best <= plan(problem).trajectory.duration <= 1.02 * best
+    assert 0.995 * best <= plan(problem, Toppra()).trajectory.duration <= 1.02 * best
 
 
 def worst_ratio(result: Plan, count: int = 10_000) -> float:
@@ -221,7 +222,7 @@ def test_no_limit_is_broken(robot_id: str, seed: int, count: int, exponent: floa
     if not passing:
         stops = tuple(replace(waypoint, transition=StopTransition()) for waypoint in problem.waypoints)
         problem = replace(problem, waypoints=stops)
-    assert worst_ratio(plan(problem)) <= 1.0 + 1e-6
+    assert worst_ratio(plan(problem, Toppra())) <= 1.0 + 1e-6
 
 
 @pytest.mark.parametrize(
@@ -235,18 +236,18 @@ def test_rest_stays_rest_where_intervals_are_halved_to_keep_to_the_curve(
     robot_id: str, seed: int, count: int, scale: float
 ) -> None:
     """The last speed came out as 2e-7 instead of 0, and the plan was refused."""
-    assert plan(through(robot_id, seed, count, scale)).certificate.continuity == "C1"
+    assert plan(through(robot_id, seed, count, scale), Toppra()).certificate.continuity == "C1"
 
 
 def test_fifty_waypoints_in_one_run() -> None:
-    result = plan(through("ngv_refuelling_arm", 8, 50, 0.4))
+    result = plan(through("ngv_refuelling_arm", 8, 50, 0.4), Toppra())
     assert worst_ratio(result) <= 1.0 + 1e-6
     assert result.certificate.waypoint_error <= 1e-9
 
 
 @pytest.mark.parametrize("asked", [{"tcp_linear_velocity": 0.15}, {"tcp_angular_velocity": 0.3}])
 def test_tool_speed_limits_bind_and_hold(asked: dict[str, float]) -> None:
-    result = plan(replace(through(KUKA, 5, 5, 0.3), limits=Limits(**asked)))  # type: ignore[arg-type]
+    result = plan(replace(through(KUKA, 5, 5, 0.3), limits=Limits(**asked)), Toppra())  # type: ignore[arg-type]
     assert 0.99 <= worst_ratio(result) <= 1.0 + 1e-6
     check = next(check for check in result.certificate.checks if check.quantity in asked)
     assert check.ratio is not None
@@ -257,7 +258,7 @@ def test_limits_of_one_segment_bind_on_that_segment_only() -> None:
     problem = through("ngv_refuelling_arm", 5, 5, 0.5)
     waypoints = list(problem.waypoints)
     waypoints[2] = replace(waypoints[2], limits=Limits(velocity_scale=0.1))
-    slow, fast = plan(replace(problem, waypoints=tuple(waypoints))), plan(problem)
+    slow, fast = plan(replace(problem, waypoints=tuple(waypoints)), Toppra()), plan(problem, Toppra())
     assert worst_ratio(slow) <= 1.0 + 1e-6
     times, others = np.diff(slow.trajectory.arrivals), np.diff(fast.trajectory.arrivals)
     assert times[1] > 3.0 * others[1]

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.backends import Toppra
 from planner.backends.toppra.intervals import cut
 from planner.backends.toppra.toppra import fastest_on
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
@@ -55,14 +56,14 @@ print((np.abs(law(times, 2)) / acceleration).max())
     command = [sys.executable, "-W", "ignore", "-c", code]
     plain = subprocess.run(command, input=given, capture_output=True, text=True, check=True, cwd=ROOT)
     assert float(plain.stdout) > 1.05
-    assert worst_ratio(plan(problem)) <= 1.0 + 1e-6
+    assert worst_ratio(plan(problem, Toppra())) <= 1.0 + 1e-6
 
 
 def test_trap_no_pause_where_the_path_hardly_moves() -> None:
     """Trap 2: five seconds were put in wherever the speed is about 0. Here the arm turns back at a waypoint."""
     there, back = [0.0, 0.3, 0.1, 0.0, 0.0, 0.0], [0.5, 0.1, 0.1, 0.2, 0.0, 0.0]
-    passing = plan(joint_problem("ngv_refuelling_arm", [there, back, there]))
-    stopping = plan(joint_problem("ngv_refuelling_arm", [there, back, there], passing=False))
+    passing = plan(joint_problem("ngv_refuelling_arm", [there, back, there]), Toppra())
+    stopping = plan(joint_problem("ngv_refuelling_arm", [there, back, there], passing=False), Toppra())
     assert passing.trajectory.duration <= 1.005 * stopping.trajectory.duration
 
 
@@ -71,17 +72,19 @@ def test_trap_waypoints_that_are_nearly_the_same(apart: float) -> None:
     """Trap 3: it gave up, without a reason."""
     first, middle, last = (np.array(w.position) for w in through("ngv_refuelling_arm", 3, 3, 0.3).waypoints)
     twin = middle + apart * np.array([1.0, -1.0, 0.5, 0.0, 0.3, -0.2])
-    result = plan(joint_problem("ngv_refuelling_arm", [first.tolist(), middle.tolist(), twin.tolist(), last.tolist()]))
+    result = plan(
+        joint_problem("ngv_refuelling_arm", [first.tolist(), middle.tolist(), twin.tolist(), last.tolist()]), Toppra()
+    )
     assert worst_ratio(result) <= 1.0 + 1e-6
     three = [first.tolist(), middle.tolist(), last.tolist()]
-    stopping = plan(joint_problem("ngv_refuelling_arm", three, passing=False))
+    stopping = plan(joint_problem("ngv_refuelling_arm", three, passing=False), Toppra())
     assert result.trajectory.duration <= 1.04 * stopping.trajectory.duration
 
 
 def test_trap_waypoints_that_are_the_same_are_refused() -> None:
     """Trap 3: it answered Ok, with a duration of 0.2 ms."""
     with pytest.raises(InvalidProblem, match="the same joint position"):
-        plan(joint_problem("ngv_refuelling_arm", [[0.1] * 6, [0.1] * 6, [0.1] * 6]))
+        plan(joint_problem("ngv_refuelling_arm", [[0.1] * 6, [0.1] * 6, [0.1] * 6]), Toppra())
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.7, 50.0])
@@ -90,9 +93,9 @@ def test_trap_asked_durations_are_met(factor: float, torque_scale: float | None)
     """Trap 4: it answered Ok with another duration, twice as long."""
     limits = Limits() if torque_scale is None else robot_limits(load_robot(KUKA), torque_scale)
     problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=limits)
-    asked = plan(problem).trajectory.duration * factor
+    asked = plan(problem, Toppra()).trajectory.duration * factor
     waypoints = (problem.waypoints[0], replace(problem.waypoints[1], duration=asked))
-    result = plan(replace(problem, waypoints=waypoints))
+    result = plan(replace(problem, waypoints=waypoints), Toppra())
     assert result.trajectory.duration == pytest.approx(asked, rel=1e-12)
     assert worst_ratio(result) <= 1.0 + 1e-6
 
@@ -105,11 +108,11 @@ def test_trap_a_duration_too_short_is_refused_and_the_remedy_works(kind: str) ->
         problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=problem.limits)
     waypoints = [problem.waypoints[0], replace(problem.waypoints[1], duration=0.01), *problem.waypoints[2:]]
     with pytest.raises(InfeasibleDuration) as refusal:
-        plan(replace(problem, waypoints=tuple(waypoints)))
+        plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
     (remedy,) = refusal.value.remedies
     assert remedy.change == "/waypoints/1/duration"
     waypoints[1] = replace(waypoints[1], duration=remedy.value)
-    result = plan(replace(problem, waypoints=tuple(waypoints)))
+    result = plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
     assert result.trajectory.arrivals[1] == pytest.approx(remedy.value, rel=1e-9)
 
 
@@ -118,13 +121,13 @@ def test_a_duration_between_waypoints_passed_is_refused() -> None:
     waypoints = list(problem.waypoints)
     waypoints[2] = replace(waypoints[2], duration=9.0)
     with pytest.raises(InvalidProblem) as refusal:
-        plan(replace(problem, waypoints=tuple(waypoints)))
+        plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
     assert [pointer for pointer, _ in refusal.value.faults] == ["/waypoints/2/duration"]
 
 
 def test_trap_jumps_of_the_acceleration_are_told() -> None:
     """Trap 5: its acceleration jumps without a word; the certificate says that the jerk has no bound."""
-    certificate = plan(through("ngv_refuelling_arm", 4, 4, 0.3)).certificate
+    certificate = plan(through("ngv_refuelling_arm", 4, 4, 0.3), Toppra()).certificate
     jerk = next(check for check in certificate.checks if check.quantity == "jerk")
     assert certificate.continuity == "C1"
     assert not jerk.bounded
@@ -152,7 +155,7 @@ def test_trap_no_overshoot_of_a_position_limit() -> None:
     middle = (lower + upper) / 2.0
     near, at = 0.9 * upper + 0.1 * middle, upper
     positions = [middle, at, near, at, lower]
-    result = plan(joint_problem(robot.id, [q.tolist() for q in positions]))
+    result = plan(joint_problem(robot.id, [q.tolist() for q in positions]), Toppra())
     sampled = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 20_000), [0])[0]
     assert (sampled <= robot.limit("upper") + 1e-9).all()
     assert (sampled >= robot.limit("lower") - 1e-9).all()
@@ -169,7 +172,7 @@ from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot
 ends = [JointWaypoint(position=(q,) * 6) for q in (0.0, 0.5)]
 passed = JointWaypoint(position=(0.3,) * 6, transition=ThroughTransition())
-plan(PlanningProblem(load_robot("ngv_refuelling_arm"), (ends[0], passed, ends[1]), Toppra()))
+plan(PlanningProblem(load_robot("ngv_refuelling_arm"), (ends[0], passed, ends[1])), Toppra())
 print(*sorted(set(sys.modules) & {"toppra", "scipy", "matplotlib"}))
 """
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
@@ -180,4 +183,4 @@ def test_gravity_beyond_a_torque_limit_is_refused() -> None:
     problem = joint_problem(KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]])
     weak = robot_limits(problem.robot, 0.01)
     with pytest.raises(LimitsUnsatisfiable, match="gravity alone"):
-        plan(replace(problem, limits=weak))
+        plan(replace(problem, limits=weak), Toppra())

@@ -1,0 +1,125 @@
+"""A certified plan, and the one function that makes one: parametrize the path, certify, refuse or return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.limits import certify
+from planner.certificate.tool_path import certify_tool_path
+from planner.errors import LimitsUnsatisfiable
+from planner.guarantees import Guarantee, end_states
+from planner.limits import JOINT_QUANTITIES
+from planner.problem import BlendTransition
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.backends.base import BackEnd
+    from planner.certificate.checks import Certificate
+    from planner.paths import JointPath
+    from planner.problem import PlanningProblem
+    from planner.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class PlanWarning:
+    """Something the caller should know about a plan that is good all the same.
+
+    Attributes:
+        code: Stable name of the kind, in snake case.
+        message: The warning, for a person.
+    """
+
+    code: str
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A certified trajectory and what it came from. Its existence means: every enforced limit is kept.
+
+    Attributes:
+        problem: What was asked.
+        backend: What put time on the path, with its options.
+        path: What the joints do, without time.
+        trajectory: The path with time on it.
+        certificate: The check of the trajectory against every limit; satisfied.
+        warnings: Remarks of the back end, and limits that are asked but not enforced.
+    """
+
+    problem: PlanningProblem
+    backend: BackEnd
+    path: JointPath
+    trajectory: Trajectory
+    certificate: Certificate
+    warnings: tuple[PlanWarning, ...]
+
+
+def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
+    """Put time on the path of a problem and certify the trajectory.
+
+    Args:
+        problem: What is asked, free of faults.
+        backend: What puts time on the path.
+        path: The solved path of the problem.
+
+    Raises:
+        InfeasibleDuration: A segment's duration is shorter than its limits allow.
+        LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
+        PlanningError: Another refusal of the back end.
+    """
+    trajectory = backend.parametrize(path)
+    certificate = _certificate(problem, backend, path, trajectory)
+    refuse_unless_satisfied(certificate)
+    return Plan(problem, backend, path, trajectory, certificate, tuple(_warnings(problem, backend, trajectory)))
+
+
+def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Certificate:
+    blended = [isinstance(waypoint.transition, BlendTransition) for waypoint in problem.waypoints]
+    return certify(
+        trajectory,
+        path.robot,
+        path.limits,
+        backend.guarantees,
+        np.where(np.array(blended)[:, None], np.nan, path.positions),
+        certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
+        end_states(backend, path.robot.dof),
+    )
+
+
+def refuse_unless_satisfied(certificate: Certificate) -> None:
+    """The promise: no trajectory that breaks an enforced limit goes out.
+
+    Raises:
+        LimitsUnsatisfiable: Naming the worst check.
+    """
+    if certificate.satisfied:
+        return
+    broken = [check for check in certificate.checks if check.enforced and not check.satisfied]
+    worst = max(broken, key=lambda check: check.ratio or float("inf"))
+    subject = worst.joint or "the tool"
+    raise LimitsUnsatisfiable(
+        f"the {worst.quantity} of {subject} would reach {worst.peak:.6g}, its limit is {worst.limit:.6g}",
+        joint=worst.joint,
+        value=worst.peak,
+        limit=worst.limit,
+        time=worst.time,
+    )
+
+
+def _warnings(problem: PlanningProblem, backend: BackEnd, trajectory: Trajectory) -> Iterator[PlanWarning]:
+    robot = problem.robot
+    if problem.payload is not None and not robot.has_dynamics:
+        yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")
+    elif not robot.has_dynamics and np.isfinite(robot.limit("torque")).any():
+        yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")
+    for quantity in JOINT_QUANTITIES:
+        asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
+        if asked and backend.guarantees[quantity] is not Guarantee.HARD:
+            message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
+            yield PlanWarning(f"{quantity}_not_enforced", message)
+    for remark in trajectory.remarks:
+        yield PlanWarning(remark.code, remark.message)
