@@ -29,6 +29,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.backends.shared.interior_point import InteriorPoint, longest_step, next_centring
+
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
@@ -43,9 +45,6 @@ FIRST_SHARE = 0.9
 
 MOST_STEPS, FIRST_CENTRING, LEAST_CENTRING = 80, 0.2, 0.15
 """Newton steps; what is left of the barrier in the first, and in one that could be made in full."""
-
-TO_THE_WALL = 0.98
-"""Of the way to where a limit is reached (or an unknown vanishes), what a step goes."""
 
 BARRIER_KEPT = 0.1
 """Share of what a step promises to gain that the barrier is kept at: the limits are not to be met before all else."""
@@ -264,22 +263,21 @@ def best_retiming(
     x *= share**2
     states = spline.states(x)
     barrier, value, centring = _Barrier(limits, states), aim.value(states), FIRST_CENTRING
-    count = 2 * barrier.over.size
-    dual_over, dual_under = value / count / barrier.over, value / count / barrier.under
+    count = barrier.slacks.size
+    point = InteriorPoint.on_central_path(barrier.slacks, value / count)
     multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, 0.0
     for _ in range(MOST_STEPS):
-        gap = float(np.einsum("lp,lp->", dual_over, barrier.over) + np.einsum("lp,lp->", dual_under, barrier.under))
+        gap = point.gap
         missed = asked.missed(states[0])
         if max(gap, gain) < tolerance * value and (np.abs(missed) <= tolerance * asked.durations).all():
             return Retiming(x, converged=True)
         if stop_at is not None and time.monotonic() > stop_at:
             break
-        push = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
-        push_over, push_under = push / barrier.over, push / barrier.under
-        stiff_over, stiff_under = dual_over / barrier.over, dual_under / barrier.under
-        concave = _over_limits(dual_over + dual_under, limits.inverse) - multipliers @ asked.weights
-        system = spline.bands(barrier.stiffness(stiff_over, stiff_under) + aim.curvature(states, concave))
-        downhill = force = spline.force(barrier.force(push_over, push_under) - aim.slope(states))
+        mu = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
+        terms = point.towards(mu)
+        concave = _over_limits(point.duals[0] + point.duals[1], limits.inverse) - multipliers @ asked.weights
+        system = spline.bands(barrier.stiffness(terms.stiffness) + aim.curvature(states, concave))
+        downhill = force = spline.force(barrier.force(terms.push) - aim.slope(states))
         step = _solve(system, force)
         if len(missed):
             slopes = np.array([spline.force(slope) for slope in asked.slopes(states[0])])
@@ -288,43 +286,32 @@ def best_retiming(
             step -= multipliers @ yields
             force = force - multipliers @ slopes
         gain = float(force @ step)
-        slack_over, slack_under = barrier.slack_changes(spline.states(step))
-        step_over = push_over - dual_over - stiff_over * slack_over
-        step_under = push_under - dual_under - stiff_under * slack_under
-        length = longest_step((x, step), (barrier.over, slack_over), (barrier.under, slack_under))
-        dual_length = longest_step((dual_over, step_over), (dual_under, step_under))
+        made = point.step(terms, barrier.slack_changes(spline.states(step)))
+        length = min(made.primal, longest_step(x, step))
         if length < LEAST_STEP:
             break
         penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
         excess = penalty * float(np.abs(missed).sum())
-        merit, fall = value + push * barrier.height() + excess, float(downhill @ step) + excess
+        merit, fall = value + mu * barrier.height() + excess, float(downhill @ step) + excess
         begin = x
         for _ in range(MOST_HALVINGS):
             x = begin + length * step
             states = spline.states(x)
             barrier, value = _Barrier(limits, states), aim.value(states)
             excess = penalty * float(np.abs(asked.missed(states[0])).sum())
-            if value + push * barrier.height() + excess <= merit - ARMIJO * length * fall + ROUNDING * abs(merit):
+            if value + mu * barrier.height() + excess <= merit - ARMIJO * length * fall + ROUNDING * abs(merit):
                 break
             length *= 0.5
-        centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
-        dual_over += dual_length * step_over
-        dual_under += dual_length * step_under
+        centring = next_centring(min(length, made.dual), LEAST_CENTRING)
+        point = point.moved(barrier.slacks, made)
     return Retiming(x, converged=False)
-
-
-def longest_step(*pairs: tuple[FloatArray, FloatArray]) -> float:
-    """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
-    fastest = max(-float((change / value).min()) for value, change in pairs)
-    return 1.0 if fastest <= TO_THE_WALL else TO_THE_WALL / fastest
 
 
 class _Barrier:
     """The barrier at some b: what is left of the limits, and its derivatives by (b, a, c) at each point.
 
     Attributes:
-        over: (limits, points), what is left below the upper bounds.
-        under: (limits, points), what is left above the lower ones.
+        slacks: (2, limits, points), what is left below the upper bounds and above the lower ones.
     """
 
     def __init__(self, limits: LinearLimits, states: FloatArray) -> None:
@@ -332,31 +319,32 @@ class _Barrier:
         self.rows = (limits.by_b, limits.by_a, limits.by_c)
         values = limits.values(states) + limits.offset
         bound = limits.constant + limits.inverse * states[0] ** -0.5
-        self.over, self.under = bound - values, bound + values
+        self.slacks = np.stack([bound - values, bound + values])
         self.narrowing = 0.5 * limits.inverse * states[0] ** -1.5  # of the bounds, by b
 
-    def slack_changes(self, change: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Of `over` and `under`, to first order, when b, a and c change (3, points)."""
+    def slack_changes(self, change: FloatArray) -> FloatArray:
+        """(2, limits, points), to first order, when b, a and c change (3, points)."""
         values, narrowing = self.limits.values(change), self.narrowing * change[0]
-        return -narrowing - values, values - narrowing
+        return np.stack([-narrowing - values, values - narrowing])
 
     def height(self) -> float:
         """Of a barrier of unit strength; infinite where a limit is reached."""
-        if min(self.over.min(), self.under.min()) <= 0.0:
+        if self.slacks.min() <= 0.0:
             return np.inf
-        return -float(np.log(self.over).sum() + np.log(self.under).sum())
+        return -float(np.log(self.slacks).sum())
 
-    def force(self, push_over: FloatArray, push_under: FloatArray) -> FloatArray:
-        """(3, points): away from the limits; `push` is the barrier by the slack, (limits, points)."""
-        difference = push_under - push_over
+    def force(self, push: FloatArray) -> FloatArray:
+        """(3, points): away from the limits; `push` is the barrier by the slack, (2, limits, points)."""
+        difference = push[1] - push[0]
         force = np.stack([_over_limits(difference, row) for row in self.rows])
-        force[0] -= _over_limits(push_over + push_under, self.narrowing)
+        force[0] -= _over_limits(push[0] + push[1], self.narrowing)
         return force
 
-    def stiffness(self, over: FloatArray, under: FloatArray) -> FloatArray:
-        """(3, 3, points): the Hessian; `over` and `under` are the duals by the slack, (limits, points)."""
-        both, pull = over + under, (over - under) * self.narrowing
-        result = np.empty((3, 3, over.shape[1]))
+    def stiffness(self, stiffness: FloatArray) -> FloatArray:
+        """(3, 3, points): the Hessian, by that of each slack (2, limits, points)."""
+        upper, lower = stiffness
+        both, pull = upper + lower, (upper - lower) * self.narrowing
+        result = np.empty((3, 3, upper.shape[1]))
         for i, row in enumerate(self.rows):
             weighted = both * row
             for k in range(i, 3):

@@ -24,12 +24,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.retiming import longest_step
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import LATE
+from planner.backends.shared.interior_point import InteriorPoint, next_centring
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.via_problem import ViaProblem
+    from planner.backends.shared.interior_point import NewtonTerms
     from planner.spatial import FloatArray
 
 PIECES = 8
@@ -116,9 +117,10 @@ class _Program:
         self.shortest = np.where(np.isnan(problem.asked), 0.0, problem.asked)
         self.costs = np.where(np.isnan(problem.asked), 1.0, LATE)
         self.start = self._start(problem)
-        slacks = self._slacks(self.start, np.zeros_like(bounds))
+        slacks = self._slacks(self.start)
         margin = MARGIN * self.bounds * self.start.times[:, None, None] ** grid.powers
         margin[..., grid.powers == 0] = MARGIN
+        margin = np.append(margin, np.zeros(count))  # the least durations have room already
         self.widened = np.where(slacks < NO_ROOM * margin, margin - slacks, 0.0)
 
     def _start(self, problem: ViaProblem) -> _Point:
@@ -142,70 +144,57 @@ class _Program:
         scales[:, 0, 1] = scales[:, 0, 3] = times**2
         return scales
 
-    def _slacks(self, point: _Point, widened: FloatArray) -> FloatArray:
-        """What is left of the limits."""
+    def _slacks(self, point: _Point) -> FloatArray:
+        """What is left of the limits, flat: of the upper and the lower ones, then of the durations (segments,)."""
         ends = np.concatenate([point.states[:-1], point.states[1:]], axis=-1)
         unknowns = self._scales(point.times) * np.concatenate([ends, point.free], axis=-1)
         values = self.by_travel + unknowns @ self.grid.rows.T
-        limits = self.bounds * point.times[:, None, None] ** self.grid.powers + widened
-        slacks: FloatArray = limits - self.signs * values
-        return slacks
+        limits = self.bounds * point.times[:, None, None] ** self.grid.powers
+        return np.append(limits - self.signs * values, point.times - self.shortest)
 
     def solve(self) -> _Point:
         """The point at which the search ends."""
         point, widened = self.start, self.widened
-        slacks, spare = self._slacks(point, widened), point.times - self.shortest
-        count = slacks.size + spare.size
-        barrier = FIRST_SHARE * float(self.costs @ point.times) / count
-        duals, spare_duals = barrier / slacks, barrier / spare
+        slacks = self._slacks(point) + widened
+        limits = InteriorPoint.on_central_path(slacks, FIRST_SHARE * float(self.costs @ point.times) / slacks.size)
         centring = FIRST_CENTRING
         for _ in range(MOST_STEPS):
-            gap = float((duals * slacks).sum() + spare_duals @ spare)
-            if gap < GAP * float(self.costs @ point.times):
+            if limits.gap < GAP * float(self.costs @ point.times):
                 break
-            barrier = centring * gap / count
-            push, spare_push = barrier / slacks, barrier / spare
-            stiff, spare_stiff = duals / slacks, spare_duals / spare
+            terms = limits.towards(centring * limits.gap / slacks.size)
             try:
-                step, change = self._newton(point, stiff, push, spare_stiff, self.costs - spare_push)
+                step, changes = self._newton(point, terms)
             except np.linalg.LinAlgError:  # too near to a limit for the numbers
                 break
-            dual_step = push - duals - stiff * change
-            spare_dual_step = spare_push - spare_duals - spare_stiff * step.times
-            length = longest_step((slacks, change), (spare, step.times))
-            dual_length = longest_step((duals, dual_step), (spare_duals, spare_dual_step))
+            made = limits.step(terms, changes)
+            length = made.primal
             # What is left is not linear in the durations: the step is shortened until enough is.
             for _ in range(MOST_SHORTENINGS):
                 there = point.moved(step, length)
-                left = self._slacks(there, widened)
-                if (left > KEPT * slacks).all():
+                left = self._slacks(there) + widened
+                if (left > KEPT * limits.slacks).all():
                     break
                 length *= SHORTER
             else:
                 break
-            duals, spare_duals = duals + dual_length * dual_step, spare_duals + dual_length * spare_dual_step
-            centring = max(LEAST_CENTRING, (1.0 - min(length, dual_length)) ** 0.5)
+            centring = next_centring(min(length, made.dual), LEAST_CENTRING)
             drawn_in = np.minimum(widened, left / 2.0)
             widened = widened - drawn_in
-            point, slacks, spare = there, left - drawn_in, there.times - self.shortest
+            point, limits = there, limits.moved(left - drawn_in, made)
         return point
 
-    def _newton(
-        self, point: _Point, stiff: FloatArray, push: FloatArray, spare_stiff: FloatArray, costs: FloatArray
-    ) -> tuple[_Point, FloatArray]:
-        """The step, and the change of what is left of the limits, to first order.
+    def _newton(self, point: _Point, terms: NewtonTerms) -> tuple[_Point, FloatArray]:
+        """The step, and the change of the slacks, to first order.
 
         Args:
             point: Where it starts.
-            stiff: The duals by what is left.
-            push: The barrier by what is left.
-            spare_stiff: (segments,), the stiffness of the least durations.
-            costs: (segments,), of the durations, their barrier included.
+            terms: Of the slacks.
         """
         rows, powers, times = self.grid.rows, self.grid.powers, point.times[:, None, None]
         count, joints = point.times.size, point.free.shape[1]
         by_time = np.concatenate([point.states[:-1], point.states[1:]], axis=-1)
         by_time[..., 1::2] *= 2.0 * times
+        stiff, push = (own[:-count].reshape(self.bounds.shape) for own in (terms.stiffness, terms.push))
         growth = self.bounds * (powers * times ** (powers - 1.0)) - self.signs * (by_time @ rows[:, :FIXED].T)
         scales, pulled = self._scales(point.times), stiff * growth
         # The Newton system of each joint on each segment: by its unknowns, by the duration, and the gradient.
@@ -213,8 +202,8 @@ class _Program:
         mixed = ((pulled[1] - pulled[0]) @ rows) * scales
         gradient = ((push[0] - push[1]) @ rows) * scales
         right = np.stack([mixed, gradient], axis=-1)
-        by_durations = (pulled * growth).sum(axis=(0, 2, 3)) + spare_stiff
-        durations_gradient = costs - (push * growth).sum(axis=(0, 2, 3))
+        by_durations = (pulled * growth).sum(axis=(0, 2, 3)) + terms.stiffness[-count:]
+        durations_gradient = self.costs - terms.push[-count:] - (push * growth).sum(axis=(0, 2, 3))
 
         columns = np.concatenate([system[..., :FIXED], right], axis=-1)
         inner = np.linalg.solve(system[..., FIXED:, FIXED:], columns[..., FIXED:, :])
@@ -243,7 +232,8 @@ class _Program:
         known = np.concatenate([ends, faster[:, None, None] * ones, ones], axis=-1)
         free = -(inner @ known[..., None])[..., 0]
         change = (scales * np.concatenate([ends, free], axis=-1)) @ rows.T
-        return _Point(faster, states, free), growth * faster[:, None, None] - self.signs * change
+        changes = growth * faster[:, None, None] - self.signs * change
+        return _Point(faster, states, free), np.append(changes, faster)
 
 
 @lru_cache(maxsize=1)

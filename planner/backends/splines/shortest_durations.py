@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
+from planner.backends.shared.interior_point import QuadraticProgram, solve_quadratic_program
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -35,8 +37,8 @@ PENALTY = 20.0
 MARGIN = 5e-4
 """Excess below 0 that is aimed at where scaling all durations does not mend a broken limit."""
 
-MOST_INTERIOR_STEPS, GAP = 25, 0.05
-"""A quadratic program is solved until its duality gap is this share of its gain."""
+GAP = 0.05
+"""Share of its gain that the duality gap of a quadratic program may be where its solution ends."""
 
 DIFFERENCE = 1e-6
 """Relative change of a duration that its effect is measured by."""
@@ -207,61 +209,42 @@ def _best_step(motion: Assessment, free: np.ndarray, radius: FloatArray) -> tupl
     reachable = excess + np.abs(slopes) @ radius[free] > 0.0
     excess, slopes = excess[reachable], slopes[reachable]
     shares = durations[free] / durations.sum()
-    change, promised = _quadratic_program(shares, slopes, excess, radius[free])
+    change, promised = _best_change(shares, slopes, excess, radius[free])
     step = np.zeros(len(durations))
     step[free] = change
     return step, promised
 
 
-def _quadratic_program(
+def _best_change(
     shares: FloatArray, slopes: FloatArray, excess: FloatArray, radius: FloatArray
 ) -> tuple[FloatArray, float]:
     """Minimise shares . (d + d^2 / 2) + PENALTY max(0, excess + slopes d) over |d| <= radius.
 
-    The objective is the second-order model of a sum of exponentials. A primal-dual interior-point method that
-    starts at d = 0 with the bound on the excess loose (Nocedal and Wright, ch. 16.6 and 19).
+    The objective is the second-order model of a sum of exponentials. The last variable of the quadratic program is a
+    bound on the excess, loose at the start.
 
     Returns:
         d and the decrease of the minimised function.
     """
     count, variables = slopes.shape
-    matrix = np.column_stack([slopes, np.full(count, -1.0)])
-    cost, curvature = np.append(shares, PENALTY), np.append(shares, 0.0)
     worst = max(0.0, float(excess.max(initial=0.0)))
-    x = np.append(np.zeros(variables), worst + 0.1)
-    lower = np.append(-radius, 0.0)
-    # The bound on the excess has no upper side; one that never binds keeps the arrays alike.
-    upper = np.append(radius, 100.0 * (worst + 1.0))
-    inequalities = count + 2 * (variables + 1)
-    slack, below, above = -excess - matrix @ x, x - lower, upper - x
-    barrier = 1.0 / inequalities
-    by_limit, by_lower, by_upper = barrier / slack, barrier / below, barrier / above
-    gain, diagonal = 0.0, np.arange(variables + 1)
-    for _ in range(MOST_INTERIOR_STEPS):
-        barrier = 0.03 * float(by_limit @ slack + by_lower @ below + by_upper @ above) / inequalities
-        hessian = (matrix.T * (by_limit / slack)) @ matrix
-        hessian[diagonal, diagonal] += curvature + by_lower / below + by_upper / above
-        slope = cost + curvature * x + matrix.T @ (barrier / slack) - barrier / below + barrier / above
-        dx = np.linalg.solve(hessian, -slope)
-        dslack = -(matrix @ dx)
-        dual = (barrier - by_limit * dslack) / slack - by_limit
-        dual_lower = (barrier - by_lower * dx) / below - by_lower
-        dual_upper = (barrier + by_upper * dx) / above - by_upper
-        primal_step = _longest_step((slack, dslack), (below, dx), (above, -dx))
-        dual_step = _longest_step((by_limit, dual), (by_lower, dual_lower), (by_upper, dual_upper))
-        x = x + primal_step * dx
-        slack, below, above = -excess - matrix @ x, x - lower, upper - x
-        by_limit = by_limit + dual_step * dual
-        by_lower, by_upper = by_lower + dual_step * dual_lower, by_upper + dual_step * dual_upper
+    program = QuadraticProgram(
+        cost=np.append(shares, PENALTY),
+        curvature=np.append(shares, 0.0),
+        matrix=np.column_stack([slopes, np.full(count, -1.0)]),
+        bounds=-excess,
+        lower=np.append(-radius, 0.0),
+        # The bound on the excess has no upper side; one that never binds keeps the arrays alike.
+        upper=np.append(radius, 100.0 * (worst + 1.0)),
+    )
+
+    def gain(x: FloatArray) -> float:
         d = x[:-1]
         after = max(0.0, float((excess + slopes @ d).max(initial=0.0)))
-        gain = PENALTY * (worst - after) - float(shares @ (d + 0.5 * d * d))
-        if barrier * inequalities < max(GAP * gain, 0.1 * LEAST_GAIN):
-            break
-    return x[:-1], gain
+        return PENALTY * (worst - after) - float(shares @ (d + 0.5 * d * d))
 
+    def is_solved(x: FloatArray, gap: float) -> bool:
+        return gap < max(GAP * gain(x), 0.1 * LEAST_GAIN)
 
-def _longest_step(*pairs: tuple[FloatArray, FloatArray]) -> float:
-    """At most 1, and short of where a positive quantity would vanish, for pairs of a quantity and its change."""
-    fastest = max(float((-change / value).max(initial=0.0)) for value, change in pairs)
-    return 1.0 if fastest <= 0.99 else 0.99 / fastest
+    x = solve_quadratic_program(program, np.append(np.zeros(variables), worst + 0.1), is_solved)
+    return x[:-1], gain(x)
