@@ -12,7 +12,7 @@ from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
 from api.tasks import request_hash
 from planner.export import FORMATS, ExportOptions, Format
-from planner.plan import plan
+from planner.planning import plan
 from planner.robots import load_robot
 
 if TYPE_CHECKING:

@@ -61,7 +61,7 @@ from planner.kinematics import (
     workspace,
 )
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.robots import Robot, catalogue_ids, describe, load_robot
 from planner.waypoints.reachability import reachability
 

@@ -20,7 +20,7 @@ from benchmarks.clients import Connection
 from benchmarks.machine import machine
 from benchmarks.workload import ROBOT, ROWS, bodies, http_request
 from planner.export import FORMATS, ExportOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.robots import load_robot
 
 WORKERS = 2

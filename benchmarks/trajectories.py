@@ -21,7 +21,7 @@ from benchmarks.trajectories_peers import PEERS, Motion
 from planner.backends import Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.backends.base import enforced
 from planner.errors import PlanningError
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import Robot, catalogue_ids, load_robot
 

@@ -13,7 +13,7 @@ from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 from planner.robots.payload import Payload

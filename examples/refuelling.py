@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.errors import UnreachableWaypoint
 from planner.kinematics import Pose
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 

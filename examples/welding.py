@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.backends import Quintic
 from planner.kinematics import Pose
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import (
     CartesianMove,
     CylindricalMove,

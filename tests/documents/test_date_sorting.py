@@ -19,7 +19,7 @@ from planner.kinematics import (
     workspace,
 )
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.result import Plan
 from planner.robots import Robot, load_robot

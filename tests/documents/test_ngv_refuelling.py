@@ -10,7 +10,7 @@ import pytest
 from planner.errors import UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import AnyWaypoint, CartesianMove, JointWaypoint, PlanningProblem, PoseWaypoint, RelativeWaypoint
 from planner.result import Plan
 from planner.robots import load_robot

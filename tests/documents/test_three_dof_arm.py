@@ -9,7 +9,7 @@ import pytest
 
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, workspace
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.result import Plan
 from planner.robots import Robot, load_robot

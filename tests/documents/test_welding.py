@@ -11,7 +11,7 @@ import pytest
 
 from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import (
     CartesianMove,
     CylindricalMove,

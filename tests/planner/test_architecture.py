@@ -35,6 +35,6 @@ def test_api_knows_no_robotics(file: Path) -> None:
 
 def test_a_worker_stays_small() -> None:
     """scipy alone would add 60 MB and half a second to every worker, matplotlib more."""
-    code = "import sys, planner.plan, planner.export, planner.certificate.samples; print(*sorted(sys.modules))"
+    code = "import sys, planner.planning, planner.export, planner.certificate.samples; print(*sorted(sys.modules))"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert not {"scipy", "matplotlib", "toppra", "casadi", "fastapi"} & set(result.stdout.split())

@@ -7,7 +7,7 @@ import pytest
 
 from planner.backends import Quintic
 from planner.comparison import figures
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 

@@ -31,7 +31,7 @@ LAYERS = (
     "backends",
     "result",
     "remedies",
-    "plan",
+    "planning",
     "comparison",
     "export",
     "",

@@ -12,7 +12,7 @@ from hypothesis import assume
 from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import BlendTransition, CircularMotion, JointMotion, PlanningProblem
 from planner.result import Plan
 from tests.planner.problems import PARTS, REQUESTS, backend_of, path_problems, try_on_random

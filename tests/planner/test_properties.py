@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner.backends import BACKENDS, BackEnd
 from planner.export import FORMATS, ExportOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import PlanningProblem
 from tests.planner.problems import PARTS, REQUESTS, backend_of, problems, try_on_random
 from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits

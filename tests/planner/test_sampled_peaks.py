@@ -17,7 +17,7 @@ from planner.errors import PlanningError
 from planner.guarantees import QUANTITIES, Guarantee
 from planner.kinematics import tool_speeds
 from planner.limits import Limits, SegmentLimits, segment_limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.polynomials import cumulative_sums, quintic_hermite
 from planner.problem import BlendTransition, PlanningProblem, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot

@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import PPoly
 
 from planner.backends import BACKENDS
-from planner.plan import plan
+from planner.planning import plan
 from planner.trajectory import Remark, Trajectory
 from tests.planner.problems import backend_of, problem_of
 

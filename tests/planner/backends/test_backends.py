@@ -13,7 +13,7 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, MissingDynamics
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem
 from planner.result import Plan
 from planner.robots import Joint, load_robot

@@ -12,7 +12,7 @@ from planner.certificate.checks import Certificate, Check
 from planner.certificate.samples import certify_samples
 from planner.errors import InvalidProblem
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.robots import load_robot
 from tests.planner.problems import problem_of
 

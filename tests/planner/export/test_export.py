@@ -13,7 +13,7 @@ import pytest
 from planner.backends import Quintic
 from planner.errors import MissingDynamics
 from planner.export import FORMATS, INCLUDABLE, ExportOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.result import Plan
 from planner.robots.payload import Payload
 from tests.planner.problems import problem_of

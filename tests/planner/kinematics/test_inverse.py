@@ -18,7 +18,7 @@ from planner.kinematics import (
     tool_speeds,
 )
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.description import JointKind

@@ -22,7 +22,7 @@ from planner.errors import (
 from planner.kinematics import FloatArray, Pose, all_solutions
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from planner.backends import BACKENDS
 from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError, Remedy
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import (
     JointWaypoint,
     LinearMotion,

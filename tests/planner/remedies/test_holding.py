@@ -11,7 +11,7 @@ import pytest
 from planner.backends import BACKENDS, Quintic
 from planner.errors import LimitsUnsatisfiable, Remedy
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import (
     CartesianMove,
     JointWaypoint,

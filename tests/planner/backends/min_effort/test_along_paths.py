@@ -16,7 +16,7 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, MissingDynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics, tool_speeds
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,

@@ -21,7 +21,7 @@ from planner.errors import InfeasibleDuration, MissingDynamics
 from planner.kinematics import FloatArray, tool_speeds
 from planner.last_used import LastUsed
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.result import Plan
 from planner.robots import Robot, load_robot

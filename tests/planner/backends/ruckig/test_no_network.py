@@ -37,7 +37,7 @@ def test_planning_opens_no_socket() -> None:
     code = """
 from dataclasses import replace
 from planner.backends import BACKENDS
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import ThroughTransition
 from tests.planner.problems import backend_of, problem_of
 for kind in BACKENDS:

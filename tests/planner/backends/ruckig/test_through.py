@@ -17,7 +17,7 @@ from planner.backends.ruckig.state_to_state import Synchronization
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import PlanningProblem
 from planner.result import Plan
 from tests.planner.backends.ruckig.ruckig_problems import (

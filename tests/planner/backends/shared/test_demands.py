@@ -17,7 +17,7 @@ from planner.errors import LimitsUnsatisfiable
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
 from planner.paths import JointPath, solve_path
-from planner.plan import plan
+from planner.planning import plan
 from planner.polynomials import quintic_hermite
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot

@@ -19,7 +19,7 @@ from planner.kinematics import tool_speeds
 from planner.kinematics.forward import tool_pose
 from planner.limits import Limits
 from planner.paths import solve_path
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import (
     BlendTransition,
     CircularMotion,

@@ -16,7 +16,7 @@ from planner.backends.toppra.toppra import fastest_on
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.paths import solve_path
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import StopTransition
 from planner.robots import load_robot
 from tests.locations import ROOT
@@ -167,7 +167,7 @@ def test_trap_neither_scipy_nor_matplotlib_is_imported() -> None:
     code = """
 import sys
 from planner.backends import Toppra
-from planner.plan import plan
+from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot
 ends = [JointWaypoint(position=(q,) * 6) for q in (0.0, 0.5)]
