@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.polynomials import bernstein_matrix, differentiate, horner
+from planner.polynomials import bernstein_matrix, differentiate, horner, powers
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -24,9 +25,6 @@ PARTS = 8
 
 MOST_CUTS = 16
 """Times that intervals are cut: 8^-16 of a piece is less than the spacing of floating-point numbers allows."""
-
-ROUNDING = 1e-12
-"""Relative difference of a bound from a value that is not worth looking into."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +68,10 @@ def derivatives_on_unit_time(coefficients: FloatArray, lengths: FloatArray, coun
         count: Of derivatives, the polynomials themselves included.
     """
     order = coefficients.shape[2]
-    unit = np.zeros((count, *coefficients.shape))
-    powers = lengths[:, None, None] ** np.arange(order)
+    unit, scales = np.zeros((count, *coefficients.shape)), powers(lengths[:, None], order)
     for k in range(count):
         terms = coefficients.shape[2]
-        unit[k, :, :, :terms] = coefficients * powers[:, :, :terms]
+        unit[k, :, :, :terms] = coefficients * scales[:, :, :terms]
         coefficients = differentiate(coefficients)
     return UnitPolynomials(unit, (unit.reshape(-1, order) @ bernstein_matrix(order)).reshape(unit.shape))
 

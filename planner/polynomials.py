@@ -128,13 +128,12 @@ def joined(curves: Sequence[P]) -> P:
 
 def stretched(coefficients: FloatArray, factors: FloatArray | float) -> FloatArray:
     """Coefficients (..., order) of p(x / factor); `factors` broadcasts against (...)."""
-    result: FloatArray = coefficients / np.asarray(factors)[..., None] ** np.arange(coefficients.shape[-1])
-    return result
+    return coefficients / powers(factors, coefficients.shape[-1])
 
 
-def on_unit_interval(coefficients: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Coefficients (..., order) of p(length u), the inverse of `stretched`; `lengths` broadcasts against (...)."""
-    result: FloatArray = coefficients * lengths[..., None] ** np.arange(coefficients.shape[-1])
+def powers(x: FloatArray | float, count: int) -> FloatArray:
+    """The powers 0 to `count` - 1 of `x`, on a new last axis."""
+    result: FloatArray = np.asarray(x)[..., None] ** np.arange(count)
     return result
 
 

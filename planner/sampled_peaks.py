@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.tolerances import LIMIT_TOLERANCE
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -33,7 +35,7 @@ of the largest peak of a joint."""
 KNOWN_TO = 1e-4
 """Of itself, what a peak may be larger than the largest sample."""
 
-BROKEN = 1.0 + 1e-9
+BROKEN = 1.0 + LIMIT_TOLERANCE
 """From this on a limit counts as broken; where it might be, finer samples decide."""
 
 MOST_HALVINGS = 20

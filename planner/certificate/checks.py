@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-LIMIT_TOLERANCE = 1e-9
-"""Relative excess over a limit that is rounding, not violation."""
+from planner.tolerances import LIMIT_TOLERANCE
 
 
 @dataclass(frozen=True)

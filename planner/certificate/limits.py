@@ -20,6 +20,7 @@ from planner.guarantees import QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
 from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
+from planner.tolerances import CONTINUITY_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,10 +29,6 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
-
-
-CONTINUITY_TOLERANCE = 1e-8
-"""Jump of a derivative, relative to its largest value, that is rounding."""
 
 MOST_CONTINUOUS = 4
 """Continuity is looked into up to this derivative, fewer than `DERIVATIVES`."""

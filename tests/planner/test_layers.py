@@ -13,6 +13,7 @@ from tests.locations import ROOT
 LAYERS = (
     "errors",
     "spatial",
+    "tolerances",
     "last_used",
     "polynomials",
     "extrema",

@@ -7,18 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.rest_to_rest import UnitLaws
+from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 PHASES = 7
 """Of constant jerk; those that are not there have no length."""
-
-NO_TIME = 1e-12
-"""Share of the duration below which a steady phase is rounding."""
-
-AT_LIMIT = 1.0 - 1e-9
-"""Share of a limit that is all of it."""
 
 
 def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, UnitLaws, list[np.ndarray]]:
@@ -47,7 +42,7 @@ def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, U
         t_v = np.maximum(1.0 / v - 2.0 * t_j - t_a, 0.0)
     limited = np.isfinite(t_v) & (t_j + t_a > 0.0)
     t_j, t_a, t_v = np.where(limited, t_j, 1.0), np.where(limited, t_a, 0.0), np.where(limited, t_v, 0.0)
-    least = NO_TIME * (4.0 * t_j + 2.0 * t_a + t_v)
+    least = ROUNDING * (4.0 * t_j + 2.0 * t_a + t_v)
     t_a, t_v = np.where(t_a > least, t_a, 0.0), np.where(t_v > least, t_v, 0.0)
     phases = np.stack([t_j, t_a, t_j, t_v, t_j, t_a, t_j], axis=1)
     duration = phases.sum(axis=1)
@@ -63,5 +58,6 @@ def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, U
     ways = phases * (velocities + phases * (accelerations / 2.0 + phases * jerks / 6.0))
     positions = np.cumsum(ways, axis=1) - ways
     laws = UnitLaws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
-    reached = v / duration >= V * AT_LIMIT, a / duration**2 >= A * AT_LIMIT, t_j > 0.0
+    at_limit = 1.0 - LIMIT_TOLERANCE
+    reached = v / duration >= V * at_limit, a / duration**2 >= A * at_limit, t_j > 0.0
     return np.where(limited, duration, np.inf), laws, [limited & bind for bind in reached]

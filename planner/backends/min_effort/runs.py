@@ -14,7 +14,6 @@ from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.terms import Layout
 from planner.backends.shared.along_curve import (
-    DURATION_TOLERANCE,
     demands,
     follow_curve,
     in_its_time,
@@ -28,6 +27,7 @@ from planner.backends.splines.timed_spline import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES
 from planner.polynomials import PiecewisePolynomial
+from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions

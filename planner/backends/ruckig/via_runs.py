@@ -12,12 +12,13 @@ from planner.backends.jerk_limited.s_curves import s_curves
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import ViaProblem
 from planner.backends.ruckig.via_states import pass_waypoints
-from planner.backends.shared.along_curve import DURATION_TOLERANCE, demands, stretched
+from planner.backends.shared.along_curve import demands, stretched
 from planner.backends.shared.assembly import TimedPieces, joined, largest_speeds
 from planner.backends.shared.demands import infeasible_duration, nothing_limits
 from planner.backends.shared.straight_lines import NOTICED
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.guarantees import END_OPTIONS
+from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
@@ -26,12 +27,6 @@ if TYPE_CHECKING:
     from planner.guarantees import EndStates
     from planner.paths import JointPath
     from planner.spatial import FloatArray
-
-EXCESS = 3e-10
-"""Of a time, that is taken for rounding: the certificate allows a jerk three times that."""
-
-POSITION_TOLERANCE = 1e-9
-"""rad or m beyond a position limit that is rounding."""
 
 MOST_SLOWINGS, ENOUGH_SLOWINGS, HASTE = 10, 4, 1.0 + 1e-4
 """Times that segments are slowed until they keep torque and tool-speed limits, those after which a motion that can be
@@ -204,7 +199,7 @@ class _JointRun:
             factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
             worst = float(factors.max())
             slowed = slowed or worst > NOTICED
-            if worst <= 1.0 + EXCESS:
+            if worst <= 1.0 + DURATION_TOLERANCE:
                 found = _Candidate(pieces, motion.durations, motion.durations, motion, needed, slowed)
                 return found if best is None or found.durations.sum() < best.durations.sum() else best
             if self.at_rest and np.isnan(asked).all():

@@ -12,6 +12,7 @@ from planner.backends.shared.demands import SampledLimits, infeasible_duration, 
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
+from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,17 +29,11 @@ MOST_HALVINGS = 12
 BISECTIONS = 55
 """Steps until a point of time is as exact as a floating-point number."""
 
-NO_LENGTH = 1e-9
-"""Share of an interval below which a part of it is rounding."""
-
 SPEED_SAMPLES = 17
 """On each piece of a curve, of the tool's speed."""
 
 RATES = ("position", "velocity", "acceleration", "jerk")
 """The derivatives of a motion, by their order."""
-
-DURATION_TOLERANCE = 1e-9
-"""Relative shortfall of an asked duration that is taken for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +107,7 @@ def _times(law: PiecewisePolynomial, piece: int, places: FloatArray, start: floa
 
     By bisection, as the law ascends.
     """
-    margin = NO_LENGTH * (end - start)
+    margin = NEGLIGIBLE_SHARE * (end - start)
     inner = places[(places > start + margin) & (places < end - margin)]
     length = law.lengths[piece]
     low, high = np.zeros(len(inner)), np.full(len(inner), length)

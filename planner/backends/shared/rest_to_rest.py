@@ -14,6 +14,7 @@ import numpy as np
 from planner.backends.shared.assembly import TimedPieces
 from planner.backends.shared.demands import SampledLimits, infeasible_duration, nothing_limits
 from planner.polynomials import summing_to
+from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from planner.errors import InfeasibleDuration
     from planner.paths import StraightMotions
     from planner.spatial import FloatArray
-
-DURATION_TOLERANCE = 1e-10
-"""Relative shortfall of an asked duration that is taken for rounding."""
 
 RAMPS = "ramps"
 """Key of the bound on the duration that comes from asked ramp times instead of a limit."""

@@ -9,8 +9,8 @@ import numpy as np
 
 from planner.backends.shared.along_curve import stretched
 from planner.backends.shared.demands import SampledLimits, infeasible_duration
-from planner.backends.shared.rest_to_rest import DURATION_TOLERANCE
 from planner.errors import InfeasibleDuration, PlanningError
+from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable

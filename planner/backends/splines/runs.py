@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.along_curve import (
-    DURATION_TOLERANCE,
-    NO_LENGTH,
     CurveLaw,
     ToolSpeeds,
     broken_at,
@@ -31,6 +29,7 @@ from planner.backends.splines.timed_spline import (
 from planner.errors import InfeasibleDuration, Remedy
 from planner.limits import passes_a_limit
 from planner.polynomials import PiecewisePolynomial, differentiate, horner
+from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from planner.backends.shared.along_curve import Demand
@@ -44,8 +43,11 @@ SAMPLES = 24
 SHARES = np.linspace(0.0, 1.0, 9)
 """By which free intervals are slowed down beside slow ones, from not at all to their pace, until the law ascends."""
 
-LEAST_FACTOR, ROUNDING = 1e-9, 1e-9
-"""What an interval counts that nothing limits; and a speed backwards, relative to the mean, that is rounding."""
+LEAST_FACTOR = 1e-9
+"""Factor on time that stands for none, of an interval that nothing limits."""
+
+BACKWARDS = 1e-9
+"""Speed backwards along the curve, relative to the mean speed, that is rounding of the spline's coefficients."""
 
 MOST_LENGTHENINGS = 30
 """Times that segments without a duration are lengthened beside such with one."""
@@ -197,7 +199,7 @@ class _CurveTiming(_Timing):
 
     def _ascends(self, durations: FloatArray) -> bool:
         slowest, mean = self._samples(durations)[1], self.places[-1] / durations.sum()
-        return bool(slowest >= -ROUNDING * mean)
+        return bool(slowest >= -BACKWARDS * mean)
 
     @cached_property
     def _single(self) -> CurveLaw:
@@ -215,7 +217,7 @@ class _CurveTiming(_Timing):
         t = np.linspace(0.0, 1.0, SAMPLES) * durations[:, None]
         s, ds, dds, ddds = (horner(differentiate(law.coefficients, k), t)[..., None] for k in range(4))
         starts, ends = self.places[:-1, None], self.places[1:, None]
-        margin = NO_LENGTH * (ends - starts)  # at its ends an interval's own derivatives count
+        margin = NEGLIGIBLE_SHARE * (ends - starts)  # at its ends an interval's own derivatives count
         places = np.clip(s[..., 0], starts + margin, ends - margin).ravel()
         dq, ddq, dddq = (value.reshape(*t.shape, -1) for value in curve.evaluate(places, [1, 2, 3]))
         motion = {

@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.backends.splines.shortest_durations import LinearisedLimits
 from planner.polynomials import bernstein_matrix, differentiate, horner
+from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.backends.splines.interpolation import InterpolatingSpline
@@ -25,8 +26,9 @@ NEAR = 0.65
 NEAR_POSITION = 0.1
 """Distance from a position limit, relative to the joint's travel, up to which it is looked into."""
 
-ROUNDING = 1e-10
-"""Relative excess over a limit that is taken for rounding."""
+OVERSHOOT_TOLERANCE = 0.1 * LIMIT_TOLERANCE
+"""Excess over a position limit, relative to the joint's travel, that is rounding. The certificate measures it by half
+of the joint's range, and the travel may be twice as long as that."""
 
 LEAST_LOG_RATIO = -50.0
 """Stands for the ratio of a segment that nothing limits."""
@@ -121,7 +123,7 @@ class SplineAgainstLimits:
     def overshoot(self) -> float:
         """Excess over the position limits, relative to the range of the joint's waypoints; 0: none."""
         overshoot = float(self.excess[self.order == 0].max(initial=0.0))
-        return overshoot if overshoot > ROUNDING else 0.0
+        return overshoot if overshoot > OVERSHOOT_TOLERANCE else 0.0
 
     def linearise(self) -> LinearisedLimits:
         """The peaks that a change of the durations could bring over their limits, and those over them."""

@@ -10,12 +10,12 @@ import numpy as np
 from planner.backends.splines.interpolation import Degree, interpolate
 from planner.backends.splines.shortest_durations import search_durations
 from planner.backends.splines.spline_limits import (
-    ROUNDING,
     DurationsTooShort,
     PositionOvershoot,
     SplineAgainstLimits,
     hold_against_limits,
 )
+from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits
@@ -91,7 +91,7 @@ def timed_spline(positions: FloatArray, limits: SegmentLimits, asked: FloatArray
     factor = float(motion.ratios.max())
     if free.all():
         motion = assess(motion.durations * factor)
-    elif factor > 1.0 + ROUNDING:
+    elif factor > 1.0 + DURATION_TOLERANCE:
         raise motion.too_short()
     return Spline(motion.durations, motion.spline.coefficients)
 

@@ -11,7 +11,7 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
-from planner.backends.shared.along_curve import DURATION_TOLERANCE, MOST_HALVINGS, demands, most_demanding, stretched
+from planner.backends.shared.along_curve import MOST_HALVINGS, demands, most_demanding, stretched
 from planner.backends.shared.assembly import TimedPieces, assemble
 from planner.backends.shared.demands import SampledLimits, duration_of_run, infeasible_duration, nothing_limits
 from planner.backends.shared.smooth_curve import smooth_curve, smoothed
@@ -21,6 +21,7 @@ from planner.backends.toppra.reachability import fastest_law
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
 from planner.guarantees import ALL_HARD, Guarantee
 from planner.polynomials import horner, quintic_hermite
+from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

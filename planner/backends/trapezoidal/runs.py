@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.along_curve import (
-    DURATION_TOLERANCE,
     CurveLaw,
     Demand,
     ToolSpeeds,
@@ -20,6 +19,7 @@ from planner.backends.shared.along_curve import (
 from planner.backends.shared.demands import duration_of_run, infeasible_duration
 from planner.errors import LimitsUnsatisfiable
 from planner.polynomials import PiecewisePolynomial
+from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,9 +36,6 @@ SHARES = np.linspace(0.05, 0.95, 19)
 
 STEP = 1.001
 """Ratio of speeds that ramps lead between, at least."""
-
-NO_TIME = 1e-9
-"""Share of an interval's time below which a piece of its trapezoid is rounding."""
 
 MOST_LENGTHENINGS, HASTE = 60, 1.0 + 1e-6
 """Times that a run with given ramps is lengthened until it keeps its limits, and by what beyond its need."""
@@ -151,6 +148,6 @@ def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segment
         ]
     ).transpose(2, 0, 1)
     times = np.column_stack([up, cruise, down])
-    there = times > NO_TIME * times.sum(axis=1, keepdims=True)
+    there = times > NEGLIGIBLE_SHARE * times.sum(axis=1, keepdims=True)
     law = PiecewisePolynomial(times[there], coefficients[there][:, None, :])
     return CurveLaw(law, np.repeat(segments[:, None], 3, axis=1)[there])

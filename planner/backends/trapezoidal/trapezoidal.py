@@ -14,6 +14,7 @@ from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.runs import time_run, time_run_with_ramps
 from planner.guarantees import ALL_HARD, Guarantee
 from planner.polynomials import PiecewisePolynomial
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, StraightMotions
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
-
-NO_CRUISE = 1e-12
-"""Share of the duration below which a cruise is rounding."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ def fastest_trapezoids(motions: StraightMotions) -> TimedPieces:
     inverse_a = travels / limits.acceleration
     slowness = inverse_v.max(axis=1)
     sluggishness = inverse_a.max(axis=1)
-    cruises = slowness**2 > sluggishness * (1.0 + 1e-12)
+    cruises = slowness**2 > sluggishness * (1.0 + ROUNDING)
     with np.errstate(divide="ignore", invalid="ignore"):
         shortest = np.where(cruises, slowness + sluggishness / slowness, 2.0 * np.sqrt(sluggishness))
         ramp = np.where(cruises, (sluggishness / slowness) / shortest, 0.5)
@@ -122,7 +120,7 @@ def _trapezoids(t1: FloatArray, t3: FloatArray) -> UnitLaws:
     """S on unit time: accelerates for t1 (segments,), brakes for t3, cruises between unless they fill the time."""
     peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
     cruise = 1.0 - t1 - t3
-    cruise = np.where(cruise > NO_CRUISE, cruise, 0.0)
+    cruise = np.where(cruise > ROUNDING, cruise, 0.0)
     coefficients = np.zeros((len(t1), 3, 3))
     coefficients[:, 0, 2] = peak / t1 / 2.0
     coefficients[:, 1, 0] = peak * t1 / 2.0
