@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import asynccontextmanager
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING
 
 import structlog
@@ -13,9 +12,9 @@ from starlette.routing import Match, Route
 
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem
 from api.middleware import RequestContext
-from api.openapi import build_openapi, extra_of, responses_of
 from api.operations import OPERATIONS
-from api.routes import info
+from api.routes import compare, robots, service
+from api.routes.ordinary import ordinary
 from api.service import Service
 from api.settings import Settings
 from api.store import InMemoryRobotStore
@@ -23,11 +22,21 @@ from api.workers import WorkerPool
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Awaitable, Callable
 
     from starlette.requests import Request
 
-DESCRIPTION = "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`."
+ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
+    "compare_backends": compare.compare_backends,
+    "list_robots": robots.list_robots,
+    "get_robot": robots.get_robot,
+    "add_robot": robots.add_robot,
+    "delete_robot": robots.delete_robot,
+    "get_limits": service.get_limits,
+    "get_liveness": service.get_liveness,
+    "get_readiness": service.get_readiness,
+}
+"""The endpoints of the operations that are not ordinary: they need the store, several workers or none."""
 
 log = structlog.get_logger()
 
@@ -51,46 +60,20 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         workers.stop()
         log.info("stopped")
 
-    app = FastAPI(
-        title="Trajectory planner",
-        version=_version(),
-        description=DESCRIPTION,
-        license_info={"name": "MIT", "identifier": "MIT"},
-        docs_url=None,
-        redoc_url=None,
-        redirect_slashes=False,
-        lifespan=lifespan,
-    )
+    # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
+    app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
     app.state.service = Service(settings, workers, InMemoryRobotStore(settings.max_robots))
     for operation in OPERATIONS:
-        app.add_api_route(
-            operation.path,
-            operation.endpoint,
-            methods=[operation.method],
-            operation_id=operation.id,
-            summary=operation.summary,
-            tags=[operation.tag],
-            status_code=operation.status,
-            response_class=Response,
-            response_model=None,
-            responses=responses_of(operation),
-            openapi_extra=extra_of(operation),
-        )
-    app.add_route("/docs", info.docs_page, include_in_schema=False)
-    app.add_route("/docs/{name}", info.docs_file, include_in_schema=False)
-    app.openapi = lambda: build_openapi(app)  # type: ignore[method-assign] # FastAPI's own way to replace it
+        endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
+        app.add_api_route(operation.path, endpoint, methods=[operation.method], response_model=None)
+    app.add_route("/openapi.json", service.openapi)
+    app.add_route("/docs", service.docs_page)
+    app.add_route("/docs/{name}", service.docs_file)
     app.add_exception_handler(PlanningError, _answer_with_problem)
     app.add_exception_handler(ServiceError, _answer_with_problem)
     app.add_exception_handler(HTTPException, _answer_http_exception)
     app.add_middleware(RequestContext)
     return app
-
-
-def _version() -> str:
-    try:
-        return version("trajectory-planner")
-    except PackageNotFoundError:  # run from a checkout
-        return "0+checkout"
 
 
 async def _answer_with_problem(request: Request, error: Exception) -> Response:

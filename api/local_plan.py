@@ -8,9 +8,9 @@ import orjson
 from pydantic import ValidationError
 
 from api.conversion import to_backend, to_problem
+from api.digests import request_hash
 from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
-from api.tasks import request_hash
 from planner.export import FORMATS, ExportOptions, Format
 from planner.planning import plan
 from planner.robots import load_robot

@@ -13,7 +13,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.requests import ClientDisconnect
 
 from api.errors import MEDIA_TYPE, InternalError, problem
-from api.worker_main import where_from
+from api.failures import where_from
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send

@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from api.errors import NotAcceptable
-from planner.export import FORMATS
-
-if TYPE_CHECKING:
-    from starlette.requests import Request
+from planner.export import FORMATS, Format
 
 
-def requested_format(request: Request) -> str:
-    """Name of the format to answer in.
+def negotiated(asked: str | None, accept: str) -> Format:
+    """The format to answer in.
+
+    Args:
+        asked: The name in the query, which goes before the header; None: there is none.
+        accept: The `Accept` header.
 
     Raises:
         NotAcceptable: None of those asked for exists.
     """
-    asked = request.query_params.get("format")
     if asked is not None:
         if asked in FORMATS:
-            return asked
+            return FORMATS[asked]
         raise _not_acceptable()
-    accept = request.headers.get("accept", "*/*")
     names = list(FORMATS)
     best = max(names, key=lambda name: (_quality(FORMATS[name].media_type, accept), -names.index(name)))
     if _quality(FORMATS[best].media_type, accept) <= 0.0:
         raise _not_acceptable()
-    return best
+    return FORMATS[best]
 
 
 def _not_acceptable() -> NotAcceptable:
@@ -36,7 +33,7 @@ def _not_acceptable() -> NotAcceptable:
 
 
 def _quality(media_type: str, accept: str) -> float:
-    """Weight of a media type in an `Accept` header: that of the most specific range that covers it."""
+    """The weight of a media type in an `Accept` header is that of the most specific range that covers it."""
     kind = media_type.partition("/")[0]
     weights = {}
     for part in accept.split(","):

@@ -1,11 +1,12 @@
-"""The OpenAPI 3.1 document, from the table of operations and the schemas."""
+"""The OpenAPI 3.1 document, from the operations and the schemas. A worker makes it, as it knows the back ends."""
 
 from __future__ import annotations
 
+from functools import cache
 from http import HTTPStatus
+from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
-from fastapi.openapi.utils import get_openapi
 from pydantic import TypeAdapter
 
 from api.errors import MEDIA_TYPE, STATUS_OF_CODE
@@ -15,37 +16,83 @@ from api.schemas.problems import Problem
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
-    from fastapi import FastAPI
+    from api.messages import Reply
+    from api.tasks.operation import Operation
+    from api.tasks.work import Work
 
-    from api.operations import Operation
+TITLE = "Trajectory planner"
+"""The name of the service in its documentation."""
+
+DESCRIPTION = "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`."
+"""What the service does, in the words of its documentation."""
 
 REFERENCE = "#/components/schemas/{model}"
+"""Where a schema is in the document."""
+
 FORMAT_SCHEMAS = {"ros2": RosJointTrajectory}
-"""Schemas of the JSON forms of a plan besides `json`; the others are text."""
+"""The schemas of the JSON forms of a plan besides `json`; the others are text."""
 
 
-def build_openapi(app: FastAPI) -> dict[str, Any]:
-    """The document; made once, then kept by the app."""
-    if app.openapi_schema is None:
-        document = get_openapi(
-            title=app.title,
-            version=app.version,
-            description=app.description,
-            license_info=app.license_info,
-            routes=app.routes,
-        )
-        document["components"] = {"schemas": _components()}
-        app.openapi_schema = document
-    return app.openapi_schema
+def get_openapi(work: Work) -> Reply:
+    """GET /openapi.json."""
+    with work.stage("plan"):
+        document = openapi_document()
+    return work.reply(document)
 
 
-def responses_of(operation: Operation) -> dict[int | str, dict[str, Any]]:
-    """Documentation of what an operation answers."""
-    responses: dict[int | str, dict[str, Any]] = {operation.status: _success(operation)}
+@cache
+def openapi_document() -> dict[str, Any]:
+    """The document, made once in a process."""
+    paths: dict[str, dict[str, Any]] = {}
+    for operation in OPERATIONS:
+        paths.setdefault(operation.path, {})[operation.method.lower()] = _entry(operation)
+    return {
+        "openapi": "3.1.0",
+        "info": {
+            "title": TITLE,
+            "description": DESCRIPTION,
+            "license": {"name": "MIT", "identifier": "MIT"},
+            "version": service_version(),
+        },
+        "paths": paths,
+        "components": {"schemas": _components()},
+    }
+
+
+def service_version() -> str:
+    """The version of the installed package."""
+    try:
+        return version("trajectory-planner")
+    except PackageNotFoundError:  # run from a checkout
+        return "0+checkout"
+
+
+def _entry(operation: Operation) -> dict[str, Any]:
+    entry: dict[str, Any] = {
+        "tags": [operation.tag],
+        "summary": operation.summary,
+        "operationId": operation.id,
+        "responses": {str(status): response for status, response in _responses(operation).items()},
+    }
+    parameters = _parameters(operation)
+    if parameters:
+        entry["parameters"] = parameters
+    if operation.request is not None:
+        content = {
+            "schema": _reference(operation.request),
+            "examples": {name: {"value": value} for name, value in operation.examples.items()},
+        }
+        entry["requestBody"] = {"required": True, "content": {"application/json": content}}
+    return entry
+
+
+def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
+    """What an operation answers, by status."""
+    responses: dict[int, dict[str, Any]] = {operation.status: _success(operation)}
     for status, meaning in operation.also.items():
         responses[status] = _success(operation) | {"description": meaning}
     by_status: dict[int, list[str]] = {}
-    for code in operation.problems:
+    for code in operation.codes:
         by_status.setdefault(STATUS_OF_CODE[code], []).append(code)
     for status, codes in sorted(by_status.items()):
         description = f"{HTTPStatus(status).phrase}: " + ", ".join(f"`{code}`" for code in codes)
@@ -56,10 +103,25 @@ def responses_of(operation: Operation) -> dict[int | str, dict[str, Any]]:
     return responses
 
 
-def extra_of(operation: Operation) -> dict[str, Any]:
-    """Documentation of what an operation takes."""
-    extra: dict[str, Any] = {}
-    parameters = []
+def _success(operation: Operation) -> dict[str, Any]:
+    if operation.answer is None:
+        return {"description": "Done."}
+    content = {"application/json": {"schema": _reference(operation.answer)}}
+    if operation.formats:
+        for name, form in FORMATS.items():
+            if name in FORMAT_SCHEMAS:
+                content[form.media_type] = {"schema": _reference(FORMAT_SCHEMAS[name])}
+            elif name != "json":
+                content[form.media_type] = {"schema": {"type": "string"}}
+    response: dict[str, Any] = {"description": "Success.", "content": content}
+    if operation.status == HTTPStatus.CREATED:
+        location = {"description": "Where it is.", "schema": {"type": "string"}}
+        response["headers"] = {"Location": location}
+    return response
+
+
+def _parameters(operation: Operation) -> list[dict[str, Any]]:
+    parameters: list[dict[str, Any]] = []
     if "{id}" in operation.path:
         parameters.append(
             {
@@ -79,32 +141,7 @@ def extra_of(operation: Operation) -> dict[str, Any]:
                 "schema": {"type": "string", "enum": list(FORMATS), "title": "PlanFormat"},
             }
         )
-    if parameters:
-        extra["parameters"] = parameters
-    if operation.request is not None:
-        content = {
-            "schema": _reference(operation.request),
-            "examples": {name: {"value": value} for name, value in operation.examples.items()},
-        }
-        extra["requestBody"] = {"required": True, "content": {"application/json": content}}
-    return extra
-
-
-def _success(operation: Operation) -> dict[str, Any]:
-    if operation.answer is None:
-        return {"description": "Done."}
-    content = {"application/json": {"schema": _reference(operation.answer)}}
-    if operation.formats:
-        for name, form in FORMATS.items():
-            if name in FORMAT_SCHEMAS:
-                content[form.media_type] = {"schema": _reference(FORMAT_SCHEMAS[name])}
-            elif name != "json":
-                content[form.media_type] = {"schema": {"type": "string"}}
-    response: dict[str, Any] = {"description": "Success.", "content": content}
-    if operation.status == 201:
-        location = {"description": "Where it is.", "schema": {"type": "string"}}
-        response["headers"] = {"Location": location}
-    return response
+    return parameters
 
 
 def _reference(schema: Any) -> dict[str, Any]:

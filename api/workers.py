@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 import structlog
 
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded
-from api.worker_main import HEADER, Caps, pack, work
+from api.messages import HEADER, Caps, pack
+from api.worker_main import work
 
 if TYPE_CHECKING:
+    from api.messages import Reply, Task
     from api.settings import Settings
-    from api.worker_main import Reply, Task
 
 RETRY_AFTER = "1"
 """s, suggested to those whom a full queue turns away."""

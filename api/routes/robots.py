@@ -1,4 +1,4 @@
-"""Robots: the catalogue's are read in the workers, the added ones are kept in the store."""
+"""Uploaded robots are kept here, in the store; what the store does not have is the workers'."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ from dataclasses import replace
 
 from fastapi import Request, Response
 
-from api.errors import CatalogueRobot, RobotExists, TooManyRobots
-from api.routes.work import respond, run, run_with_body, service_of
-from planner.errors import UnknownRobot
-from planner.robots import catalogue_ids
-
-NO_SUCH_ROBOT = "no robot has this id; GET /v1/robots lists those that there are"
+from api.errors import RobotExists, TooManyRobots
+from api.routes.ordinary import respond, run, run_with_body, service_of
 
 
 async def list_robots(request: Request) -> Response:
@@ -24,11 +20,9 @@ async def get_robot(request: Request) -> Response:
     """GET /v1/robots/{id}."""
     robot_id = request.path_params["id"]
     content = service_of(request).robots.get(robot_id)
-    if content is not None:
-        return Response(content.described_as(robot_id), media_type="application/json")
-    if robot_id not in catalogue_ids():
-        raise UnknownRobot(NO_SUCH_ROBOT)
-    return respond(await run(request, "get_robot", id=robot_id))
+    if content is None:
+        return respond(await run(request, "get_robot", id=robot_id))
+    return Response(content.described_as(robot_id), media_type="application/json")
 
 
 async def add_robot(request: Request) -> Response:
@@ -50,8 +44,6 @@ async def add_robot(request: Request) -> Response:
 async def delete_robot(request: Request) -> Response:
     """DELETE /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    if robot_id in catalogue_ids():
-        raise CatalogueRobot(f"{robot_id} is a robot of the catalogue")
-    if not service_of(request).robots.delete(robot_id):
-        raise UnknownRobot(NO_SUCH_ROBOT)
-    return Response(status_code=204)
+    if service_of(request).robots.delete(robot_id):
+        return Response(status_code=204)
+    return respond(await run(request, "delete_robot", id=robot_id))

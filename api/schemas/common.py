@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 from typing_extensions import TypeAliasType
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 QUATERNION_TOLERANCE = 0.01
 """How far the norm of a quaternion may be from 1."""
@@ -33,6 +35,7 @@ class Schema(BaseModel):
         allow_inf_nan=False,
         hide_input_in_errors=True,
         use_attribute_docstrings=True,
+        defer_build=True,
     )
 
 
@@ -89,12 +92,21 @@ class MatrixOrientation(Schema):
     @field_validator("matrix")
     @classmethod
     def _a_rotation(cls, rows: list[list[float]]) -> list[list[float]]:
-        R = np.array(rows)
-        if np.abs(R.T @ R - np.eye(3)).max() > MATRIX_TOLERANCE:
+        x, y, z = zip(*rows, strict=True)
+        products = {1.0: (_dot(x, x), _dot(y, y), _dot(z, z)), 0.0: (_dot(x, y), _dot(y, z), _dot(z, x))}
+        if any(abs(p - wanted) > MATRIX_TOLERANCE for wanted, found in products.items() for p in found):
             raise ValueError("not a rotation: an element of R^T R - I exceeds 0.01")
-        if np.linalg.det(R) < 0.0:
+        if _dot(x, _cross(y, z)) < 0.0:
             raise ValueError("not a rotation but a reflection: the determinant is negative")
         return rows
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(i * j for i, j in zip(a, b, strict=True))
+
+
+def _cross(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 Orientation = TypeAliasType(

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 from typing_extensions import TypeAliasType
 
-from api.schemas.backends import BACKEND_SCHEMAS, Backend
+from api.schemas.backends import Backend, backend_schemas
 from api.schemas.common import (
     DEFAULT_DEADLINE,
     LARGEST,
@@ -254,7 +254,7 @@ class CompareRequest(TrajectoryRequest):
 
 
 def _default_backend() -> Any:
-    return BACKEND_SCHEMAS["cubic"](kind="cubic")  # type: ignore[call-arg] # made by create_model
+    return backend_schemas()["cubic"](kind="cubic")  # type: ignore[call-arg] # made by create_model
 
 
 Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS)]

@@ -9,8 +9,9 @@ import schemathesis
 from hypothesis import HealthCheck, given, settings
 from schemathesis.checks import CHECKS
 
-from api.operations import OPERATIONS, Operation
+from api.operations import OPERATIONS
 from api.schemas.common import LARGEST
+from api.tasks.operation import Operation
 from tests.api.conftest import running_service
 from tests.sizes import SIZE
 

@@ -3,53 +3,36 @@
 from __future__ import annotations
 
 from importlib.resources import files
+from typing import Any
 
+import orjson
 from fastapi import Request, Response
 from fastapi.openapi.docs import get_swagger_ui_html
 
 from api.errors import NotFound
-from api.routes.work import json_response, service_of
+from api.routes.ordinary import respond, run, service_of
 from api.schemas.answers import ServiceLimits
-from api.schemas.backends import BACKEND_SCHEMAS
 from api.schemas.common import DEFAULT_DEADLINE
 from api.settings import Settings
-from planner.backends import BACKENDS
 
 SWAGGER_FILES = {
     "swagger-ui-bundle.js": "text/javascript",
     "swagger-ui.css": "text/css",
     "favicon-32x32.png": "image/png",
 }
-"""Files of Swagger UI, from the package `fastapi-swagger`: the page needs no other host."""
-
-
-async def list_backends(request: Request) -> Response:
-    """GET /v1/backends."""
-    descriptions = []
-    for kind, backend in BACKENDS.items():
-        options = BACKEND_SCHEMAS[kind].model_json_schema()["properties"]
-        del options["kind"]
-        descriptions.append(
-            {
-                "kind": kind,
-                "summary": backend.summary,
-                "options": options,
-                "guarantees": dict(backend.guarantees),
-            }
-        )
-    return json_response({"backends": descriptions})
+"""Files of Swagger UI and their media types, from the package `fastapi-swagger`: the page needs no other host."""
 
 
 async def get_limits(request: Request) -> Response:
     """GET /v1/limits."""
     settings = service_of(request).settings
     caps = {name: getattr(settings, name) for name in ServiceLimits.model_fields if name in Settings.model_fields}
-    return json_response(caps | {"default_deadline": DEFAULT_DEADLINE})
+    return _json(caps | {"default_deadline": DEFAULT_DEADLINE})
 
 
 async def get_liveness(request: Request) -> Response:
     """GET /livez."""
-    return json_response({"status": "alive"})
+    return _json({"status": "alive"})
 
 
 async def get_readiness(request: Request) -> Response:
@@ -61,14 +44,19 @@ async def get_readiness(request: Request) -> Response:
         "workers": service.settings.workers,
         "warm_workers": service.pool.warm_workers,
     }
-    return json_response(answer, 200 if ready else 503)
+    return _json(answer, 200 if ready else 503)
+
+
+async def openapi(request: Request) -> Response:
+    """GET /openapi.json."""
+    return respond(await run(request, "get_openapi"))
 
 
 async def docs_page(request: Request) -> Response:
     """GET /docs."""
     return get_swagger_ui_html(
         openapi_url="openapi.json",
-        title=request.app.title,
+        title="Trajectory planner",
         swagger_js_url="docs/swagger-ui-bundle.js",
         swagger_css_url="docs/swagger-ui.css",
         swagger_favicon_url="docs/favicon-32x32.png",
@@ -82,3 +70,7 @@ async def docs_file(request: Request) -> Response:
         raise NotFound("there is no such file")
     content = files("fastapi_swagger").joinpath("resources", name).read_bytes()
     return Response(content, media_type=SWAGGER_FILES[name], headers={"Cache-Control": "max-age=86400"})
+
+
+def _json(value: Any, status: int = 200) -> Response:
+    return Response(orjson.dumps(value), status, media_type="application/json")

@@ -1,38 +1,42 @@
-"""What is common to everything that a worker runs: read the body, run the task, send the reply."""
+"""What an ordinary operation does in the server: read the body, let a worker run the task, send its reply."""
 
 from __future__ import annotations
 
 import asyncio
 import time
-from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 import orjson
 import structlog
 from fastapi import Request, Response
 
-from api.errors import (
-    MEDIA_TYPE,
-    DeadlineExceeded,
-    InternalError,
-    MemoryExceeded,
-    PayloadTooLarge,
-    UnsupportedMediaType,
-    invalid,
-    problem,
-)
-from api.schemas.answers import ComparedBackend
+from api.errors import DeadlineExceeded, PayloadTooLarge, UnsupportedMediaType, invalid
+from api.messages import Task
 from api.schemas.common import DEFAULT_DEADLINE
-from api.schemas.requests import MOST_BACKENDS
-from api.worker_main import Reply, Task
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from api.messages import Reply
     from api.service import Service
+    from api.tasks.operation import Operation
 
 log = structlog.get_logger()
 
-OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_error"})
-"""Codes of what befalls one back end in a comparison and says nothing of the others."""
+
+def ordinary(operation: Operation) -> Callable[[Request], Awaitable[Response]]:
+    """The endpoint of an operation that a worker does as a whole."""
+
+    async def endpoint(request: Request) -> Response:
+        arguments: dict[str, Any] = {}
+        if operation.formats:
+            arguments["format"] = request.query_params.get("format")
+            arguments["accept"] = request.headers.get("accept", "*/*")
+        if operation.request is None:
+            return respond(await run(request, operation.id, **arguments))
+        return respond(await run_with_body(request, operation.id, **arguments))
+
+    return endpoint
 
 
 def service_of(request: Request) -> Service:
@@ -43,44 +47,12 @@ def service_of(request: Request) -> Service:
 
 async def run_with_body(request: Request, operation: str, **arguments: Any) -> Reply:
     """Read the body and run the operation on it in a worker."""
-    body, _, deadline, robot = await _look_at_body(request)
+    body, _, deadline, robot = await look_at_body(request)
     return await run(request, operation, deadline, body, **robot, **arguments)
 
 
-async def compare_with_body(request: Request) -> Response:
-    """Read the body and plan with each of its back ends, as many at once as there are workers."""
-    body, document, deadline, robot = await _look_at_body(request)
-    backends = document.get("backends")
-    count = len(backends) if isinstance(backends, list) and 1 <= len(backends) <= MOST_BACKENDS else 1
-    workers = asyncio.Semaphore(service_of(request).settings.workers)
-
-    async def compare(index: int) -> Reply:
-        async with workers:
-            try:
-                return await run(request, "compare_backend", deadline, body, index=index, **robot)
-            except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
-                status, refusal = problem(error, request.url.path)
-                return Reply(status, MEDIA_TYPE, refusal)
-
-    replies = await asyncio.gather(*(compare(index) for index in range(count)))
-    entries = []
-    request.state.timings = {}
-    for index, reply in enumerate(replies):
-        request.state.timings[f"backend_{index}"] = sum(s for name, s in reply.timings.items() if name != "queue")
-        if reply.status == HTTPStatus.OK:
-            entries.append(reply.body)
-            continue
-        refusal = orjson.loads(reply.body)
-        if refusal["code"] not in OF_ONE_BACKEND:
-            return respond(reply)  # the request itself is bad, whatever the back end
-        entry = dict.fromkeys(ComparedBackend.model_fields)
-        kind = backends[index]["kind"] if isinstance(backends, list) else None
-        entries.append(orjson.dumps(entry | {"backend": kind, "status": refusal["code"], "problem": refusal}))
-    return Response(b'{"results":[' + b",".join(entries) + b"]}", media_type="application/json")
-
-
-async def _look_at_body(request: Request) -> tuple[bytes, dict[str, Any], float, dict[str, Any]]:
-    """The body, its document, the deadline (s), and what the worker needs to know of an added robot.
+async def look_at_body(request: Request) -> tuple[bytes, dict[str, Any], float, dict[str, Any]]:
+    """The body, its document, the deadline (s), and what the worker needs to know of an uploaded robot.
 
     Only `robot`, `deadline` and the number of `backends` are looked at here: the rest is the worker's.
     """
@@ -118,11 +90,6 @@ async def run(
 def respond(reply: Reply) -> Response:
     """The reply of a worker as the response; its body goes out as it is."""
     return Response(reply.body, reply.status, dict(reply.headers), media_type=reply.media_type)
-
-
-def json_response(value: Any, status: int = 200) -> Response:
-    """A small answer that is made here."""
-    return Response(orjson.dumps(value), status, media_type="application/json")
 
 
 async def _read_body(request: Request) -> bytes:

@@ -1,0 +1,29 @@
+"""The digests by which answers quote requests and robots."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+
+def sha256(content: bytes) -> str:
+    """The SHA-256 of a content as answers show it, `sha256:` and 64 hexadecimal digits."""
+    return "sha256:" + hashlib.sha256(content).hexdigest()
+
+
+def canonical(request: BaseModel, exclude: set[str] | None = None) -> bytes:
+    """The request with its defaults filled in and its keys in the order of the schema: notation makes no difference."""
+    return request.model_dump_json(exclude=exclude).encode()
+
+
+def request_hash(request: BaseModel, robot: bytes | None = None) -> str:
+    """What an answer quotes its request by: two requests with the same hash ask for the same plan.
+
+    Args:
+        request: The request, which names its robot by an id. The catalogue belongs to the version of the service.
+        robot: The definition of an uploaded robot, whose id may belong to another one later; None: a catalogue robot.
+    """
+    return sha256(canonical(request) if robot is None else canonical(request) + b"\n" + robot)

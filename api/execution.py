@@ -1,0 +1,74 @@
+"""What a worker does with a task: run its operation and turn whatever happens into a reply."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api import errors
+from api.failures import where_from
+from api.messages import Reply, Task
+from api.openapi import get_openapi
+from api.operations import OPERATIONS
+from api.tasks.work import Work
+from planner.errors import PlanningError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from api.messages import Caps
+
+RUN: dict[str, Callable[[Work], Reply]] = {
+    "get_openapi": get_openapi,
+    **{operation.id: operation.run for operation in OPERATIONS if operation.run is not None},
+}
+"""The function that runs for each operation id."""
+
+WARM_UP_ROBOT = "kuka_kr16_l6_2"
+"""The robot that is planned for before any request; it has inertias, which one back end asks for."""
+
+ARGUMENTS = {"format": "json", "accept": "*/*", "index": 0}
+"""The arguments with which examples are run before any request."""
+
+
+def execute(task: Task, caps: Caps) -> Reply:
+    """Run one task; whatever happens, a reply comes back."""
+    started = time.monotonic()
+    queue = {"queue": started - task.submitted}
+    failure = None
+    try:
+        if started >= task.deadline:
+            raise errors.DeadlineExceeded("the deadline passed while the request waited for a worker")
+        reply = RUN[task.operation](Work(task, caps))
+        return replace(reply, timings=queue | dict(reply.timings))
+    except (PlanningError, errors.ServiceError) as error:
+        refusal: PlanningError | errors.ServiceError = error
+    except MemoryError:
+        refusal = errors.MemoryExceeded("the request needs more memory than a worker may use")
+    except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
+        refusal = errors.InternalError("the service failed on this request")
+        failure = where_from(error)
+    status, body = errors.problem(refusal, task.instance)
+    return Reply(status, errors.MEDIA_TYPE, body, timings=queue, failure=failure)
+
+
+def warm_up(caps: Caps) -> None:
+    """Plan once with every back end and run an example of every operation: no request pays for first-time work."""
+    from planner.backends import BACKENDS
+    from planner.robots import load_robot
+
+    middle = load_robot(WARM_UP_ROBOT).middle
+    waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01)]
+    for kind in BACKENDS:
+        _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": {"kind": kind}}, caps)
+    for operation in OPERATIONS:
+        for example in [*operation.examples.values()][:1]:
+            _run(operation.id, example, caps)
+
+
+def _run(operation: str, request: Any, caps: Caps) -> None:
+    RUN[operation](Work(Task(operation, "", 0.0, math.inf, orjson.dumps(request), ARGUMENTS), caps))

@@ -1,0 +1,81 @@
+"""What the server and its workers send each other. Light to import: both sides do."""
+
+from __future__ import annotations
+
+import pickle
+import struct
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+HEADER = struct.Struct("!I")
+"""The length of a pickled message in bytes, which goes ahead of it on the channel between server and worker."""
+
+
+@dataclass(frozen=True)
+class Caps:
+    """What one request may ask of a worker.
+
+    Attributes:
+        max_deadline: The longest deadline, s.
+        max_waypoints: The most waypoints or poses of a request.
+        max_samples: The most values of an answer, and the most rows of a request.
+        memory_mib: The private memory that a worker may allocate, MiB.
+    """
+
+    max_deadline: float
+    max_waypoints: int
+    max_samples: int
+    memory_mib: int
+
+
+@dataclass(frozen=True)
+class Task:
+    """One request for a worker, its body as bytes.
+
+    Attributes:
+        operation: The id of the operation.
+        instance: The path of the request, for problem documents.
+        submitted: When it was given to the pool, s on the monotonic clock that all processes share.
+        deadline: When the answer must be there, s on the same clock.
+        body: The body as it came.
+        arguments: What the operation needs besides the body.
+    """
+
+    operation: str
+    instance: str
+    submitted: float
+    deadline: float
+    body: bytes = b""
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What to send back to the caller, its body as bytes.
+
+    Attributes:
+        status: The HTTP status.
+        media_type: The media type of the body.
+        body: The body, to be sent as it is.
+        timings: The seconds that each stage took, for the `Server-Timing` header.
+        headers: Further HTTP headers.
+        result: A value for the server, not for the caller.
+        failure: Where an unexpected exception came from, for the log. It holds no values of the caller.
+    """
+
+    status: int
+    media_type: str
+    body: bytes
+    timings: Mapping[str, float] = field(default_factory=dict)
+    headers: Mapping[str, str] = field(default_factory=dict)
+    result: Any = None
+    failure: str | None = None
+
+
+def pack(message: Task | Reply | None) -> bytes:
+    """A message as it goes over a channel: the length of its pickle, then the pickle."""
+    payload = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    return HEADER.pack(len(payload)) + payload

@@ -1,0 +1,65 @@
+"""Dynamics: the torques of states of motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from api.errors import invalid
+from api.schemas import dynamics as schemas
+from api.tasks.operation import BODY_CODES, Operation
+
+if TYPE_CHECKING:
+    from api.messages import Reply
+    from api.tasks.work import Work
+
+
+def inverse_dynamics(work: Work) -> Reply:
+    """POST /v1/dynamics/inverse."""
+    import numpy as np
+
+    from api.conversion import to_matrix, to_payload
+    from planner.dynamics import inverse_dynamics
+
+    with work.stage("validate"):
+        request = work.request(schemas.InverseDynamicsRequest)
+        robot = work.robot(request)
+        if request.payload is not None:
+            robot = robot.with_payload(to_payload(request.payload))
+        positions = to_matrix(request.positions, robot.dof, "/positions")
+        velocities, accelerations = (
+            np.zeros_like(positions) if rows is None else to_matrix(rows, robot.dof, f"/{name}")
+            for name, rows in (("velocities", request.velocities), ("accelerations", request.accelerations))
+        )
+        faults = [
+            {"pointer": f"/{name}", "message": f"{len(rows)} rows for {len(positions)} positions"}
+            for name, rows in (("velocities", velocities), ("accelerations", accelerations))
+            if len(rows) != len(positions)
+        ]
+        if faults:
+            raise invalid(faults)
+    with work.stage("plan"):
+        torques = inverse_dynamics(robot, positions, velocities, accelerations)
+    return work.reply({"torques": torques})
+
+
+OPERATIONS = (
+    Operation(
+        id="inverse_dynamics",
+        method="POST",
+        path="/v1/dynamics/inverse",
+        tag="dynamics",
+        summary="Joint torques of states of motion.",
+        run=inverse_dynamics,
+        request=schemas.InverseDynamicsRequest,
+        answer=schemas.InverseDynamicsAnswer,
+        codes=(*BODY_CODES, "unknown_robot", "missing_dynamics"),
+        examples={
+            "holding_a_payload": {
+                "robot": "date_sorting_arm",
+                "payload": {"mass": 1.0},
+                "positions": [[0.0, 0.25, 0.0, 0.0, 1.5, 0.0]],
+            }
+        },
+    ),
+)
+"""What there is about dynamics."""

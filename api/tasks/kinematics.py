@@ -1,0 +1,197 @@
+"""Kinematics: forward, inverse, reachability, Jacobian and workspace."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from api.errors import invalid
+from api.schemas import kinematics as schemas
+from api.tasks.operation import BODY_CODES, Operation
+
+if TYPE_CHECKING:
+    from api.messages import Reply
+    from api.tasks.work import Work
+
+MOST_SOLUTIONS = 64
+"""The most solutions of one pose in an answer; a robot with six joints has 16 at most, whole turns aside."""
+
+
+def forward_kinematics(work: Work) -> Reply:
+    """POST /v1/kinematics/forward."""
+    from api.conversion import to_matrix, with_tool
+    from planner.kinematics import forward_kinematics, poses_as_dicts
+
+    with work.stage("validate"):
+        request = work.request(schemas.ForwardKinematicsRequest)
+        robot = with_tool(work.robot(request), request.tool)
+        positions = to_matrix(request.positions, robot.dof, "/positions")
+    with work.stage("plan"):
+        poses = forward_kinematics(robot, positions)
+    return work.reply({"poses": poses_as_dicts(poses)})
+
+
+def inverse_kinematics(work: Work) -> Reply:
+    """POST /v1/kinematics/inverse."""
+    from api.conversion import to_pose, to_vector, with_tool
+    from api.kinematics_answers import nearest_answer, solutions_answer
+    from planner.kinematics import inverse_kinematics, solutions_or_failure, with_whole_turns
+    from planner.kinematics.options import InverseKinematicsOptions
+
+    with work.stage("validate"):
+        request = work.request(schemas.InverseKinematicsRequest)
+        robot = with_tool(work.robot(request), request.tool)
+        reference = None
+        if request.reference is not None:
+            reference = to_vector(request.reference, robot.dof, "/reference")
+        options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
+    with work.stage("plan"):
+        results: list[dict[str, Any]] = []
+        for asked in request.poses:
+            pose = to_pose(asked)
+            if request.solutions == "all":
+                near = robot.middle if reference is None else reference
+                answer = solutions_or_failure(robot, pose, options, near)
+                if isinstance(answer, tuple):
+                    answer = with_whole_turns(robot, answer, near, MOST_SOLUTIONS)
+            else:
+                answer = inverse_kinematics(robot, pose, options, reference)
+                if answer.status == "solved":
+                    reference, answer = answer.position, (answer.position,)
+            if not isinstance(answer, tuple):
+                results.append({"status": answer.status, "solutions": [], "nearest": nearest_answer(answer)})
+                continue
+            results.append({"status": "solved", "solutions": solutions_answer(robot, pose, answer)})
+    return work.reply({"results": results})
+
+
+def reachability(work: Work) -> Reply:
+    """POST /v1/kinematics/reachability."""
+    from api.conversion import to_options, to_waypoints, with_tool
+    from api.kinematics_answers import reachability_answer
+    from planner.waypoints.reachability import reachability
+
+    with work.stage("validate"):
+        request = work.request(schemas.ReachabilityRequest)
+        robot = with_tool(work.robot(request), request.tool)
+        waypoints, options = to_waypoints(request.waypoints), to_options(request.ik, request.seed)
+    with work.stage("plan"):
+        found = reachability(robot, waypoints, options)
+    return work.reply(reachability_answer(waypoints, found))
+
+
+def jacobian(work: Work) -> Reply:
+    """POST /v1/kinematics/jacobian."""
+    from api.conversion import to_vector, with_tool
+    from planner.kinematics import jacobian, manipulability, singular_values
+
+    with work.stage("validate"):
+        request = work.request(schemas.JacobianRequest)
+        robot = with_tool(work.robot(request), request.tool)
+        position = to_vector(request.position, robot.dof, "/position")
+    with work.stage("plan"):
+        answer = {
+            "jacobian": jacobian(robot, position),
+            "manipulability": manipulability(robot, position[None])[0],
+            "singular_values": singular_values(robot, position[None])[0],
+        }
+    return work.reply(answer)
+
+
+def workspace(work: Work) -> Reply:
+    """POST /v1/kinematics/workspace."""
+    from api.conversion import with_tool
+    from planner.kinematics import workspace
+
+    with work.stage("validate"):
+        request = work.request(schemas.WorkspaceRequest)
+        if 3 * request.samples > work.caps.max_samples:
+            limit = (
+                f"{request.samples} points of 3 values are more than the {work.caps.max_samples} values of an answer"
+            )
+            raise invalid([{"pointer": "/samples", "message": limit}])
+        robot = with_tool(work.robot(request), request.tool)
+    with work.stage("plan"):
+        found = workspace(robot, request.samples, request.seed)
+    return work.reply(found)
+
+
+OPERATIONS = (
+    Operation(
+        id="forward_kinematics",
+        method="POST",
+        path="/v1/kinematics/forward",
+        tag="kinematics",
+        summary="Poses of the tool at joint positions.",
+        run=forward_kinematics,
+        request=schemas.ForwardKinematicsRequest,
+        answer=schemas.ForwardKinematicsAnswer,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={"one_position": {"robot": "three_dof_arm", "positions": [[0.1, 0.2, 0.3]]}},
+    ),
+    Operation(
+        id="inverse_kinematics",
+        method="POST",
+        path="/v1/kinematics/inverse",
+        tag="kinematics",
+        summary="Joint positions that bring the tool to poses.",
+        run=inverse_kinematics,
+        request=schemas.InverseKinematicsRequest,
+        answer=schemas.InverseKinematicsAnswer,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={
+            "one_position": {
+                "robot": "ngv_refuelling_arm",
+                "poses": [{"position": [-0.8, 1.0, -0.3], "orientation": None}],
+            }
+        },
+    ),
+    Operation(
+        id="reachability",
+        method="POST",
+        path="/v1/kinematics/reachability",
+        tag="kinematics",
+        summary="Which waypoints can be reached, in how many configurations, and by what margin; nothing is planned.",
+        run=reachability,
+        request=schemas.ReachabilityRequest,
+        answer=schemas.ReachabilityAnswer,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={
+            "a_pose_and_a_move": {
+                "robot": "ngv_refuelling_arm",
+                "waypoints": [
+                    {"kind": "pose", "pose": {"position": [-0.8, 1.0, -0.3], "orientation": None}},
+                    {
+                        "kind": "relative",
+                        "frame": "base",
+                        "move": {"kind": "cartesian", "translation": [0.0, 0.0, 0.1]},
+                    },
+                ],
+            }
+        },
+    ),
+    Operation(
+        id="jacobian",
+        method="POST",
+        path="/v1/kinematics/jacobian",
+        tag="kinematics",
+        summary="Jacobian of the tool at a joint position, and how far that is from singular.",
+        run=jacobian,
+        request=schemas.JacobianRequest,
+        answer=schemas.JacobianAnswer,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={"one_position": {"robot": "three_dof_arm", "position": [0.1, 0.2, 0.3]}},
+    ),
+    Operation(
+        id="workspace",
+        method="POST",
+        path="/v1/kinematics/workspace",
+        tag="kinematics",
+        summary="How far the tool reaches within the position limits, and a cloud of points where it can be.",
+        run=workspace,
+        request=schemas.WorkspaceRequest,
+        answer=schemas.WorkspaceAnswer,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={"hundred_points": {"robot": "date_sorting_arm", "samples": 100}},
+    ),
+)
+"""What there is about kinematics."""

@@ -1,0 +1,53 @@
+"""What an operation is. Its route, its OpenAPI entry and its row in the worker's table follow from one declaration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from api.messages import Reply
+    from api.tasks.work import Work
+
+WORKER_CODES = ("overloaded", "deadline_exceeded", "internal_error")
+"""Codes of the problems that may befall anything a worker runs."""
+
+BODY_CODES = ("invalid_request", "payload_too_large", "unsupported_media_type", "memory_exceeded", *WORKER_CODES)
+"""Codes of the problems that may befall anything with a body."""
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One operation of the service.
+
+    Attributes:
+        id: Its `operationId`.
+        method: Its HTTP method.
+        path: Its path, with parameters in braces.
+        tag: Its group in the documentation.
+        summary: What it does, in one sentence.
+        answer: The schema of its answer; None: the answer has no body.
+        run: The function that runs it in a worker; None: the server answers by itself (`api/routes/`).
+        request: The schema of the request's body; None: the request has no body.
+        status: The HTTP status of success.
+        also: Other statuses with the same schema, and what they mean.
+        codes: Codes of the problem documents that may be the answer instead.
+        examples: Request bodies by name.
+        formats: Whether `?format=` and `Accept` choose the form of the answer.
+    """
+
+    id: str
+    method: str
+    path: str
+    tag: str
+    summary: str
+    answer: Any
+    run: Callable[[Work], Reply] | None = None
+    request: Any = None
+    status: int = 200
+    also: Mapping[int, str] = field(default_factory=dict)
+    codes: tuple[str, ...] = ()
+    examples: Mapping[str, Any] = field(default_factory=dict)
+    formats: bool = False

@@ -1,0 +1,142 @@
+"""Robots: those of the catalogue, and the models of uploaded ones, which the server keeps (`api/store.py`)."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import orjson
+
+from api.digests import canonical, sha256
+from api.errors import CatalogueRobot
+from api.schemas import robots as schemas
+from api.store import RobotContent
+from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
+from api.tasks.work import to_json
+from planner.errors import UnknownRobot
+
+if TYPE_CHECKING:
+    from api.messages import Reply
+    from api.tasks.work import Work
+
+
+def list_robots(work: Work) -> Reply:
+    """GET /v1/robots; the argument `added` holds the descriptions of the uploaded ones."""
+    from planner.robots import catalogue_ids
+
+    with work.stage("plan"):
+        robots = [*map(_described, catalogue_ids()), *work.arguments["added"]]
+    return work.reply({"robots": [orjson.Fragment(robot) for robot in robots]})
+
+
+def get_robot(work: Work) -> Reply:
+    """GET /v1/robots/{id} where the server keeps no robot of this id."""
+    from planner.robots import catalogue_ids
+
+    with work.stage("plan"):
+        if work.arguments["id"] not in catalogue_ids():
+            raise _no_such_robot()
+        description = _described(work.arguments["id"])
+    return work.reply(orjson.Fragment(description))
+
+
+def add_robot(work: Work) -> Reply:
+    """POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
+    from api.conversion import to_robot
+    from planner.robots import catalogue_ids, describe
+
+    with work.stage("validate"):
+        named = work.request(schemas.RobotDefinition)
+        definition = canonical(named, exclude={"id"})
+        digest = sha256(definition)
+        robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
+        if robot_id in catalogue_ids():
+            raise CatalogueRobot(f"{robot_id} is a robot of the catalogue; choose another id")
+    with work.stage("plan"):
+        robot = to_robot(named, robot_id)
+    description = describe(robot) | {"content": digest}
+    answer = description | {"findings": [asdict(finding) for finding in robot.findings]}
+    del description["id"]
+    content = RobotContent(digest, definition, to_json(description))
+    return work.reply(answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, content))
+
+
+def delete_robot(work: Work) -> Reply:
+    """DELETE /v1/robots/{id} where the server keeps no robot of this id: the refusal."""
+    from planner.robots import catalogue_ids
+
+    if work.arguments["id"] in catalogue_ids():
+        raise CatalogueRobot(f"{work.arguments['id']} is a robot of the catalogue")
+    raise _no_such_robot()
+
+
+def _no_such_robot() -> UnknownRobot:
+    return UnknownRobot("no robot has this id; GET /v1/robots lists those that there are")
+
+
+@lru_cache(maxsize=1024)
+def _described(robot_id: str) -> bytes:
+    from planner.robots import describe, load_robot
+
+    return to_json(describe(load_robot(robot_id)) | {"content": None})
+
+
+OPERATIONS = (
+    Operation(
+        id="list_robots",
+        method="GET",
+        path="/v1/robots",
+        tag="robots",
+        summary="Every robot: the catalogue's and the added ones.",
+        run=list_robots,
+        answer=schemas.RobotsAnswer,
+        codes=WORKER_CODES,
+    ),
+    Operation(
+        id="get_robot",
+        method="GET",
+        path="/v1/robots/{id}",
+        tag="robots",
+        summary="One robot.",
+        run=get_robot,
+        answer=schemas.RobotDescription,
+        codes=("unknown_robot", *WORKER_CODES),
+    ),
+    Operation(
+        id="add_robot",
+        method="POST",
+        path="/v1/robots",
+        tag="robots",
+        summary="Add a robot from a URDF document or a Denavit-Hartenberg table.",
+        run=add_robot,
+        request=schemas.RobotDefinition,
+        answer=schemas.AddedRobot,
+        status=201,
+        also={200: "The same robot was there already."},
+        codes=(*BODY_CODES, "invalid_robot_model", "robot_exists", "catalogue_robot", "too_many_robots"),
+        examples={
+            "two_joint_table": {
+                "kind": "dh",
+                "id": "planar_arm",
+                "convention": "standard",
+                "joints": [
+                    {"kind": "revolute", "theta": 0.0, "d": 0.0, "a": 0.4, "alpha": 0.0, "velocity": 2.0},
+                    {"kind": "revolute", "theta": 0.0, "d": 0.0, "a": 0.3, "alpha": 0.0, "velocity": 2.0},
+                ],
+            },
+        },
+    ),
+    Operation(
+        id="delete_robot",
+        method="DELETE",
+        path="/v1/robots/{id}",
+        tag="robots",
+        summary="Forget an added robot.",
+        run=delete_robot,
+        answer=None,
+        status=204,
+        codes=("unknown_robot", "catalogue_robot", *WORKER_CODES),
+    ),
+)
+"""What there is about robots."""

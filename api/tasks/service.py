@@ -1,0 +1,35 @@
+"""The service itself: its caps, and whether it is alive and ready. The server answers these without a worker."""
+
+from __future__ import annotations
+
+from api.schemas import answers
+from api.tasks.operation import Operation
+
+OPERATIONS = (
+    Operation(
+        id="get_limits",
+        method="GET",
+        path="/v1/limits",
+        tag="service",
+        summary="The caps of the service.",
+        answer=answers.ServiceLimits,
+    ),
+    Operation(
+        id="get_liveness",
+        method="GET",
+        path="/livez",
+        tag="service",
+        summary="Whether the process answers.",
+        answer=answers.Liveness,
+    ),
+    Operation(
+        id="get_readiness",
+        method="GET",
+        path="/readyz",
+        tag="service",
+        summary="Whether the workers are warm: each has planned once with every back end.",
+        answer=answers.Readiness,
+        also={503: "Not yet."},
+    ),
+)
+"""What there is about the service itself."""

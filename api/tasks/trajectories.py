@@ -1,0 +1,228 @@
+"""Trajectories: plan, compare back ends, validate; and the back ends that there are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.digests import request_hash
+from api.errors import InvalidRequest, invalid, problem
+from api.messages import Reply
+from api.schemas import answers, requests
+from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
+from planner.errors import PlanningError
+
+if TYPE_CHECKING:
+    from api.tasks.work import Work
+    from planner.export import ExportOptions
+    from planner.result import Plan
+
+
+def plan_trajectory(work: Work) -> Reply:
+    """POST /v1/trajectories."""
+    from api.conversion import to_backend, to_problem
+    from api.negotiation import negotiated
+    from planner.planning import plan
+
+    with work.stage("validate"):
+        form = negotiated(work.arguments["format"], work.arguments["accept"])
+        request = work.request(requests.PlanRequest)
+        asked, backend = to_problem(request, work.robot(request)), to_backend(request.backend)
+        options = _options(request, work)
+    with work.stage("plan"):
+        solved = plan(asked, backend)
+    _refuse_too_many_rows(request, solved, work)
+    with work.stage("serialise"):
+        body = form.render(solved, options)
+    return Reply(200, form.media_type, body, work.timings)
+
+
+def compare_backend(work: Work) -> Reply:
+    """One back end of POST /v1/trajectories/compare, the one at the argument `index`: its entry in the results."""
+    from api.conversion import to_backend, to_problem
+    from planner.comparison import figures
+    from planner.export.json import as_dict
+    from planner.planning import plan
+
+    with work.stage("validate"):
+        asked = work.request(requests.CompareRequest)
+        shared = {name: getattr(asked, name) for name in requests.TrajectoryRequest.model_fields}
+        request = requests.PlanRequest.model_construct(backend=asked.backends[work.arguments["index"]], **shared)
+        robot = work.robot(request)
+    entry: dict[str, Any] = dict.fromkeys(answers.ComparedBackend.model_fields)
+    entry["backend"] = request.backend.kind
+    try:
+        with work.stage("plan"):
+            solved = plan(to_problem(request, robot), to_backend(request.backend))
+            _refuse_too_many_rows(request, solved, work)
+    except (PlanningError, InvalidRequest) as error:
+        _, body = problem(error, work.task.instance)
+        return work.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
+    with work.stage("serialise"):
+        trajectory = as_dict(solved, _options(request, work))
+        return work.reply(entry | asdict(figures(solved)) | {"status": "planned", "trajectory": trajectory})
+
+
+def validate_trajectory(work: Work) -> Reply:
+    """POST /v1/trajectories/validate."""
+    import numpy as np
+
+    from api.conversion import to_limits, to_matrix
+    from planner.certificate.samples import certify_samples
+
+    with work.stage("validate"):
+        request = work.request(requests.ValidateRequest)
+        robot, samples = work.robot(request), request.samples
+        times, position = np.array(samples.time), to_matrix(samples.position, robot.dof, "/samples/position")
+        velocity, acceleration = (
+            None if values is None else to_matrix(values, robot.dof, f"/samples/{name}")
+            for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
+        )
+    with work.stage("plan"):
+        limits = to_limits(request.limits)
+        certificate = certify_samples(robot, limits, times, position, velocity, acceleration)
+    return work.reply(certificate.as_dict())
+
+
+def list_backends(work: Work) -> Reply:
+    """GET /v1/backends."""
+    from api.schemas.backends import backend_schemas
+    from planner.backends import BACKENDS
+
+    descriptions = []
+    for kind, backend in BACKENDS.items():
+        options = backend_schemas()[kind].model_json_schema()["properties"]
+        del options["kind"]
+        guarantees = dict(backend.guarantees)
+        descriptions.append(
+            {"kind": kind, "summary": backend.summary, "options": options, "guarantees": guarantees},
+        )
+    return work.reply({"backends": descriptions})
+
+
+def _options(request: requests.PlanRequest, work: Work) -> ExportOptions:
+    from planner.export import ExportOptions
+
+    quoted = request_hash(request, work.arguments.get("definition"))
+    return ExportOptions(request.sample_period, frozenset(request.include), quoted)
+
+
+def _refuse_too_many_rows(request: requests.PlanRequest, solved: Plan, work: Work) -> None:
+    rows, dof = math.ceil(solved.trajectory.duration / request.sample_period) + 1, solved.path.robot.dof
+    if rows * dof > work.caps.max_samples:
+        limit = f"{rows} rows of {dof} joints are more than the {work.caps.max_samples} values of an answer"
+        raise invalid([{"pointer": "/sample_period", "message": limit}])
+
+
+TWO_JOINT_POSITIONS = [
+    {"kind": "joint", "name": "P1", "position": [0.1, -0.4, 0.2, 0.0, 0.3, 0.0]},
+    {"kind": "joint", "name": "P2", "position": [0.2, -0.3, 0.2, 0.0, 0.3, 0.0]},
+]
+"""The waypoints of examples with the refuelling arm."""
+
+OPERATIONS = (
+    Operation(
+        id="plan_trajectory",
+        method="POST",
+        path="/v1/trajectories",
+        tag="trajectories",
+        summary="Plan a certified joint trajectory through waypoints.",
+        run=plan_trajectory,
+        request=requests.PlanRequest,
+        answer=answers.PlanAnswer,
+        codes=(
+            *BODY_CODES,
+            "unknown_robot",
+            "not_acceptable",
+            "unreachable_waypoint",
+            "configuration_change",
+            "singular_path",
+            "joint_position_limit",
+            "missing_dynamics",
+            "infeasible_duration",
+            "limits_unsatisfiable",
+        ),
+        examples={
+            "two_joint_waypoints": {
+                "robot": "ngv_refuelling_arm",
+                "waypoints": TWO_JOINT_POSITIONS,
+                "backend": {"kind": "quintic"},
+                "sample_period": 0.05,
+            },
+            "a_line_and_a_blended_corner": {
+                "robot": "kuka_kr16_l6_2",
+                "waypoints": [
+                    {"kind": "joint", "position": [0.3, -1.2, 1.4, 0.2, 0.6, 0.1]},
+                    {
+                        "kind": "relative",
+                        "frame": "base",
+                        "move": {"kind": "cartesian", "translation": [0.0, -0.2, 0.0]},
+                        "motion": {"kind": "linear"},
+                        "transition": {"kind": "blend", "radius": 0.05},
+                    },
+                    {
+                        "kind": "relative",
+                        "frame": "base",
+                        "move": {"kind": "cartesian", "translation": [0.0, 0.0, -0.2]},
+                        "motion": {"kind": "linear"},
+                    },
+                ],
+                "limits": {"tcp_linear_velocity": 0.25},
+            },
+        },
+        formats=True,
+    ),
+    Operation(
+        id="compare_backends",
+        method="POST",
+        path="/v1/trajectories/compare",
+        tag="trajectories",
+        summary="Plan the same waypoints with several back ends, side by side.",
+        run=compare_backend,
+        request=requests.CompareRequest,
+        answer=answers.ComparisonAnswer,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={
+            "two_back_ends": {
+                "robot": "ngv_refuelling_arm",
+                "waypoints": TWO_JOINT_POSITIONS,
+                "backends": [{"kind": "cubic"}, {"kind": "quintic"}],
+                "sample_period": 0.05,
+            },
+        },
+    ),
+    Operation(
+        id="validate_trajectory",
+        method="POST",
+        path="/v1/trajectories/validate",
+        tag="trajectories",
+        summary="Hold a trajectory of any origin against limits.",
+        run=validate_trajectory,
+        request=requests.ValidateRequest,
+        answer=answers.CertificateAnswer,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={
+            "three_samples": {
+                "robot": "three_dof_arm",
+                "samples": {
+                    "time": [0.0, 1.0, 2.0],
+                    "position": [[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.1, 0.0, 0.0]],
+                },
+            },
+        },
+    ),
+    Operation(
+        id="list_backends",
+        method="GET",
+        path="/v1/backends",
+        tag="trajectories",
+        summary="Every back end, its options and what it guarantees.",
+        run=list_backends,
+        answer=answers.BackendsAnswer,
+        codes=WORKER_CODES,
+    ),
+)
+"""What there is about trajectories."""

@@ -1,0 +1,126 @@
+"""What every operation does in a worker: read and bound the request, find the robot, time the stages, reply."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any, Literal
+
+import orjson
+from pydantic import TypeAdapter, ValidationError
+
+from api.digests import sha256
+from api.errors import invalid, invalid_request
+from api.messages import Reply
+from api.schemas.robots import RobotModel
+from api.size import size_faults
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from api.messages import Caps, Task
+    from planner.robots import Robot
+
+JSON = "application/json"
+"""The media type of an ordinary answer."""
+
+CACHED_ROBOTS = 32
+"""The number of uploaded robots that one worker keeps built; one takes up to some MiB with its seed table."""
+
+
+class Work:
+    """One task under way in a worker.
+
+    Attributes:
+        task: The request.
+        caps: What a request may ask.
+        timings: The seconds that each stage took.
+    """
+
+    def __init__(self, task: Task, caps: Caps) -> None:
+        self.task = task
+        self.caps = caps
+        self.timings: dict[str, float] = {}
+
+    @property
+    def arguments(self) -> Mapping[str, Any]:
+        """What the server passed on besides the body."""
+        return self.task.arguments
+
+    @contextmanager
+    def stage(self, name: Literal["validate", "plan", "serialise"]) -> Iterator[None]:
+        """Time what is done inside, for the `Server-Timing` header."""
+        start = time.monotonic()
+        yield
+        self.timings[name] = time.monotonic() - start
+
+    def request(self, schema: Any) -> Any:
+        """The body as a value of its schema, within the caps of the service.
+
+        Raises:
+            InvalidRequest: It is too large, or does not follow the schema.
+        """
+        request = validated(schema, self.task.body, self.caps)
+        deadline = getattr(request, "deadline", 0.0)
+        if deadline > self.caps.max_deadline:
+            raise invalid([{"pointer": "/deadline", "message": f"at most {self.caps.max_deadline:g} s"}])
+        return request
+
+    def robot(self, request: Any) -> Robot:
+        """The robot that the request names.
+
+        Raises:
+            UnknownRobot: There is none with this id.
+        """
+        from planner.robots import load_robot
+
+        definition = self.arguments.get("definition")
+        return load_robot(request.robot) if definition is None else _named(definition, request.robot)
+
+    def reply(self, value: Any, status: int = 200, **more: Any) -> Reply:
+        """The reply with a value as JSON; `more` are further fields of the reply."""
+        with self.stage("serialise"):
+            body = to_json(value)
+        return Reply(status, JSON, body, self.timings, **more)
+
+
+def validated(schema: Any, body: bytes, caps: Caps) -> Any:
+    """A JSON document as a value of a schema; what is too large is refused before it is looked into.
+
+    Raises:
+        InvalidRequest: With everything that is wrong with it.
+    """
+    document = orjson.loads(body)
+    faults = size_faults(document, caps)
+    if faults:
+        raise invalid(faults)
+    try:
+        return _adapter(schema).validate_json(body)
+    except ValidationError as error:
+        raise invalid_request(error, document) from None
+
+
+def to_json(value: Any) -> bytes:
+    """A value with numpy arrays as JSON."""
+    return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+@cache
+def _adapter(schema: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(schema)
+
+
+@lru_cache(maxsize=CACHED_ROBOTS)
+def _named(definition: bytes, robot_id: str) -> Robot:
+    """The robot under one of its ids, always the same object: what is prepared for it is prepared once."""
+    return replace(_built(definition), id=robot_id)
+
+
+@lru_cache(maxsize=CACHED_ROBOTS)
+def _built(definition: bytes) -> Robot:
+    """The robot of a definition. It is kept by the definition itself: no id can bring back another robot's model."""
+    from api.conversion import to_robot
+
+    return to_robot(_adapter(RobotModel).validate_json(definition), sha256(definition))

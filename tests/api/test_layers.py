@@ -1,0 +1,94 @@
+"""The files of `api/` are layers without a circle; the server knows no robotics, the workers know no web framework."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from functools import cache
+
+import pytest
+
+from tests.locations import ROOT
+
+FILES = {
+    ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
+    for file in sorted((ROOT / "api").rglob("*.py"))
+}
+WEB = ("fastapi", "starlette", "uvicorn")
+ROBOTICS = ("pinocchio", "casadi", "ruckig", "toppra", "numpy", "eigenpy", "matplotlib")
+
+
+@cache
+def imports(module: str) -> frozenset[str]:
+    """Modules that a module names in any import, wherever it stands; a package stands for its `__init__`."""
+    found = set()
+    for node in ast.walk(ast.parse(FILES[module].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}:{node.lineno} imports relatively"
+            names = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in FILES else str(node.module) for name in names}
+    return frozenset(found)
+
+
+def needed(*modules: str) -> set[str]:
+    """All files of `api/` that these need, themselves among them."""
+    seen: set[str] = set()
+    left = set(modules)
+    while left:
+        module = left.pop()
+        seen.add(module)
+        left |= (imports(module) & FILES.keys()) - seen
+    return seen
+
+
+def circle(graph: dict[str, set[str]]) -> set[str]:
+    """What is left when modules without imports that are left go, again and again."""
+    left = dict(graph)
+    while free := [module for module, others in left.items() if not others & left.keys()]:
+        for module in free:
+            del left[module]
+    return set(left)
+
+
+def test_there_is_no_circle() -> None:
+    assert not circle({module: set(imports(module)) - {module} for module in FILES})
+
+
+def test_a_circle_would_be_seen() -> None:
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}) == {"a", "b", "c", "d"}
+
+
+def test_only_the_server_knows_the_web_framework() -> None:
+    know_it = {module for module in FILES if any(name.split(".")[0] in WEB for name in imports(module))}
+    assert know_it
+    assert not know_it & needed("api.worker_main", "api.execution")
+
+
+def loaded(code: str) -> set[str]:
+    """Packages and modules that are loaded after some code has run in a fresh interpreter."""
+    program = f"import json, sys\n{code}\nprint(json.dumps(sorted(sys.modules)))"
+    ran = subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True)
+    return set(json.loads(ran.stdout.splitlines()[-1]))
+
+
+def test_the_server_loads_no_robotics() -> None:
+    """Not by its imports, and not by making the application with all its routes."""
+    modules = loaded("import api.server, api.app\nassert api.app.create_app(pool=object()).routes")
+    assert not modules & set(ROBOTICS)
+    assert {name for name in modules if name.split(".")[0] == "planner"} <= {"planner", "planner.errors"}
+    assert "api.operations" in modules
+
+
+def test_a_worker_loads_no_web_framework() -> None:
+    modules = loaded("from api.execution import RUN\nassert RUN")
+    assert not modules & set(WEB)
+    assert "planner.export" in modules
+
+
+@pytest.mark.parametrize("module", ["api.worker_main", "api.messages"])
+def test_what_a_worker_imports_before_its_limits_are_set_is_light(module: str) -> None:
+    assert not loaded(f"import {module}") & {*ROBOTICS, *WEB, "pydantic"}
