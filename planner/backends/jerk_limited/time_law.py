@@ -13,7 +13,7 @@ from planner.backends.shared.along_curve import (
     follow_curve,
     in_its_time,
 )
-from planner.backends.shared.demands import duration_of_run, refuse_what_gravity_exceeds
+from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.dynamics import inverse_dynamics
 from planner.guarantees import QUANTITIES
 from planner.kinematics.forward import tool_speeds

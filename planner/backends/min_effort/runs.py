@@ -14,14 +14,14 @@ from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.terms import Layout
 from planner.backends.shared.along_curve import (
-    demands,
     follow_curve,
     in_its_time,
-    most_demanding,
+    slowest,
     stretched,
+    time_scalings,
 )
 from planner.backends.shared.assembly import TimedPieces
-from planner.backends.shared.demands import SampledLimits
+from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.splines.runs import time_run
 from planner.backends.splines.timed_spline import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit
@@ -102,7 +102,7 @@ class OnCurve(Optimum):
             return min([*known, found], key=self.price)
         if refusal and not known:
             raise refusal
-        needed = most_demanding(demands(self.path, known[0], self.enforced).values()).factor
+        needed = slowest(time_scalings(self.path, known[0], self.enforced).values()).factor
         self.converged = needed > 1.0 / NO_CHOICE
         return min(known, key=self.price)
 
@@ -150,7 +150,7 @@ class OnCurve(Optimum):
             if found is None:
                 return None
             pieces = follow_curve(self.run, found.law)
-            factor = most_demanding(demands(self.path, pieces, self.enforced).values()).factor
+            factor = slowest(time_scalings(self.path, pieces, self.enforced).values()).factor
             if not len(parts):
                 pieces, factor = stretched(pieces, max(factor, 1.0)), 1.0
             if factor <= 1.0 + DURATION_TOLERANCE:

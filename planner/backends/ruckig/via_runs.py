@@ -12,9 +12,9 @@ from planner.backends.jerk_limited.s_curves import s_curves
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import ViaProblem
 from planner.backends.ruckig.via_states import pass_waypoints
-from planner.backends.shared.along_curve import demands, stretched
+from planner.backends.shared.along_curve import stretched, time_scalings
 from planner.backends.shared.assembly import TimedPieces, joined, largest_speeds
-from planner.backends.shared.demands import infeasible_duration, nothing_limits
+from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.straight_lines import NOTICED
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.guarantees import END_OPTIONS
@@ -23,7 +23,7 @@ from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
     from planner.backends.ruckig.via_problem import ViaMotion
-    from planner.backends.shared.along_curve import Demand
+    from planner.backends.shared.along_curve import TimeScaling
     from planner.guarantees import EndStates
     from planner.paths import JointPath
     from planner.spatial import FloatArray
@@ -71,7 +71,7 @@ class _Candidate:
         durations: (segments,), s.
         shortest: (segments,), s: those without any asked, where each segment is by itself.
         motion: As it came, before it was stretched.
-        needed: By segment, what the limits demand of it.
+        needed: By segment, how it is to be scaled in time to keep its limits.
         slowed: Whether torque or tool speed ask for noticeably more time than the joints' own limits.
     """
 
@@ -79,7 +79,7 @@ class _Candidate:
     durations: FloatArray
     shortest: FloatArray
     motion: ViaMotion
-    needed: dict[int, Demand]
+    needed: dict[int, TimeScaling]
     slowed: bool
 
 
@@ -121,7 +121,7 @@ class _JointRun:
         """The pieces of the best candidate, and whether it was slowed down."""
         idle = np.flatnonzero(least_times(self.problem.travels, self.problem.limits).max(axis=1) <= 0.0)
         if len(idle):
-            raise nothing_limits(int(self.segments[idle[0]]))
+            raise no_duration_error(int(self.segments[idle[0]]))
         free = np.full(len(self.asked), np.nan)
         through = None
         if self.at_rest and len(self.segments) > 1 and np.isnan(self.asked).all():
@@ -141,7 +141,7 @@ class _JointRun:
             return best.pieces, best.slowed
         if not candidates:
             raise self._leaves_limits()
-        raise self._infeasible(candidates[-1], stop_times)
+        raise self._infeasible_error(candidates[-1], stop_times)
 
     def _too_short(self, candidate: _Candidate) -> np.ndarray:
         too_short: np.ndarray = candidate.durations > self.asked * (1.0 + DURATION_TOLERANCE)
@@ -160,7 +160,7 @@ class _JointRun:
         motion = pass_waypoints(alone, stopping=True)
         if motion is None:
             return None
-        needed = demands(self.path, self._pieces(motion), self.enforced)
+        needed = time_scalings(self.path, self._pieces(motion), self.enforced)
         parts, durations = [], []
         for k, segment in enumerate(self.segments.tolist()):
             shortest = float(motion.durations[k] * needed[segment].factor)
@@ -195,7 +195,7 @@ class _JointRun:
             if motion is None or self._outside(motion) is not None:
                 break
             pieces = self._pieces(motion)
-            needed = demands(self.path, pieces, self.enforced)
+            needed = time_scalings(self.path, pieces, self.enforced)
             factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
             worst = float(factors.max())
             slowed = slowed or worst > NOTICED
@@ -209,7 +209,7 @@ class _JointRun:
                 if worst <= HASTE:
                     return best
             # The tool's speed takes slower joints, but no gentler ones; torque takes both.
-            by_tool = np.array([needed[segment].joint is None for segment in self.segments.tolist()])
+            by_tool = np.array([needed[segment].binding.joint is None for segment in self.segments.tolist()])
             excess = np.maximum(factors * HASTE, 1.0)
             slowness = slowness * np.where(by_tool, 1.0, excess)
             fastest = largest_speeds(pieces)
@@ -267,7 +267,7 @@ class _JointRun:
             remedies=remedies,
         )
 
-    def _infeasible(self, candidate: _Candidate, stop_times: FloatArray | None) -> InfeasibleDuration:
+    def _infeasible_error(self, candidate: _Candidate, stop_times: FloatArray | None) -> InfeasibleDuration:
         """The refusal of asked durations, with such instead that are found by trying them."""
         short = self._too_short(candidate)
         needed = self._longer_durations(candidate.durations, stop_times)
@@ -290,11 +290,10 @@ class _JointRun:
         first = first if first in changed else int(changed[0])
         segment = int(self.segments[first])
         longer = {int(self.segments[k]): float(needed[k]) for k in (first, *changed)}
-        demand = candidate.needed[segment]
-        if demand.joint is None and demand.factor > 1.0:
-            return infeasible_duration(float(self.asked[first]), longer, demand.cause, None)
-        joint = self.path.robot.joint_names[int(candidate.motion.slowest[first])]
-        return infeasible_duration(float(self.asked[first]), longer, f"the limits of {joint} ask", joint)
+        binding = candidate.needed[segment].binding
+        if binding.joint is not None or candidate.needed[segment].factor <= 1.0:
+            binding = BindingLimit(joint=self.path.robot.joint_names[int(candidate.motion.slowest[first])])
+        return infeasible_duration_error(float(self.asked[first]), longer, binding)
 
     def _longer_durations(self, durations: FloatArray, stop_times: FloatArray | None) -> FloatArray | None:
         """Durations (segments,) with which there is a motion: as asked, but longer where that is too short."""

@@ -1,4 +1,4 @@
-"""Time on a curve: a scalar law s(t) along it, turned into pieces q(s(t)), and what the limits demand of them."""
+"""Time on a curve: a scalar law s(t) along it, turned into pieces q(s(t)), and scaled in time to keep its limits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.shared.assembly import TimedPieces
-from planner.backends.shared.demands import SampledLimits, infeasible_duration, nothing_limits
+from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
+from planner.backends.shared.sampled_limits import SampledLimits
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
@@ -134,27 +135,25 @@ def _state(
     return q, dq * ds[:, None], ddq * ds[:, None] ** 2 + dq * dds[:, None]
 
 
-class Demand(NamedTuple):
-    """The factor on all times with which a segment keeps its limits, and which limit asks for it.
+class TimeScaling(NamedTuple):
+    """The factor on all times with which a segment just keeps its limits, and the limit that sets it.
 
     Attributes:
         factor: Less than 1 where the segment could be faster.
-        cause: For a message, with a verb.
-        joint: Its name, if the limit is one of a joint.
+        binding: The limit that sets the factor.
     """
 
     factor: float
-    cause: str
-    joint: str | None
+    binding: BindingLimit
 
 
-def most_demanding(needed: Iterable[Demand]) -> Demand:
+def slowest(needed: Iterable[TimeScaling]) -> TimeScaling:
     """The one with the largest factor."""
-    return max(needed, key=lambda demand: demand.factor)
+    return max(needed, key=lambda scaling: scaling.factor)
 
 
-def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, Demand]:
-    """What the limits demand of each segment of some pieces.
+def time_scalings(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, TimeScaling]:
+    """How each segment of some pieces is to be scaled in time, so that it just keeps its limits.
 
     Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
 
@@ -167,11 +166,11 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
     segments, groups = np.unique(pieces.segments, return_inverse=True)
-    worst = [Demand(0.0, "nothing asks", None)] * len(segments)
+    worst = [TimeScaling(0.0, BindingLimit())] * len(segments)
 
-    def note(group: int, factor: float, cause: str, joint: str | None) -> None:
+    def note(group: int, factor: float, binding: BindingLimit) -> None:
         if factor > worst[group].factor:
-            worst[group] = Demand(factor, cause, joint)
+            worst[group] = TimeScaling(factor, binding)
 
     orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
     derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES))
@@ -180,13 +179,12 @@ def demands(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) ->
         found = largest_magnitudes(derivatives[order], limit, groups)
         factors = (np.abs(found.values) / limit[found.pieces, found.joints]) ** (1.0 / order)
         for group, (factor, joint) in enumerate(zip(factors.tolist(), found.joints.tolist(), strict=True)):
-            name = path.robot.joint_names[joint]
-            note(group, factor, f"the {RATES[order]} limit of {name} asks", name)
+            note(group, factor, BindingLimit(RATES[order], path.robot.joint_names[joint]))
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
         asked = sampled.stretch(pieces, pieces.segments, groups)
-        for group, (factor, cause) in enumerate(zip(*(values.tolist() for values in asked), strict=True)):
-            note(group, factor, *sampled.causes[cause])
+        for group, (factor, limit) in enumerate(zip(*(values.tolist() for values in asked), strict=True)):
+            note(group, factor, sampled.each[limit])
     return dict(zip(segments.tolist(), worst, strict=True))
 
 
@@ -211,14 +209,14 @@ def in_its_time(path: JointPath, run: Run, asked: float, pieces: TimedPieces, en
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     own = float(pieces.lengths.sum())
-    demand = most_demanding(demands(path, pieces, enforced).values())
+    scaling = slowest(time_scalings(path, pieces, enforced).values())
     if not np.isnan(asked):
-        if asked < demand.factor * own * (1.0 - DURATION_TOLERANCE):
-            raise infeasible_duration(asked, {run.first: demand.factor * own}, demand.cause, demand.joint)
+        if asked < scaling.factor * own * (1.0 - DURATION_TOLERANCE):
+            raise infeasible_duration_error(asked, {run.first: scaling.factor * own}, scaling.binding)
         return stretched(pieces, asked / own)
-    if demand.factor <= 0.0:
-        raise nothing_limits(run.first)
-    return stretched(pieces, demand.factor)
+    if scaling.factor <= 0.0:
+        raise no_duration_error(run.first)
+    return stretched(pieces, scaling.factor)
 
 
 class ToolSpeeds:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.assembly import TimedPieces
-from planner.backends.shared.demands import SampledLimits, infeasible_duration, nothing_limits
+from planner.backends.shared.refusals import RAMPS, BindingLimit, infeasible_duration_error, no_duration_error
+from planner.backends.shared.sampled_limits import SampledLimits
 from planner.polynomials import summing_to
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from planner.paths import StraightMotions
     from planner.spatial import FloatArray
 
-RAMPS = "ramps"
-"""Key of the bound on the duration that comes from asked ramp times instead of a limit."""
 
 MOST_STRETCHES = 50
 """Times that a segment is lengthened for its sampled limits, each time by less."""
@@ -100,13 +99,13 @@ def choose_durations(
     free = np.isnan(asked)
     unlimited = np.flatnonzero(free & (shortest <= 0.0))
     if len(unlimited):
-        raise nothing_limits(int(motions.segments[unlimited[0]]))
+        raise no_duration_error(int(motions.segments[unlimited[0]]))
     start = np.where(free, shortest, np.maximum(shortest, asked))
-    stretched, causes = _stretched(motions, start, laws_of)
+    stretched, binding = _stretched(motions, start, laws_of)
     shortest = np.where(stretched > start, stretched, shortest)
     short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE))
     if len(short):
-        raise _infeasible(motions, bounds, causes, shortest, short)
+        raise _infeasible_error(motions, bounds, binding, shortest, short)
     durations: FloatArray = np.where(free, shortest, asked)
     return durations
 
@@ -125,8 +124,10 @@ def _timed(motions: StraightMotions, laws: UnitLaws, durations: FloatArray) -> T
 
 def _stretched(
     motions: StraightMotions, durations: FloatArray, laws_of: Callable[[FloatArray], UnitLaws]
-) -> tuple[FloatArray, dict[int, tuple[str, str | None]]]:
-    """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits; by row, which asks.
+) -> tuple[FloatArray, dict[int, BindingLimit]]:
+    """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits, which set some of them.
+
+    The second value holds these limits, by row.
 
     What a law needs does not depend on the duration. Laws whose shape does (a trapezoid with its own times)
     are looked at again at each longer duration, until nothing changes.
@@ -136,7 +137,7 @@ def _stretched(
     """
     sampled, durations = SampledLimits(motions.robot, motions.limits), durations.copy()
     laws: UnitLaws | None = None
-    causes: dict[int, tuple[str, str | None]] = {}
+    binding: dict[int, BindingLimit] = {}
     for _ in range(MOST_STRETCHES):
         before, laws = laws, laws_of(durations)
         if laws is before or not sampled.limited.any():
@@ -147,28 +148,22 @@ def _stretched(
         there = sampled.limited[own] & (pieces.lengths > 0.0)
         factors, asks = sampled.stretch(pieces.of(there), own[there], np.searchsorted(rows, own[there]))
         limited = factors > 1.0 + DURATION_TOLERANCE
-        causes |= {row: sampled.causes[ask] for row, ask in zip(rows[limited], asks[limited], strict=True)}
+        binding |= {row: sampled.each[limit] for row, limit in zip(rows[limited], asks[limited], strict=True)}
         durations[rows[limited]] *= factors[limited]
-    return durations, causes
+    return durations, binding
 
 
-def _infeasible(
+def _infeasible_error(
     motions: StraightMotions,
     bounds: dict[str, FloatArray],
-    causes: dict[int, tuple[str, str | None]],
+    binding: dict[int, BindingLimit],
     shortest: FloatArray,
     short: np.ndarray,
 ) -> InfeasibleDuration:
     row = int(short[0])
     by_joint = {quantity: float(bound[row].max()) for quantity, bound in bounds.items()}
     quantity = max(by_joint, key=by_joint.__getitem__)
-    joint = None
-    if row in causes:
-        cause, joint = causes[row]
-    elif quantity == RAMPS:
-        cause = "the acceleration and deceleration times ask"
-    else:
-        joint = motions.robot.joint_names[int(np.argmax(bounds[quantity][row]))]
-        cause = f"the {quantity} limit of {joint} asks"
+    joint = None if quantity == RAMPS else motions.robot.joint_names[int(np.argmax(bounds[quantity][row]))]
+    limit = binding.get(row, BindingLimit(quantity, joint))
     too_short = {int(motions.segments[k]): float(shortest[k]) for k in short}
-    return infeasible_duration(float(motions.durations[row]), too_short, cause, joint)
+    return infeasible_duration_error(float(motions.durations[row]), too_short, limit)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.along_curve import stretched
-from planner.backends.shared.demands import SampledLimits, infeasible_duration
+from planner.backends.shared.refusals import infeasible_duration_error
+from planner.backends.shared.sampled_limits import SampledLimits
 from planner.errors import InfeasibleDuration, PlanningError
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -71,5 +72,5 @@ def time_lines(
     if too_short:
         first = next(iter(too_short))
         at = int(np.searchsorted(motions.segments, first))
-        raise infeasible_duration(float(motions.durations[at]), too_short, *sampled.causes[asks[at]])
+        raise infeasible_duration_error(float(motions.durations[at]), too_short, sampled.each[asks[at]])
     return parts

@@ -10,14 +10,15 @@ import numpy as np
 
 from planner.backends.shared.along_curve import (
     CurveLaw,
+    TimeScaling,
     ToolSpeeds,
     broken_at,
-    demands,
     follow_curve,
     stretched,
+    time_scalings,
 )
 from planner.backends.shared.assembly import TimedPieces
-from planner.backends.shared.demands import infeasible_duration, nothing_limits
+from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.splines.shortest_durations import shortest_durations
 from planner.backends.splines.timed_spline import (
     DurationsTooShort,
@@ -32,7 +33,6 @@ from planner.polynomials import PiecewisePolynomial, differentiate, horner
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
-    from planner.backends.shared.along_curve import Demand
     from planner.backends.splines.interpolation import Degree
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
@@ -90,11 +90,11 @@ class _Timing(ABC):
         durations, free = self.first_durations(), np.isnan(self.asked)
         for _ in range(MOST_LENGTHENINGS):
             pieces = self.pieces(durations)
-            needed = demands(self.path, pieces, self.enforced)
+            needed = time_scalings(self.path, pieces, self.enforced)
             if free.all():
-                factor = max(demand.factor for demand in needed.values())
+                factor = max(scaling.factor for scaling in needed.values())
                 if factor <= 0.0:
-                    raise nothing_limits(self.run.first)
+                    raise no_duration_error(self.run.first)
                 return stretched(pieces, factor)
             excess = np.array([needed[segment].factor for segment in self.segments])
             if (excess <= 1.0 + DURATION_TOLERANCE).all():
@@ -102,7 +102,7 @@ class _Timing(ABC):
             if not (free & (excess > 1.0)).any():
                 break
             durations = np.where(free, durations * np.maximum(excess, 1.0) * UNHURRIED, durations)
-        raise self._infeasible(needed)
+        raise self._infeasible_error(needed)
 
     @abstractmethod
     def first_durations(self) -> FloatArray:
@@ -112,17 +112,17 @@ class _Timing(ABC):
     def pieces(self, durations: FloatArray) -> TimedPieces:
         """The motion with these durations (intervals,)."""
 
-    def _infeasible(self, needed: dict[int, Demand]) -> InfeasibleDuration:
+    def _infeasible_error(self, needed: dict[int, TimeScaling]) -> InfeasibleDuration:
         worst = max(needed, key=lambda segment: needed[segment].factor)
-        return self.too_short(needed[worst].factor, needed[worst].cause, needed[worst].joint, worst)
+        return self.too_short_error(needed[worst], worst)
 
-    def too_short(self, factor: float, cause: str, joint: str | None, segment: int) -> InfeasibleDuration:
-        """The refusal where all asked durations would have to be longer by a factor."""
+    def too_short_error(self, needed: TimeScaling, segment: int) -> InfeasibleDuration:
+        """The error where all asked durations would have to be longer by a factor."""
         asked = self.path.durations
         given = [k for k in self.run.segments.tolist() if not np.isnan(asked[k])]
         given.sort(key=lambda k: k != segment)
-        longer = {k: float(asked[k] * factor * (1.0 + DURATION_TOLERANCE)) for k in given}
-        return infeasible_duration(float(asked[given[0]]), longer, cause, joint)
+        longer = {k: float(asked[k] * needed.factor * (1.0 + DURATION_TOLERANCE)) for k in given}
+        return infeasible_duration_error(float(asked[given[0]]), longer, needed.binding)
 
 
 class _SplineTiming(_Timing):
@@ -139,12 +139,12 @@ class _SplineTiming(_Timing):
         try:
             return timed_spline(self.positions, limits, self.asked, self.degree).durations
         except NothingLimits:
-            raise nothing_limits(self.run.first) from None
+            raise no_duration_error(self.run.first) from None
         except DurationsTooShort as short:
             name = self.path.robot.joint_names[short.joint]
             segment = self.run.first + short.segment
-            cause = f"the {short.quantity} limit of {name} asks"
-            raise self.too_short(short.factor, cause, name, segment) from None
+            needed = TimeScaling(short.factor, BindingLimit(short.quantity, name))
+            raise self.too_short_error(needed, segment) from None
         except PositionOvershoot as overshoot:
             name = self.path.robot.joint_names[overshoot.joint]
             segment = self.run.first + overshoot.segment
@@ -192,7 +192,7 @@ class _CurveTiming(_Timing):
             return follow_curve(self.run, CurveLaw(self._law(durations), self.segments))
         if np.isnan(self.asked).all():
             return follow_curve(self.run, self._single)
-        raise self._runs_backwards()
+        raise self._runs_backwards_error()
 
     def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
         return shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
@@ -232,7 +232,7 @@ class _CurveTiming(_Timing):
                 factors.append(ratios.max(axis=2) ** (1.0 / order))
         return np.maximum(np.hstack(factors).max(axis=1), LEAST_FACTOR), float(ds.min())
 
-    def _runs_backwards(self) -> InfeasibleDuration:
+    def _runs_backwards_error(self) -> InfeasibleDuration:
         given = np.unique(self.segments[~np.isnan(self.asked)])
         segment = int(given[0])
         return InfeasibleDuration(

@@ -1,4 +1,4 @@
-"""Curves cut into intervals, and what the limits demand of a law on each: linear in x = s'^2 and u = s''."""
+"""Curves cut into intervals, and what the limits ask of a law on each: linear in x = s'^2 and u = s''."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.shared.demands import refuse_what_gravity_exceeds
+from planner.backends.shared.refusals import refuse_what_gravity_exceeds
 from planner.dynamics import inverse_dynamics
 from planner.kinematics.forward import tool_speeds
 from planner.limits import counted_velocity

@@ -11,9 +11,10 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
-from planner.backends.shared.along_curve import MOST_HALVINGS, demands, most_demanding, stretched
+from planner.backends.shared.along_curve import MOST_HALVINGS, slowest, stretched, time_scalings
 from planner.backends.shared.assembly import TimedPieces, assemble
-from planner.backends.shared.demands import SampledLimits, duration_of_run, infeasible_duration, nothing_limits
+from planner.backends.shared.refusals import duration_of_run, infeasible_duration_error, no_duration_error
+from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.shared.smooth_curve import smooth_curve, smoothed
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.toppra.intervals import FEWEST, cut, law_limits
@@ -26,7 +27,7 @@ from planner.tolerances import DURATION_TOLERANCE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.backends.shared.along_curve import Demand
+    from planner.backends.shared.along_curve import TimeScaling
     from planner.backends.toppra.intervals import Intervals
     from planner.paths import JointPath, Run
     from planner.polynomials import PiecewisePolynomial
@@ -102,19 +103,19 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPi
     rows = np.searchsorted(segments, pieces.segments)
     own = owner[rows]
     factors = np.zeros(len(runs))
-    for segment, demand in needed.items():
+    for segment, scaling in needed.items():
         run = owner[np.searchsorted(segments, segment)]
-        factors[run] = max(factors[run], demand.factor)
+        factors[run] = max(factors[run], scaling.factor)
     times = np.bincount(own, pieces.lengths)
     shortest = factors * times
     free = np.isnan(asked)
     for k in np.flatnonzero(free & (factors <= 0.0)).tolist():
-        raise nothing_limits(runs[k].first)
+        raise no_duration_error(runs[k].first)
     short = np.flatnonzero(asked < shortest * (1.0 - DURATION_TOLERANCE)).tolist()
     if short:
-        demand = most_demanding(needed[segment] for segment in runs[short[0]].segments.tolist())
+        binding = slowest(needed[segment] for segment in runs[short[0]].segments.tolist()).binding
         too_short = {runs[k].first: float(shortest[k]) for k in short}
-        raise infeasible_duration(float(asked[short[0]]), too_short, demand.cause, demand.joint)
+        raise infeasible_duration_error(float(asked[short[0]]), too_short, binding)
     return stretched(pieces, np.where(free, factors, asked / times)[own])
 
 
@@ -175,8 +176,8 @@ def _fastest(path: JointPath, runs: Sequence[Run]) -> Law:
 
 def _within_limits(
     path: JointPath, law: Law, tolerances: FloatArray, kept: frozenset[str]
-) -> tuple[TimedPieces, dict[int, Demand]]:
-    """The fastest motion, and what its segments still demand: hardly anything.
+) -> tuple[TimedPieces, dict[int, TimeScaling]]:
+    """The fastest motion, and how its segments are still to be scaled in time: hardly at all.
 
     Limits that are computed at samples may be broken between them. Where one is broken by more than a little, it is
     tightened on that segment only.
@@ -186,11 +187,11 @@ def _within_limits(
         if repair:
             law = fastest_on(path, law.intervals, factors)
         pieces = _pieces(law, tolerances)
-        needed = demands(path, pieces, kept)
-        if max(demand.factor for demand in needed.values()) <= REPAIR:
+        needed = time_scalings(path, pieces, kept)
+        if max(scaling.factor for scaling in needed.values()) <= REPAIR:
             break
-        for segment, demand in needed.items():
-            factors[segment] *= max(demand.factor, 1.0)
+        for segment, scaling in needed.items():
+            factors[segment] *= max(scaling.factor, 1.0)
     return pieces, needed
 
 

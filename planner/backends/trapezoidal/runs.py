@@ -8,16 +8,21 @@ import numpy as np
 
 from planner.backends.shared.along_curve import (
     CurveLaw,
-    Demand,
+    TimeScaling,
     ToolSpeeds,
     broken_at,
-    demands,
     follow_curve,
     in_its_time,
-    most_demanding,
+    slowest,
+    time_scalings,
 )
-from planner.backends.shared.demands import duration_of_run, infeasible_duration
-from planner.errors import LimitsUnsatisfiable
+from planner.backends.shared.refusals import (
+    RAMPS,
+    BindingLimit,
+    duration_of_run,
+    infeasible_duration_error,
+    ramps_error,
+)
 from planner.polynomials import PiecewisePolynomial
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
@@ -77,25 +82,23 @@ def time_run_with_ramps(
     asked = duration_of_run(path, run)
     places = run.curve.breakpoints[run.waypoint_knots[1:-1]]
 
-    def at(duration: float) -> tuple[TimedPieces, Demand]:
+    def at(duration: float) -> tuple[TimedPieces, TimeScaling]:
         law = law_of(duration)
         whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
         pieces = follow_curve(run, broken_at(whole, places, run.segments))
-        return pieces, most_demanding(demands(path, pieces, enforced).values())
+        return pieces, slowest(time_scalings(path, pieces, enforced).values())
 
     duration = ramps if np.isnan(asked) else max(asked, ramps)
-    demand = Demand(1.0, "the acceleration and deceleration times ask", None)
+    binding = BindingLimit(RAMPS)
     for _ in range(MOST_LENGTHENINGS):
         pieces, now = at(duration)
         if now.factor <= 1.0 + DURATION_TOLERANCE:
             break
-        duration, demand = duration * now.factor * HASTE, now
+        duration, binding = duration * now.factor * HASTE, now.binding
     else:
-        raise LimitsUnsatisfiable(
-            f"no duration was found with which these ramps keep the limits: {demand.cause} for more"
-        )
+        raise ramps_error(binding)
     if asked < duration * (1.0 - DURATION_TOLERANCE):
-        raise infeasible_duration(asked, {run.first: duration}, demand.cause, demand.joint)
+        raise infeasible_duration_error(asked, {run.first: duration}, binding)
     return pieces
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
-from planner.backends.shared.rest_to_rest import RAMPS, UnitLaws, time_straight_motions
+from planner.backends.shared.refusals import RAMPS
+from planner.backends.shared.rest_to_rest import UnitLaws, time_straight_motions
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.runs import time_run, time_run_with_ramps
 from planner.guarantees import ALL_HARD, Guarantee

@@ -1,4 +1,4 @@
-"""What limits demand of durations: the sampled ones, and the refusal where a duration is too short."""
+"""The limits that no polynomial has, torque and tool speed: what they ask of durations, found on samples."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.dynamics import inverse_dynamics
-from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
 from planner.extrema import derivatives_on_unit_time
 from planner.kinematics.forward import tool_speeds
+from planner.limits import TCP_QUANTITIES
 from planner.polynomials import horner
 from planner.sampled_peaks import DERIVATIVES, parts_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from planner.backends.shared.assembly import TimedPieces
     from planner.limits import SegmentLimits
-    from planner.paths import JointPath, Run
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -36,7 +36,7 @@ class SampledLimits:
 
     Attributes:
         limited: (segments,), where there is any.
-        causes: The limits there are: for a message, with a verb, and the joint's name if it is one of a joint.
+        each: The limits there are, one of each joint and two of the tool.
     """
 
     def __init__(self, robot: Robot, limits: SegmentLimits) -> None:
@@ -44,10 +44,9 @@ class SampledLimits:
         self.linear, self.angular = limits.tcp_linear_velocity, limits.tcp_angular_velocity
         self.torque = limits.torque if robot.has_dynamics else np.full_like(limits.torque, np.inf)
         self.limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
-        self.causes: list[tuple[str, str | None]] = [
-            *((f"the torque limit of {name} asks", name) for name in robot.joint_names),
-            ("the limit of the tool's speed asks", None),
-            ("the limit of the tool's angular speed asks", None),
+        self.each: list[BindingLimit] = [
+            *(BindingLimit("torque", name) for name in robot.joint_names),
+            *(BindingLimit(quantity) for quantity in TCP_QUANTITIES),
         ]
 
     def stretch(
@@ -58,7 +57,7 @@ class SampledLimits:
     ) -> tuple[FloatArray, np.ndarray]:
         """(groups,): factors on all times with which pieces keep these limits, less than 1 where they could be faster.
 
-        And (groups,): index of the cause of each.
+        And (groups,): index in `each` of the limit that sets it.
 
         Args:
             pieces: Of some length each.
@@ -91,9 +90,9 @@ class SampledLimits:
     def _of_samples(
         self, rows: np.ndarray, q: FloatArray, v: FloatArray, of_torque: Callable[[FloatArray], FloatArray]
     ) -> FloatArray:
-        """(N, causes): shares of the limits of tool speed, and what is to be known of the torque limits (N, joints)."""
+        """(N, limits): shares of the limits of tool speed, and what is to be known of the torque limits (N, joints)."""
         linear, angular, torque = self.linear[rows], self.angular[rows], self.torque[rows]
-        values = np.zeros((len(rows), len(self.causes)))
+        values = np.zeros((len(rows), len(self.each)))
         if np.isfinite(linear).any() or np.isfinite(angular).any():
             speeds = tool_speeds(self.robot, q, v)
             values[:, -2], values[:, -1] = speeds[0] / linear, speeds[1] / angular
@@ -157,78 +156,3 @@ def _largest_of_each(values: FloatArray, owners: np.ndarray, count: int) -> np.n
     largest = np.full(count, -1)
     largest[owners[order]] = order  # the last one stays
     return largest
-
-
-def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:
-    """No duration helps where standing still takes too much torque.
-
-    Args:
-        robot: With its payload.
-        segments: (...,), index of each row.
-        gravity: (..., joints), torques without motion.
-        limit: (..., joints).
-
-    Raises:
-        LimitsUnsatisfiable: Gravity alone reaches a torque limit.
-    """
-    worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
-    if abs(gravity[worst]) >= limit[worst]:
-        segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
-        raise LimitsUnsatisfiable(
-            f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {segment}, "
-            f"its torque limit is {limit[worst]:.6g}",
-            segment=segment,
-            joint=joint,
-            value=float(abs(gravity[worst])),
-            limit=float(limit[worst]),
-        )
-
-
-def infeasible_duration(
-    asked: float, too_short: Mapping[int, float], cause: str, joint: str | None
-) -> InfeasibleDuration:
-    """The refusal of durations.
-
-    Args:
-        asked: Duration of the first segment that is too short, s.
-        too_short: By segment, the first at fault first: the duration that will do. To be applied together.
-        cause: What asks for more, with a verb: "the velocity limit of joint_1 asks".
-        joint: The joint at fault, if it is one.
-    """
-    segment, needed = next(iter(too_short.items()))
-    return InfeasibleDuration(
-        f"segment {segment} cannot be done in {asked:g} s: {cause} for {needed:.6g} s",
-        waypoint=segment + 1,
-        segment=segment,
-        joint=joint,
-        value=asked,
-        limit=needed,
-        remedies=[
-            Remedy(
-                f"/waypoints/{k + 1}/duration", seconds, "the shortest duration of this segment that keeps the limits"
-            )
-            for k, seconds in too_short.items()
-        ],
-    )
-
-
-def nothing_limits(segment: int) -> LimitsUnsatisfiable:
-    """The refusal where a duration is to be the shortest, and nothing sets it."""
-    return LimitsUnsatisfiable(
-        f"segment {segment} has neither a duration nor a velocity or acceleration limit that would set one",
-        segment=segment,
-        remedies=[Remedy(f"/waypoints/{segment + 1}/duration", 1.0, "any duration will do")],
-    )
-
-
-def duration_of_run(path: JointPath, run: Run) -> float:
-    """The duration asked of a run as a whole, s; NaN: none.
-
-    Raises:
-        InvalidProblem: It is asked of one of several segments: this back end cannot say when it passes a waypoint.
-    """
-    asked = path.durations[run.segments]
-    if len(asked) > 1 and not np.isnan(asked).all():
-        message = "this back end cannot give a duration to a segment that is passed without stopping; leave it out"
-        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
-    return float(asked[0])

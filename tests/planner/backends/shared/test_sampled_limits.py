@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
-from planner.backends.shared.along_curve import demands, stretched
+from planner.backends.shared.along_curve import stretched, time_scalings
 from planner.backends.shared.assembly import TimedPieces, sampled
 from planner.dynamics import inverse_dynamics
 from planner.errors import LimitsUnsatisfiable
@@ -60,7 +60,7 @@ def test_motions_stretched_as_demanded_use_all_of_a_limit_and_no_more(robot_id: 
     coefficients[..., 0] += home
     pieces = TimedPieces(lengths, coefficients, np.arange(count) // 3)
     try:
-        needed = demands(path, pieces, frozenset())
+        needed = time_scalings(path, pieces, frozenset())
     except LimitsUnsatisfiable:  # gravity alone is too much there
         return
     factors = np.array([needed[segment].factor for segment in range(3)])

@@ -1,0 +1,127 @@
+"""What back ends refuse: durations that are too short, limits that nothing keeps, and durations that nothing sets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, Remedy
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.paths import JointPath, Run
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+RAMPS = "ramps"
+"""The quantity of a `BindingLimit` that is no limit but given times of acceleration and deceleration."""
+
+
+class BindingLimit(NamedTuple):
+    """The limit that sets the shortest duration.
+
+    Attributes:
+        quantity: One of `QUANTITIES`, or `RAMPS`; None: all limits of the joint together, or nothing without a joint.
+        joint: Name of the joint; None: the limit is not one of a joint.
+    """
+
+    quantity: str | None = None
+    joint: str | None = None
+
+    @property
+    def request(self) -> str:
+        """The limit and its verb, as the subject of a sentence about the time that it takes."""
+        match self.quantity:
+            case "tcp_linear_velocity":
+                return "the limit of the tool's speed asks"
+            case "tcp_angular_velocity":
+                return "the limit of the tool's angular speed asks"
+            case _ if self.quantity == RAMPS:
+                return "the acceleration and deceleration times ask"
+            case None:
+                return f"the limits of {self.joint} ask"
+            case quantity:
+                return f"the {quantity} limit of {self.joint} asks"
+
+
+def infeasible_duration_error(
+    asked: float, too_short: Mapping[int, float], binding: BindingLimit
+) -> InfeasibleDuration:
+    """The error where durations are too short.
+
+    Args:
+        asked: Duration of the first segment that is too short, s.
+        too_short: By segment, the first at fault first: the duration that will do, s. To be applied together.
+        binding: The limit that takes more time.
+    """
+    segment, needed = next(iter(too_short.items()))
+    return InfeasibleDuration(
+        f"segment {segment} cannot be done in {asked:g} s: {binding.request} for {needed:.6g} s",
+        waypoint=segment + 1,
+        segment=segment,
+        joint=binding.joint,
+        value=asked,
+        limit=needed,
+        remedies=[
+            Remedy(
+                f"/waypoints/{k + 1}/duration", seconds, "the shortest duration of this segment that keeps the limits"
+            )
+            for k, seconds in too_short.items()
+        ],
+    )
+
+
+def no_duration_error(segment: int) -> LimitsUnsatisfiable:
+    """The error where a duration is to be the shortest, and nothing sets it."""
+    return LimitsUnsatisfiable(
+        f"segment {segment} has neither a duration nor a velocity or acceleration limit that would set one",
+        segment=segment,
+        remedies=[Remedy(f"/waypoints/{segment + 1}/duration", 1.0, "any duration will do")],
+    )
+
+
+def ramps_error(binding: BindingLimit) -> LimitsUnsatisfiable:
+    """The error where given times of acceleration and deceleration break a limit at every duration that is tried."""
+    return LimitsUnsatisfiable(
+        f"no duration was found with which these ramps keep the limits: {binding.request} for more"
+    )
+
+
+def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:
+    """No duration helps where standing still takes too much torque.
+
+    Args:
+        robot: With its payload.
+        segments: (...,), index of each row.
+        gravity: (..., joints), torques without motion.
+        limit: (..., joints).
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone reaches a torque limit.
+    """
+    worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
+    if abs(gravity[worst]) >= limit[worst]:
+        segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
+        raise LimitsUnsatisfiable(
+            f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {segment}, "
+            f"its torque limit is {limit[worst]:.6g}",
+            segment=segment,
+            joint=joint,
+            value=float(abs(gravity[worst])),
+            limit=float(limit[worst]),
+        )
+
+
+def duration_of_run(path: JointPath, run: Run) -> float:
+    """The duration asked of a run as a whole, s; NaN: none.
+
+    Raises:
+        InvalidProblem: It is asked of one of several segments: this back end cannot say when it passes a waypoint.
+    """
+    asked = path.durations[run.segments]
+    if len(asked) > 1 and not np.isnan(asked).all():
+        message = "this back end cannot give a duration to a segment that is passed without stopping; leave it out"
+        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
+    return float(asked[0])
