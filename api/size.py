@@ -12,8 +12,11 @@ if TYPE_CHECKING:
 MOST_FIELDS = 64
 """The most fields of one object in a request; the schema with the most has less than 20."""
 
-MOST_OBJECTS = 100_000
-"""The most objects in one request; a waypoint has less than ten, and 1000 waypoints are the usual cap."""
+MOST_NESTED = 20
+"""The most objects and lists in a waypoint or a pose of a request; one with everything has less than ten."""
+
+MOST_BESIDES = 1000
+"""The most objects and lists in the rest of a request; the joints of the longest table are 64, each with two lists."""
 
 CAPPED_LISTS = frozenset({"waypoints", "poses"})
 """The lists of a request that `max_waypoints` bounds, whatever their entries are."""
@@ -26,26 +29,28 @@ def size_faults(document: Any, caps: Caps) -> list[dict[str, str]]:
     that is wrong.
     """
     faults = []
+    most_nested = MOST_NESTED * caps.max_waypoints + MOST_BESIDES
+    nested = 0
     unvisited: list[tuple[tuple[str | int, ...], Any]] = [((), document)]
-    visited = 0
     while unvisited:
         path, value = unvisited.pop()
-        visited += 1
-        if visited + len(unvisited) > MOST_OBJECTS:
-            return [_fault((), f"more than {MOST_OBJECTS} objects")]
         if isinstance(value, dict):
-            size, most, what = len(value), MOST_FIELDS, "fields of an object"
-            children: list[tuple[str | int, Any]] = [
-                (name, child) for name, child in value.items() if isinstance(child, dict | list)
-            ]
+            size, most, what = len(value), MOST_FIELDS, "fields"
         else:
-            children = [(i, child) for i, child in enumerate(value) if isinstance(child, dict)]
-            few = bool(children) or path[-1] in CAPPED_LISTS
-            size, most, what = len(value), caps.max_waypoints if few else caps.max_samples, "of a request"
+            size, what = len(value), "entries"
+            most = caps.max_waypoints if path[-1] in CAPPED_LISTS else caps.max_samples
         if size > most:
-            faults.append(_fault(path, f"{size} are more than the {most} {what}"))
-        else:
-            unvisited += [((*path, step), child) for step, child in children]
+            faults.append(_fault(path, f"{size} {what} are more than the {most} that it may have"))
+            continue
+        children: list[tuple[str | int, Any]] = (
+            [(name, child) for name, child in value.items() if isinstance(child, dict | list)]
+            if isinstance(value, dict)
+            else [(i, child) for i, child in enumerate(value) if isinstance(child, dict)]
+        )
+        nested += len(children)
+        if nested > most_nested:
+            return [*faults, _fault((), f"it has more than {most_nested} objects and lists in it")]
+        unvisited += [((*path, step), child) for step, child in children]
     return faults
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from http import HTTPStatus
+from typing import Any
 
 import orjson
 from fastapi import Request, Response
@@ -21,8 +22,7 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 async def compare_backends(request: Request) -> Response:
     """POST /v1/trajectories/compare: read the body and plan with each of its back ends."""
     body, document, deadline, robot = await look_at_body(request)
-    backends = document.get("backends")
-    count = len(backends) if isinstance(backends, list) and 1 <= len(backends) <= MOST_BACKENDS else 1
+    kinds = _kinds(document.get("backends"))
     workers = asyncio.Semaphore(service_of(request).settings.workers)
 
     async def compare(index: int) -> Reply:
@@ -33,10 +33,12 @@ async def compare_backends(request: Request) -> Response:
                 status, refusal = problem(error, request.url.path)
                 return Reply(status, MEDIA_TYPE, refusal)
 
-    replies = await asyncio.gather(*(compare(index) for index in range(count)))
+    if kinds is None:  # a worker says what is wrong
+        return respond(await compare(0))
+    replies = await asyncio.gather(*(compare(index) for index in range(len(kinds))))
     entries = []
     request.state.timings = {}
-    for index, reply in enumerate(replies):
+    for index, (kind, reply) in enumerate(zip(kinds, replies, strict=True)):
         request.state.timings[f"backend_{index}"] = sum(s for name, s in reply.timings.items() if name != "queue")
         if reply.status == HTTPStatus.OK:
             entries.append(reply.body)
@@ -45,6 +47,13 @@ async def compare_backends(request: Request) -> Response:
         if refusal["code"] not in OF_ONE_BACKEND:
             return respond(reply)  # the request itself is bad, whatever the back end
         entry = dict.fromkeys(ComparedBackend.model_fields)
-        kind = backends[index]["kind"] if isinstance(backends, list) else None
         entries.append(orjson.dumps(entry | {"backend": kind, "status": refusal["code"], "problem": refusal}))
     return Response(b'{"results":[' + b",".join(entries) + b"]}", media_type="application/json")
+
+
+def _kinds(backends: Any) -> list[str] | None:
+    """The kinds of the back ends that are asked for; None: they do not follow the schema."""
+    if not isinstance(backends, list) or not 1 <= len(backends) <= MOST_BACKENDS:
+        return None
+    kinds = [backend["kind"] for backend in backends if isinstance(backend, dict) and "kind" in backend]
+    return kinds if len(kinds) == len(backends) and all(isinstance(kind, str) for kind in kinds) else None

@@ -17,7 +17,7 @@ from api.schemas.common import (
     Schema,
     Seed,
 )
-from api.schemas.requests import MOST_ROWS, InverseKinematicsOptions, Waypoint
+from api.schemas.requests import MOST_ROWS, InverseKinematicsOptions, Rows, Waypoint
 
 
 class ForwardKinematicsRequest(Schema):
@@ -25,7 +25,7 @@ class ForwardKinematicsRequest(Schema):
 
     robot: RobotId
     """An id of GET /v1/robots."""
-    positions: Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS)]
+    positions: Rows
     """Joint positions, rad or m."""
     tool: Pose | None = None
     """Tool centre point in the tip frame; omitted: the tip itself."""

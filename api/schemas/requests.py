@@ -29,6 +29,9 @@ MOST_ROWS = 1_000_000
 """Bound on the length of any list of rows; the service's own caps (GET /v1/limits) are narrower."""
 
 
+Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)]
+"""Joint vectors, one a row; the first wrong row is the last that is looked at."""
+
 MOST_BACKENDS = 16
 """Back ends compared in one request."""
 
@@ -257,13 +260,10 @@ def _default_backend() -> Any:
     return backend_schemas()["cubic"](kind="cubic")  # type: ignore[call-arg] # made by create_model
 
 
-Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS)]
-
-
 class SampledTrajectory(Schema):
     """Samples of a trajectory of any origin; rows are time."""
 
-    time: Annotated[list[Number], Field(min_length=2, max_length=MOST_ROWS)]
+    time: Annotated[list[Number], Field(min_length=2, max_length=MOST_ROWS, fail_fast=True)]
     """s, strictly increasing."""
     position: Rows
     """rad or m."""

@@ -81,6 +81,11 @@ def test_the_header_says_how_long_each_took(service: RunningService) -> None:
         ({"backends": [{"kind": "cubic"}] * 17}, "/backends"),
         ({"backends": [{"kind": "cubic"}, {"kind": "bezier"}]}, "/backends/1/kind"),
         ({"backends": [{"kind": "cubic"}, {}]}, "/backends/1/kind"),
+        ({"backends": [{}]}, "/backends/0/kind"),
+        ({"backends": [{"kind": 7}]}, "/backends/0/kind"),
+        ({"backends": [1]}, "/backends/0"),
+        ({"backends": [[]]}, "/backends/0"),
+        ({"backends": None}, "/backends"),
         ({"backend": {"kind": "cubic"}}, "/backend"),
         ({"robot": 3}, "/robot"),
     ],
@@ -89,6 +94,20 @@ def test_a_bad_request_is_refused_as_a_whole(service: RunningService, change: di
     answer = service.post(COMPARE, compare_request({"kind": "cubic"}) | change)
     assert (answer.status_code, answer.json()["code"]) == (422, "invalid_request")
     assert answer.json()["errors"][0]["pointer"] == pointer
+
+
+@pytest.mark.parametrize("backends", [[1], [{}], [[]], [None], [{"kind": 7}], [], 7, None])
+def test_back_ends_of_no_kind_whose_deadline_passes_first(service: RunningService, backends: Any) -> None:
+    """No worker has looked at them by then, and there is no kind to name in an entry of the results."""
+    answer = service.post(COMPARE, compare_request(deadline=1e-9) | {"backends": backends})
+    assert (answer.status_code, answer.json()["code"]) == (504, "deadline_exceeded")
+
+
+def test_back_ends_whose_deadline_passes_first(service: RunningService) -> None:
+    answer = service.post(COMPARE, compare_request({"kind": "cubic"}, {"kind": "auto"}, deadline=1e-9))
+    assert answer.status_code == 200
+    entries = [(result["backend"], result["status"]) for result in answer.json()["results"]]
+    assert entries == [("cubic", "deadline_exceeded"), ("auto", "deadline_exceeded")]
 
 
 def test_an_unknown_robot_is_refused_as_a_whole(service: RunningService) -> None:

@@ -75,6 +75,30 @@ def test_a_worker_never_answers_with_the_robot_that_had_the_id_before(
     assert {worker.pid for worker in service.workers()} == pids
 
 
+def test_the_hash_of_a_request_covers_the_robot_that_has_the_id(service: RunningService) -> None:
+    """Two robots under one id at different times; the second again with its table written in another notation."""
+    backends = [{"kind": "cubic"}]
+    hashes = []
+    for table in ([dh_joint(a=0.5)], [dh_joint(a=0.8)], [dh_joint(a=8e-1, theta=0)]):
+        assert service.post(ROBOTS, dh_robot(id="hashed", joints=table)).status_code == 201
+        request = plan_request(robot="hashed", waypoints=[joint(0.0), joint(0.4)])
+        planned = service.post(PLAN, request).json()["request_hash"]
+        del request["backend"]
+        compared = service.post(f"{PLAN}/compare", {**request, "backends": backends})
+        assert compared.json()["results"][0]["trajectory"]["request_hash"] == planned
+        hashes.append(planned)
+        assert service.client.delete(f"{ROBOTS}/hashed").status_code == 204
+    assert hashes[0] != hashes[1] == hashes[2]
+
+
+def test_the_hash_of_a_request_for_a_catalogue_robot_covers_its_id(service: RunningService) -> None:
+    points = [joint(0.1, -0.4, 0.2, 0.1, 0.3, 0.1), joint(0.2, -0.4, 0.2, 0.1, 0.3, 0.1)]
+    robots = ("ngv_refuelling_arm", "welding_arm", "ngv_refuelling_arm")
+    answers = [service.post(PLAN, plan_request(robot=robot, waypoints=points)) for robot in robots]
+    first, other, again = (answer.json()["request_hash"] for answer in answers)
+    assert first == again != other
+
+
 def test_one_content_under_two_ids(service: RunningService) -> None:
     """Each answers under its own id, and one outlives the other."""
     for robot_id in ("first", "second"):
