@@ -70,7 +70,7 @@ def figures(plan: Plan) -> Figures:
         limit = plan.path.limits.torque[np.repeat(trajectory.segments[pieces], len(POINTS))]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
-    jerks = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, 4)[3]
+    jerks = derivatives_on_unit_time(trajectory, 4)[3]
     *_, peak_jerk = largest_magnitude(jerks, np.ones((len(trajectory.lengths), robot.dof)))
     return Figures(
         duration=trajectory.duration,

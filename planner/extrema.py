@@ -18,6 +18,7 @@ from planner.polynomials import bernstein_matrix, differentiate, horner, powers
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
+    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
 
 PARTS = 8
@@ -59,16 +60,15 @@ class UnitPolynomials:
         return self.bernstein[..., -1]
 
 
-def derivatives_on_unit_time(coefficients: FloatArray, lengths: FloatArray, count: int) -> UnitPolynomials:
+def derivatives_on_unit_time(curve: PiecewisePolynomial, count: int) -> UnitPolynomials:
     """The polynomials and their first derivatives by time, `count` in all, stacked on a new first axis.
 
     Args:
-        coefficients: (pieces, joints, order), ascending, in local time.
-        lengths: (pieces,), the ends of local time.
+        curve: The polynomials of time.
         count: Of derivatives, the polynomials themselves included.
     """
-    order = coefficients.shape[2]
-    unit, scales = np.zeros((count, *coefficients.shape)), powers(lengths[:, None], order)
+    coefficients, order = curve.coefficients, curve.coefficients.shape[2]
+    unit, scales = np.zeros((count, *coefficients.shape)), powers(curve.lengths[:, None], order)
     for k in range(count):
         terms = coefficients.shape[2]
         unit[k, :, :, :terms] = coefficients * scales[:, :, :terms]

@@ -60,7 +60,7 @@ def certify(
         more_checks: Of other things than these limits.
         ends: The motion before and after the trajectory that is asked; None: rest.
     """
-    derivatives = derivatives_on_unit_time(trajectory.coefficients, trajectory.lengths, DERIVATIVES)
+    derivatives = derivatives_on_unit_time(trajectory, DERIVATIVES)
     still = np.zeros(robot.dof)
     smooth = _continuity(derivatives, ends or EndStates(still, still, still))
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}

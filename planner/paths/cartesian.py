@@ -226,7 +226,7 @@ def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, Float
     if not len(curve.lengths) or not limited.any():
         return None
     middle, half = np.where(limited, (lower + upper) / 2.0, 0.0), np.where(limited, (upper - lower) / 2.0, np.inf)
-    polynomials = derivatives_on_unit_time(curve.coefficients, curve.lengths, 1)[0].minus(middle)
+    polynomials = derivatives_on_unit_time(curve, 1)[0].minus(middle)
     if (np.abs(polynomials.bernstein).max(axis=2) <= half).all():  # these bound the curve: mostly they settle it
         return None
     count = len(curve.lengths)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.base import enforced
-from planner.backends.shared.along_curve import RATES, stretched
-from planner.backends.shared.assembly import TimedPieces, sampled
+from planner.backends.shared.along_curve import RATES
+from planner.backends.shared.assembly import sampled
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
+    from planner.polynomials import SegmentedPolynomial
     from planner.problem import PlanningProblem
     from planner.remedies.higher_limits import Change, Needs
     from planner.result import Plan
@@ -107,7 +108,7 @@ class _Motion:
     """Pieces of a trajectory of a robot."""
 
     robot: Robot
-    pieces: TimedPieces
+    pieces: SegmentedPolynomial
 
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
         """What it takes of the kept limits, where that is more than they are."""
@@ -121,7 +122,7 @@ class _Motion:
                 if quantity in kept and value > limit_of(limits, *key):
                     needs[key] = max(value, needs.get(key, 0.0))
 
-        derivatives = derivatives_on_unit_time(self.pieces.coefficients, self.pieces.lengths, len(RATES))
+        derivatives = derivatives_on_unit_time(self.pieces, len(RATES))
         for order, quantity in list(enumerate(RATES))[1:]:
             for joint in range(self.robot.dof):
                 only = np.full((len(groups), self.robot.dof), np.inf)
@@ -151,8 +152,7 @@ def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
     took = trajectory.arrivals[1:] - trajectory.departures[:-1]
     ratio = np.where(path.durations < took, path.durations / took, 1.0)[trajectory.segments]
     own = ratio < 1.0
-    pieces = TimedPieces(trajectory.lengths[own], trajectory.coefficients[own], trajectory.segments[own])
-    return _Motion(path.robot, stretched(pieces, ratio[own]))
+    return _Motion(path.robot, trajectory.of(own).stretched(ratio[own]))
 
 
 def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_Motion]:
@@ -162,8 +162,7 @@ def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_
         plan = plan_again(replace(problem, limits=Limits(), waypoints=waypoints), backend)
     except PlanningError:
         return
-    trajectory = plan.trajectory
-    yield _Motion(plan.path.robot, TimedPieces(trajectory.lengths, trajectory.coefficients, trajectory.segments))
+    yield _Motion(plan.path.robot, plan.trajectory)
 
 
 def _higher_limits(

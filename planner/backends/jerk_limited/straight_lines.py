@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.backends.jerk_limited.rate_limits import RateLimits, with_ramps
 from planner.backends.jerk_limited.s_curves import PHASES, s_curves
-from planner.backends.shared.assembly import TimedPieces
 from planner.backends.shared.rest_to_rest import choose_durations
+from planner.polynomials import SegmentedPolynomial
 
 if TYPE_CHECKING:
     from planner.paths import StraightMotions
@@ -22,7 +22,7 @@ ROUNDED_UP = 1.0 + 1e-10
 """Factor on durations, for what rounding may add to an acceleration where ramps are very short."""
 
 
-def along_lines(motions: StraightMotions) -> TimedPieces:
+def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
     """Straight lines from rest to rest: the path parameter runs from 0 to 1 like a joint with the tightest limits.
 
     A longer duration stretches the law evenly.
@@ -43,4 +43,4 @@ def along_lines(motions: StraightMotions) -> TimedPieces:
     coefficients[..., 0] += motions.starts[:, None]
     # Phases may be as short as 1e-9 of the whole: their lengths are kept to all their digits.
     lengths = laws.lengths * durations[:, None]
-    return TimedPieces(lengths.ravel(), np.concatenate(coefficients), np.repeat(motions.segments, PHASES))
+    return SegmentedPolynomial(lengths.ravel(), np.concatenate(coefficients), np.repeat(motions.segments, PHASES))

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.jerk_limited.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
-from planner.backends.shared.along_curve import (
-    CurveLaw,
-    broken_at,
-    follow_curve,
-    in_its_time,
-)
+from planner.backends.shared.along_curve import broken_at, follow_curve, in_its_time
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.dynamics import inverse_dynamics
 from planner.guarantees import QUANTITIES
 from planner.kinematics.forward import tool_speeds
-from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
+from planner.polynomials import (
+    PiecewisePolynomial,
+    SegmentedPolynomial,
+    differentiate,
+    horner,
+    quintic_hermite,
+)
 
 if TYPE_CHECKING:
-    from planner.backends.shared.assembly import TimedPieces
     from planner.limits import SegmentLimits
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
@@ -48,7 +48,7 @@ SAMPLES_PER_PIECE, SAMPLES_PER_RADIAN = 5, 25
 ENFORCED = frozenset(QUANTITIES)
 
 
-def time_run(path: JointPath, run: Run) -> TimedPieces:
+def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
     """The fastest law s(t) along the run's curve that keeps every limit, jerk included; C2, from rest to rest.
 
     The search begins with one quintic over the whole run. Each round splits its longest pieces and retimes it: where it
@@ -64,7 +64,7 @@ def time_run(path: JointPath, run: Run) -> TimedPieces:
     return in_its_time(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
 
 
-def fastest_law(path: JointPath, run: Run) -> CurveLaw:
+def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
     """The law, but for what is left between the places that the search looks at.
 
     Raises:
@@ -75,14 +75,14 @@ def fastest_law(path: JointPath, run: Run) -> CurveLaw:
         return limits.on_segments(law)  # nothing limits: any law will do
     for count, each, gap in ROUNDS:
         shares = law.lengths / law.lengths.sum()
-        law = parted(law, np.ceil(shares * (count + each * len(run.segments))).astype(int))
+        law = law.split(np.ceil(shares * (count + each * len(run.segments))).astype(int))
         law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
     for refinement in range(MOST_REFINEMENTS):
         most, least = limits.used(law)
         idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
         if most.max() < ENOUGH and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
             break
-        law = parted(law, np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
+        law = law.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
         law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
     return limits.on_segments(law)
 
@@ -92,17 +92,9 @@ def _quintic(run: Run) -> PiecewisePolynomial:
     places = run.curve.breakpoints
     inner = places[1:-1]
     whole = PiecewisePolynomial(np.ones(1), places[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
-    law = broken_at(whole, inner, np.zeros(len(inner) + 1, dtype=int)).law
+    law = broken_at(whole, inner, np.zeros(len(inner) + 1, dtype=int))
     law.coefficients[1:, 0, 0] = inner
     return law
-
-
-def parted(law: PiecewisePolynomial, parts: np.ndarray) -> PiecewisePolynomial:
-    """The same law with each piece in so many equal parts."""
-    lengths = np.repeat(law.lengths / parts, parts)
-    number = np.arange(len(lengths)) - np.repeat(np.cumsum(parts) - parts, parts)
-    whole = np.repeat(law.coefficients[:, 0], parts, axis=0)
-    return PiecewisePolynomial(lengths, shifted(whole, number * lengths)[:, None])
 
 
 def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
@@ -162,13 +154,13 @@ class LimitsOnCurve:
         """(pieces of the law,): the piece of the curve that each is on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
-    def on_segments(self, law: PiecewisePolynomial) -> CurveLaw:
+    def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
         """The law, with the segment that each of its pieces is on."""
-        return CurveLaw(law, self.curve.segments[self.pieces(law)])
+        return SegmentedPolynomial(law.lengths, law.coefficients, self.curve.segments[self.pieces(law)])
 
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
         """(pieces,), twice: the most and the least that the law uses of its limits on each, nodes and middle."""
-        halves = self.along(parted(law, np.full(len(law.lengths), 2)))
+        halves = self.along(law.split(np.full(len(law.lengths), 2)))
         ratios = np.abs(halves.by_b + halves.offset) / (halves.constant + halves.inverse)
         used = ratios.max(axis=0).reshape(len(PLACES), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))

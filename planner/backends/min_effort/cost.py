@@ -11,8 +11,8 @@ from planner.dynamics import inverse_dynamics
 from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
-    from planner.backends.shared.assembly import TimedPieces
     from planner.limits import SegmentLimits
+    from planner.polynomials import SegmentedPolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -35,7 +35,7 @@ class Cost:
         power = np.full_like(torque, (torque * _finite(robot.limit("velocity"))).max())
         self.units = np.array([torque, power, jerk])
 
-    def of(self, pieces: TimedPieces) -> float:
+    def of(self, pieces: SegmentedPolynomial) -> float:
         """The integral over the motion, s; by Simpson's rule on each piece."""
         count = max(FEWEST_ON_A_PIECE, SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
         q, v, a, j = sampled(pieces, count)
@@ -69,7 +69,7 @@ def _finite(limits: FloatArray) -> FloatArray:
     return np.where(np.isfinite(limits), limits, known.max(initial=0.0) or 1.0)
 
 
-def use_of_rates(pieces: TimedPieces, limits: SegmentLimits) -> float:
+def use_of_rates(pieces: SegmentedPolynomial, limits: SegmentLimits) -> float:
     """The largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly.
 
     Args:

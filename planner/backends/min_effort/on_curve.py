@@ -25,15 +25,14 @@ from planner.backends.jerk_limited.retiming import (
     QuadraticSpline,
     best_retiming,
 )
-from planner.backends.jerk_limited.time_law import COARSE, LimitsOnCurve, parted, retimed, retimed_lengths
+from planner.backends.jerk_limited.time_law import COARSE, LimitsOnCurve, retimed, retimed_lengths
 from planner.backends.min_effort.stage import SMOOTHING
 
 if TYPE_CHECKING:
     from planner.backends.jerk_limited.retiming import LinearLimits
     from planner.backends.min_effort.cost import Cost
-    from planner.backends.shared.along_curve import CurveLaw
     from planner.paths import JointPath, Run
-    from planner.polynomials import PiecewisePolynomial
+    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.spatial import FloatArray
 
 ROUNDS = (1e-2, 1e-4)
@@ -117,7 +116,7 @@ class RetimingCost(Aim):
 class FoundLaw(NamedTuple):
     """A law, and whether nothing better is left."""
 
-    law: CurveLaw
+    law: SegmentedPolynomial
     converged: bool
 
 
@@ -156,7 +155,7 @@ class Search:
         for gap in ROUNDS:
             even = np.ceil(self.knots * law.lengths / law.lengths.sum()).astype(int)
             most = limits.used(law)[0]
-            law = parted(law, np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
+            law = law.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
             asked, within = self._asked(limits.on_segments(law)), _narrowed(limits.along(law), margin)
             found = best_retiming(law.lengths, within, self._aim(limits, law), asked, gap, self.stop_at)
             missed = asked.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
@@ -179,8 +178,8 @@ class Search:
         by_b, by_a, by_c, offset = (row.reshape(s.size, -1).T for row in rows)
         return RetimingCost(by_b, by_a, by_c, offset, exponent, by_work, Duration(law.lengths), self.time_weight)
 
-    def _asked(self, law: CurveLaw) -> AskedDurations:
-        weights = Duration(law.law.lengths).weights.reshape(-1, len(law.segments))
+    def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
+        weights = Duration(law.lengths).weights.reshape(-1, len(law.segments))
         own = self.parts[:, law.segments - self.run.first]
         return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)
 

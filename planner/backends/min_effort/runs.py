@@ -17,21 +17,18 @@ from planner.backends.shared.along_curve import (
     follow_curve,
     in_its_time,
     slowest,
-    stretched,
     time_scalings,
 )
-from planner.backends.shared.assembly import TimedPieces
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.splines.runs import time_run
 from planner.backends.splines.timed_spline import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES
-from planner.polynomials import PiecewisePolynomial
+from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
-    from planner.backends.shared.along_curve import CurveLaw
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
 
@@ -69,7 +66,7 @@ class Optimum(ABC):
         self.converged = False
 
     @abstractmethod
-    def find(self) -> TimedPieces:
+    def find(self) -> SegmentedPolynomial:
         """The best motion within the limits.
 
         Raises:
@@ -77,11 +74,11 @@ class Optimum(ABC):
             LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
         """
 
-    def price(self, pieces: TimedPieces) -> float:
+    def price(self, pieces: SegmentedPolynomial) -> float:
         """What is to be least."""
         return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
 
-    def durations(self, pieces: TimedPieces) -> FloatArray:
+    def durations(self, pieces: SegmentedPolynomial) -> FloatArray:
         """(segments,), s."""
         return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.run.segments])
 
@@ -93,11 +90,11 @@ class OnCurve(Optimum):
     the quintic's; where durations are asked of segments that are passed without stopping, only not above the quintic's.
     """
 
-    def find(self) -> TimedPieces:
+    def find(self) -> SegmentedPolynomial:
         """The best motion within the limits."""
         law = fastest_law(self.path, self.run)
         known, refusal = self._known(law)
-        found = self._search(law.law, self.durations(known[0]) if known else self.asked)
+        found = self._search(law, self.durations(known[0]) if known else self.asked)
         if found is not None:
             return min([*known, found], key=self.price)
         if refusal and not known:
@@ -106,31 +103,31 @@ class OnCurve(Optimum):
         self.converged = needed > 1.0 / NO_CHOICE
         return min(known, key=self.price)
 
-    def _known(self, law: CurveLaw) -> tuple[list[TimedPieces], InfeasibleDuration | None]:
+    def _known(self, law: SegmentedPolynomial) -> tuple[list[SegmentedPolynomial], InfeasibleDuration | None]:
         """What is within the limits without a search, the fastest law first; and the quintic's refusal if it is not.
 
         Raises:
             InfeasibleDuration: What is asked is too short.
         """
-        known: list[TimedPieces] = []
+        known: list[SegmentedPolynomial] = []
         refusal = None
         try:
             known.append(time_run(self.path, self.run, 5, self.enforced))
         except InfeasibleDuration as error:
             refusal = error
         if self.free.all():
-            known[0] = stretched(known[0], self.options.slowdown)
+            known[0] = known[0].stretched(self.options.slowdown)
         if self.free.all() or len(self.asked) == 1:
             pieces = follow_curve(self.run, law)
             fastest = in_its_time(self.path, self.run, float(self.asked[0]), pieces, self.enforced)
             if self.free.all() and self.options.time_weight is None:
-                fastest = stretched(fastest, max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
+                fastest = fastest.stretched(max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
             known.insert(0, fastest)
         elif refusal and self.free.any():
             raise refusal
         return known, refusal
 
-    def _search(self, law: PiecewisePolynomial, durations: FloatArray) -> TimedPieces | None:
+    def _search(self, law: PiecewisePolynomial, durations: FloatArray) -> SegmentedPolynomial | None:
         """The optimum; None: none was found that keeps the limits.
 
         Args:
@@ -152,11 +149,11 @@ class OnCurve(Optimum):
             pieces = follow_curve(self.run, found.law)
             factor = slowest(time_scalings(self.path, pieces, self.enforced).values()).factor
             if not len(parts):
-                pieces, factor = stretched(pieces, max(factor, 1.0)), 1.0
+                pieces, factor = pieces.stretched(max(factor, 1.0)), 1.0
             if factor <= 1.0 + DURATION_TOLERANCE:
                 self.converged = found.converged
                 return pieces
-            law, margin = found.law.law, margin * min(factor**3, COARSE)
+            law, margin = found.law, margin * min(factor**3, COARSE)
         return None
 
 
@@ -168,7 +165,7 @@ class ThroughWaypoints(Optimum):
         self.positions = path.positions[run.first : run.first + len(run.segments) + 1]
         self.limits = path.limits.of(run.segments)
 
-    def find(self) -> TimedPieces:
+    def find(self) -> SegmentedPolynomial:
         """The best motion within the limits."""
         refusal = None
         try:
@@ -181,28 +178,28 @@ class ThroughWaypoints(Optimum):
             candidates.insert(0, found)
             factor = float(found.lengths.sum() / first.lengths.sum())
             if factor > 1.0 and self.free.all():
-                candidates.append(stretched(first, factor))
+                candidates.append(first.stretched(factor))
         if refusal and not candidates:
             raise refusal
         return min(candidates, key=self.price)
 
-    def _quintic(self, path: JointPath) -> TimedPieces:
+    def _quintic(self, path: JointPath) -> SegmentedPolynomial:
         """What is never to be worse: the quintics through the waypoints, or along the run's curve if they overshoot."""
         try:
             pieces = time_run(path, replace(self.run, is_spline=True), 5, self.enforced)
         except JointPositionLimit:
             pieces = time_run(path, replace(self.run, is_spline=False), 5, self.enforced)
-        return stretched(pieces, self.options.slowdown) if self.free.all() else pieces
+        return pieces.stretched(self.options.slowdown) if self.free.all() else pieces
 
-    def _too_fast(self) -> TimedPieces:
+    def _too_fast(self) -> SegmentedPolynomial:
         """The quintic at the asked durations, which breaks limits: a beginning all the same."""
         asked = self.path.durations.copy()
         asked[self.run.segments] = np.nan
         at_leisure = self._quintic(replace(self.path, durations=asked))
         durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.run.segments])
-        return TimedPieces(durations, interpolating_spline(self.positions, durations, 5), self.run.segments)
+        return SegmentedPolynomial(durations, interpolating_spline(self.positions, durations, 5), self.run.segments)
 
-    def _solve(self, first: TimedPieces) -> TimedPieces | None:
+    def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
         """The optimum from a first motion; None: none was found that keeps the limits."""
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
@@ -234,7 +231,7 @@ class ThroughWaypoints(Optimum):
             narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
             motion = program.solve(narrowed, begin, self.stop_at, multipliers)
             owners = self.run.segments[rows]
-            pieces, own = TimedPieces(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
+            pieces, own = SegmentedPolynomial(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
             if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
                 return None
             use = self._use(pieces)
@@ -250,7 +247,7 @@ class ThroughWaypoints(Optimum):
                 begin, multipliers = PiecewisePolynomial(motion.lengths, motion.coefficients), motion.multipliers
         return None
 
-    def _use(self, pieces: TimedPieces) -> FloatArray:
+    def _use(self, pieces: SegmentedPolynomial) -> FloatArray:
         """(pieces,): the largest share of a torque or tool speed limit."""
         sampled = SampledLimits(self.path.robot, self.path.limits)
         if not sampled.limited[pieces.segments].any():

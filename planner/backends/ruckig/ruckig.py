@@ -14,11 +14,12 @@ from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
 from planner.backends.ruckig.via_runs import refuse_impossible_ends, time_joint_run
-from planner.backends.shared.assembly import TimedPieces, assemble, joined
+from planner.backends.shared.assembly import assemble
 from planner.backends.shared.smooth_curve import smoothed
 from planner.backends.shared.straight_lines import time_lines
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
 from planner.guarantees import ALL_HARD, END_OPTIONS, EndStates, Guarantee, end_states
+from planner.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,7 +82,7 @@ class Ruckig:
                 parts.append(_time_curved_run(path, run, ends))
         return assemble(path, parts)
 
-    def _time_joint_run(self, path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+    def _time_joint_run(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
         """Each joint on a law of its own; or all on one along a smooth curve, if torque or tool speed make that faster.
 
         Such a limit slows a segment as a whole, but the law along a curve only where it has to.
@@ -103,7 +104,7 @@ class Ruckig:
             others.append(self._stopping(path, run, ends))
         return min(others, key=lambda pieces: float(pieces.lengths.sum()))
 
-    def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+    def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
         """At each waypoint of a run."""
         if self.synchronization == "phase":
             lines = path.straight_motions(run.segments)
@@ -119,7 +120,7 @@ class Ruckig:
         return motions.of(there)
 
 
-def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> TimedPieces:
+def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
     """Motions of the tool, and blends: the fastest jerk-limited law along the run's curve, from rest to rest."""
     faults = []
     if ends.starts_moving and run.first == 0:

@@ -12,12 +12,13 @@ from planner.backends.jerk_limited.s_curves import s_curves
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import ViaProblem
 from planner.backends.ruckig.via_states import pass_waypoints
-from planner.backends.shared.along_curve import stretched, time_scalings
-from planner.backends.shared.assembly import TimedPieces, joined, largest_speeds
+from planner.backends.shared.along_curve import time_scalings
+from planner.backends.shared.assembly import largest_speeds
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.straight_lines import NOTICED
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.guarantees import END_OPTIONS
+from planner.polynomials import SegmentedPolynomial, joined
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ SURELY = 1.0 + 1e-6
 
 def time_joint_run(
     path: JointPath, segments: np.ndarray, ends: EndStates, synchronization: Synchronization, enforced: frozenset[str]
-) -> tuple[TimedPieces, bool]:
+) -> tuple[SegmentedPolynomial, bool]:
     """The fastest motion found through the waypoints of some joint motions, never slower than stopping at each.
 
     And whether torque or tool speed slowed it down.
@@ -75,7 +76,7 @@ class _Candidate:
         slowed: Whether torque or tool speed ask for noticeably more time than the joints' own limits.
     """
 
-    pieces: TimedPieces
+    pieces: SegmentedPolynomial
     durations: FloatArray
     shortest: FloatArray
     motion: ViaMotion
@@ -117,7 +118,7 @@ class _JointRun:
         self.starts_moving, self.ends_moving = (any(r.any() for r in rates) for rates in (start, end))
         self.at_rest = not (self.starts_moving or self.ends_moving)
 
-    def time(self) -> tuple[TimedPieces, bool]:
+    def time(self) -> tuple[SegmentedPolynomial, bool]:
         """The pieces of the best candidate, and whether it was slowed down."""
         idle = np.flatnonzero(least_times(self.problem.travels, self.problem.limits).max(axis=1) <= 0.0)
         if len(idle):
@@ -167,8 +168,9 @@ class _JointRun:
             duration = max(shortest, self.asked[k]) if self.asked[k] > 0.0 else shortest
             if shortest * (1.0 - DURATION_TOLERANCE) <= self.asked[k] < shortest:
                 duration = self.asked[k]
-            pieces = TimedPieces(motion.lengths[k], motion.coefficients[k], np.full(len(motion.lengths[k]), segment))
-            parts.append(stretched(pieces, duration / float(motion.lengths[k].sum())))
+            lengths = motion.lengths[k]
+            pieces = SegmentedPolynomial(lengths, motion.coefficients[k], np.full(len(lengths), segment))
+            parts.append(pieces.stretched(duration / float(lengths.sum())))
             durations.append(duration)
         factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
         slowed = bool((factors > NOTICED).any())
@@ -204,7 +206,7 @@ class _JointRun:
                 return found if best is None or found.durations.sum() < best.durations.sum() else best
             if self.at_rest and np.isnan(asked).all():
                 total = motion.durations * worst
-                whole = _Candidate(stretched(pieces, worst), total, total, motion, needed, slowed)
+                whole = _Candidate(pieces.stretched(worst), total, total, motion, needed, slowed)
                 best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
                 if worst <= HASTE:
                     return best
@@ -231,9 +233,9 @@ class _JointRun:
             slowed.acceleration[row] = np.maximum(slowed.acceleration[row], np.abs(rates.acceleration))
         return slowed
 
-    def _pieces(self, motion: ViaMotion) -> TimedPieces:
-        own = [np.full(len(lengths), segment) for lengths, segment in zip(motion.lengths, self.segments, strict=True)]
-        return TimedPieces(np.concatenate(motion.lengths), np.concatenate(motion.coefficients), np.concatenate(own))
+    def _pieces(self, motion: ViaMotion) -> SegmentedPolynomial:
+        segments = np.repeat(self.segments, [len(lengths) for lengths in motion.lengths])
+        return SegmentedPolynomial(np.concatenate(motion.lengths), np.concatenate(motion.coefficients), segments)
 
     def _outside(self, motion: ViaMotion) -> tuple[int, int, float, float] | None:
         """Segment (within the run), joint, position and limit, where a position limit is left the farthest."""

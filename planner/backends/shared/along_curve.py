@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.shared.assembly import TimedPieces
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
-from planner.polynomials import PiecewisePolynomial, differentiate, horner, quintic_hermite, shifted
+from planner.polynomials import (
+    PiecewisePolynomial,
+    SegmentedPolynomial,
+    differentiate,
+    horner,
+    quintic_hermite,
+    shifted,
+)
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
@@ -37,20 +42,7 @@ RATES = ("position", "velocity", "acceleration", "jerk")
 """The derivatives of a motion, by their order."""
 
 
-@dataclass(frozen=True, eq=False)
-class CurveLaw:
-    """A scalar law along a run.
-
-    Attributes:
-        law: s(t), (pieces, 1, order), over s, ascending without end from 0 to the length of the run's curve.
-        segments: (pieces,), index of the segment that each piece of the law belongs to.
-    """
-
-    law: PiecewisePolynomial
-    segments: np.ndarray
-
-
-def broken_at(law: PiecewisePolynomial, places: FloatArray, segments: np.ndarray) -> CurveLaw:
+def broken_at(law: PiecewisePolynomial, places: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
     """A law over several segments, with a breakpoint wherever one ends.
 
     Args:
@@ -66,16 +58,16 @@ def broken_at(law: PiecewisePolynomial, places: FloatArray, segments: np.ndarray
         coefficients += [shifted(own, float(t)) for t in times[:-1]]
         middles = law.breakpoints[piece] + (times[:-1] + times[1:]) / 2.0
         owners += segments[np.searchsorted(places, law.evaluate(middles, [0])[0][:, 0])].tolist()
-    return CurveLaw(PiecewisePolynomial(np.array(lengths), np.array(coefficients)), np.array(owners))
+    return SegmentedPolynomial(np.array(lengths), np.array(coefficients), np.array(owners))
 
 
-def follow_curve(run: Run, timed: CurveLaw) -> TimedPieces:
+def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
     """The pieces q(s(t)): quintics in time that meet the curve, its velocity and acceleration at both of their ends.
 
     They are halved until they keep to the curve within the run's tolerance. Between the pieces of the law the
     acceleration may jump, as the law's does.
     """
-    law, curve = timed.law, run.curve
+    curve = run.curve
     at = law.evaluate(law.breakpoints, [0])[0][:, 0]
     at[-1] = curve.breakpoints[-1]
     pieces, starts, ends = [], [], []
@@ -100,7 +92,7 @@ def follow_curve(run: Run, timed: CurveLaw) -> TimedPieces:
         first = np.append(second[1:], False)
         where, start, end = where[halves], start[halves], end[halves]
         start, end = np.where(second, middle[halves], start), np.where(first, middle[halves], end)
-    return TimedPieces(end - start, coefficients, timed.segments[where])
+    return SegmentedPolynomial(end - start, coefficients, law.segments[where])
 
 
 def _times(law: PiecewisePolynomial, piece: int, places: FloatArray, start: float, end: float) -> FloatArray:
@@ -152,7 +144,7 @@ def slowest(needed: Iterable[TimeScaling]) -> TimeScaling:
     return max(needed, key=lambda scaling: scaling.factor)
 
 
-def time_scalings(path: JointPath, pieces: TimedPieces, guarantees: frozenset[str]) -> dict[int, TimeScaling]:
+def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: frozenset[str]) -> dict[int, TimeScaling]:
     """How each segment of some pieces is to be scaled in time, so that it just keeps its limits.
 
     Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
@@ -173,7 +165,7 @@ def time_scalings(path: JointPath, pieces: TimedPieces, guarantees: frozenset[st
             worst[group] = TimeScaling(factor, binding)
 
     orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
-    derivatives = derivatives_on_unit_time(pieces.coefficients, pieces.lengths, len(RATES))
+    derivatives = derivatives_on_unit_time(pieces, len(RATES))
     for order in orders:
         limit = getattr(path.limits, RATES[order])[pieces.segments]
         found = largest_magnitudes(derivatives[order], limit, groups)
@@ -188,13 +180,9 @@ def time_scalings(path: JointPath, pieces: TimedPieces, guarantees: frozenset[st
     return dict(zip(segments.tolist(), worst, strict=True))
 
 
-def stretched(pieces: TimedPieces, factor: float | FloatArray) -> TimedPieces:
-    """The same motion in `factor` times the time; for all pieces, or (pieces,)."""
-    powers = np.reshape(factor, (-1, 1, 1)) ** np.arange(pieces.coefficients.shape[2])
-    return TimedPieces(pieces.lengths * factor, pieces.coefficients / powers, pieces.segments)
-
-
-def in_its_time(path: JointPath, run: Run, asked: float, pieces: TimedPieces, enforced: frozenset[str]) -> TimedPieces:
+def in_its_time(
+    path: JointPath, run: Run, asked: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
+) -> SegmentedPolynomial:
     """The motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
 
     Args:
@@ -213,10 +201,10 @@ def in_its_time(path: JointPath, run: Run, asked: float, pieces: TimedPieces, en
     if not np.isnan(asked):
         if asked < scaling.factor * own * (1.0 - DURATION_TOLERANCE):
             raise infeasible_duration_error(asked, {run.first: scaling.factor * own}, scaling.binding)
-        return stretched(pieces, asked / own)
+        return pieces.stretched(asked / own)
     if scaling.factor <= 0.0:
         raise no_duration_error(run.first)
-    return stretched(pieces, scaling.factor)
+    return pieces.stretched(scaling.factor)
 
 
 class ToolSpeeds:

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.assembly import TimedPieces
 from planner.backends.shared.refusals import RAMPS, BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
-from planner.polynomials import summing_to
+from planner.polynomials import SegmentedPolynomial, summing_to
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ class PolynomialLaw:
     acceleration: float
     jerk: float | None = None
 
-    def time(self, motions: StraightMotions) -> TimedPieces:
+    def time(self, motions: StraightMotions) -> SegmentedPolynomial:
         """The motions under this law, at the asked durations or the shortest."""
         travels, limits = np.abs(motions.travels), motions.limits
         bounds = {
@@ -74,7 +73,7 @@ class PolynomialLaw:
 
 def time_straight_motions(
     motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], UnitLaws]
-) -> TimedPieces:
+) -> SegmentedPolynomial:
     """Choose the durations and put the laws on the motions: see `choose_durations`."""
     durations = choose_durations(motions, bounds, laws_of)
     return _timed(motions, laws_of(durations), durations)
@@ -110,12 +109,12 @@ def choose_durations(
     return durations
 
 
-def _timed(motions: StraightMotions, laws: UnitLaws, durations: FloatArray) -> TimedPieces:
+def _timed(motions: StraightMotions, laws: UnitLaws, durations: FloatArray) -> SegmentedPolynomial:
     segments, pieces, order = laws.coefficients.shape
     scaled = laws.coefficients / durations[:, None, None] ** np.arange(order)
     coefficients = scaled[:, :, None, :] * motions.travels[:, None, :, None]
     coefficients[..., 0] += motions.starts[:, None]
-    return TimedPieces(
+    return SegmentedPolynomial(
         lengths=summing_to(laws.lengths * durations[:, None], durations).ravel(),
         coefficients=coefficients.reshape(segments * pieces, motions.travels.shape[1], order),
         segments=np.repeat(motions.segments, pieces),

@@ -18,8 +18,8 @@ from planner.sampled_peaks import DERIVATIVES, parts_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.backends.shared.assembly import TimedPieces
     from planner.limits import SegmentLimits
+    from planner.polynomials import SegmentedPolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -51,7 +51,7 @@ class SampledLimits:
 
     def stretch(
         self,
-        pieces: TimedPieces,
+        pieces: SegmentedPolynomial,
         rows: np.ndarray,
         groups: np.ndarray,
     ) -> tuple[FloatArray, np.ndarray]:
@@ -74,7 +74,7 @@ class SampledLimits:
 
         return _peaks(needed, pieces, groups)
 
-    def use(self, pieces: TimedPieces, rows: np.ndarray) -> FloatArray:
+    def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """(pieces,): the largest share of one of these limits that each piece uses.
 
         Args:
@@ -115,7 +115,7 @@ class SampledLimits:
 
 def _peaks(
     of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], FloatArray],
-    motion: TimedPieces,
+    motion: SegmentedPolynomial,
     groups: np.ndarray,
 ) -> tuple[FloatArray, np.ndarray]:
     """(groups,): the largest values over the pieces of each group, with the margin; and (groups,): in which column.
@@ -128,7 +128,7 @@ def _peaks(
         groups: (pieces,), from 0 on without gaps.
     """
     best, columns = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
-    derivatives = derivatives_on_unit_time(motion.coefficients, motion.lengths, DERIVATIVES)
+    derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
     counts, pieces = 2 * parts_of(derivatives, motion.lengths) + 1, np.arange(len(motion.lengths))
     for _ in range(MOST_HALVINGS + 1):
         own = counts[pieces]

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.along_curve import stretched
 from planner.backends.shared.refusals import infeasible_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.errors import InfeasibleDuration, PlanningError
@@ -16,8 +15,8 @@ from planner.tolerances import DURATION_TOLERANCE
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.backends.shared.assembly import TimedPieces
     from planner.paths import JointPath, Run, StraightMotions
+    from planner.polynomials import SegmentedPolynomial
 
 NOTICED = 1.01
 """Factor on a duration that is worth another way."""
@@ -26,9 +25,9 @@ NOTICED = 1.01
 def time_lines(
     path: JointPath,
     motions: StraightMotions,
-    closed_form: Callable[[StraightMotions], TimedPieces],
-    time_run: Callable[[Run], TimedPieces],
-) -> list[TimedPieces]:
+    closed_form: Callable[[StraightMotions], SegmentedPolynomial],
+    time_run: Callable[[Run], SegmentedPolynomial],
+) -> list[SegmentedPolynomial]:
     """Each in its time, the shortest or the one asked.
 
     A law in closed form, stretched until it keeps torque and tool speed, is slow everywhere; a law along the line is
@@ -59,7 +58,7 @@ def time_lines(
     factors, asks = sampled.stretch(pieces, rows, rows)
     free = np.isnan(motions.durations)
     slowed = factors > np.where(free, NOTICED, 1.0 + DURATION_TOLERANCE)
-    whole = stretched(pieces, np.where(free, np.maximum(factors, 1.0), 1.0)[rows])
+    whole = pieces.stretched(np.where(free, np.maximum(factors, 1.0), 1.0)[rows])
     parts, too_short = [whole.of(~slowed[rows])], {}
     for run, row in zip(path.straight_runs(motions.segments[slowed]), np.flatnonzero(slowed), strict=True):
         own = whole.of(rows == row)

@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.along_curve import (
-    CurveLaw,
-    TimeScaling,
-    ToolSpeeds,
-    broken_at,
-    follow_curve,
-    stretched,
-    time_scalings,
-)
-from planner.backends.shared.assembly import TimedPieces
+from planner.backends.shared.along_curve import TimeScaling, ToolSpeeds, broken_at, follow_curve, time_scalings
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.splines.shortest_durations import shortest_durations
 from planner.backends.splines.timed_spline import (
@@ -29,7 +20,7 @@ from planner.backends.splines.timed_spline import (
 )
 from planner.errors import InfeasibleDuration, Remedy
 from planner.limits import passes_a_limit
-from planner.polynomials import PiecewisePolynomial, differentiate, horner
+from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, differentiate, horner
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
@@ -56,7 +47,7 @@ UNHURRIED = 1.0005
 """What they are lengthened by beyond their need."""
 
 
-def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> TimedPieces:
+def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> SegmentedPolynomial:
     """Between joint motions, the spline of each joint through the waypoints; else a law s(t) along the run's curve.
 
     Raises:
@@ -85,7 +76,7 @@ class _Timing(ABC):
         asked: FloatArray = self.path.durations[self.segments]
         return asked
 
-    def time(self) -> TimedPieces:
+    def time(self) -> SegmentedPolynomial:
         """The pieces that keep the limits."""
         durations, free = self.first_durations(), np.isnan(self.asked)
         for _ in range(MOST_LENGTHENINGS):
@@ -95,7 +86,7 @@ class _Timing(ABC):
                 factor = max(scaling.factor for scaling in needed.values())
                 if factor <= 0.0:
                     raise no_duration_error(self.run.first)
-                return stretched(pieces, factor)
+                return pieces.stretched(factor)
             excess = np.array([needed[segment].factor for segment in self.segments])
             if (excess <= 1.0 + DURATION_TOLERANCE).all():
                 return pieces
@@ -109,7 +100,7 @@ class _Timing(ABC):
         """(intervals,), s: those asked, and about the shortest for the others; all free: a multiple of the shortest."""
 
     @abstractmethod
-    def pieces(self, durations: FloatArray) -> TimedPieces:
+    def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """The motion with these durations (intervals,)."""
 
     def _infeasible_error(self, needed: dict[int, TimeScaling]) -> InfeasibleDuration:
@@ -151,10 +142,10 @@ class _SplineTiming(_Timing):
             ends = [k for k in (segment, segment + 1) if self.run.first < k <= self.run.segments[-1]]
             raise passes_a_limit(ends, segment, name, overshoot.value, overshoot.limit) from None
 
-    def pieces(self, durations: FloatArray) -> TimedPieces:
+    def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """One polynomial a segment."""
         coefficients = interpolating_spline(self.positions, durations, self.degree)
-        return TimedPieces(durations, coefficients, self.segments)
+        return SegmentedPolynomial(durations, coefficients, self.segments)
 
 
 class _CurveTiming(_Timing):
@@ -173,7 +164,7 @@ class _CurveTiming(_Timing):
     def first_durations(self) -> FloatArray:
         """Those of the best law found; the intervals of a segment share its asked duration in proportion."""
         free = np.isnan(self.asked)
-        single = self._single.law.lengths
+        single = self._single.lengths
         shape = self._shortest(single, np.full(len(free), np.nan))
         shape = shape if self._ascends(shape) else single
         if free.all():
@@ -186,10 +177,10 @@ class _CurveTiming(_Timing):
         paces = (quick ** (1.0 - share) * slow**share for share in SHARES)
         return next((durations for durations in paces if self._ascends(durations)), slow)
 
-    def pieces(self, durations: FloatArray) -> TimedPieces:
+    def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """Quintics along the curve."""
         if self._ascends(durations):
-            return follow_curve(self.run, CurveLaw(self._law(durations), self.segments))
+            return follow_curve(self.run, self._law(durations))
         if np.isnan(self.asked).all():
             return follow_curve(self.run, self._single)
         raise self._runs_backwards_error()
@@ -202,14 +193,15 @@ class _CurveTiming(_Timing):
         return bool(slowest >= -BACKWARDS * mean)
 
     @cached_property
-    def _single(self) -> CurveLaw:
+    def _single(self) -> SegmentedPolynomial:
         """One law from rest to rest over the whole run, in 1 s, in its intervals."""
         ends = np.array([[0.0], [self.places[-1]]])
         law = PiecewisePolynomial(np.ones(1), interpolating_spline(ends, np.ones(1), self.degree))
         return broken_at(law, self.places[1:-1], self.segments)
 
-    def _law(self, durations: FloatArray) -> PiecewisePolynomial:
-        return PiecewisePolynomial(durations, interpolating_spline(self.places[:, None], durations, self.degree))
+    def _law(self, durations: FloatArray) -> SegmentedPolynomial:
+        coefficients = interpolating_spline(self.places[:, None], durations, self.degree)
+        return SegmentedPolynomial(durations, coefficients, self.segments)
 
     def _samples(self, durations: FloatArray) -> tuple[FloatArray, float]:
         """From samples of the law: for each interval the factor on its time that its limits ask; the least speed."""

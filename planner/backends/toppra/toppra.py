@@ -11,8 +11,8 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
-from planner.backends.shared.along_curve import MOST_HALVINGS, slowest, stretched, time_scalings
-from planner.backends.shared.assembly import TimedPieces, assemble
+from planner.backends.shared.along_curve import MOST_HALVINGS, slowest, time_scalings
+from planner.backends.shared.assembly import assemble
 from planner.backends.shared.refusals import duration_of_run, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.shared.smooth_curve import smooth_curve, smoothed
@@ -21,7 +21,7 @@ from planner.backends.toppra.intervals import FEWEST, cut, law_limits
 from planner.backends.toppra.reachability import fastest_law
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
 from planner.guarantees import ALL_HARD, Guarantee
-from planner.polynomials import horner, quintic_hermite
+from planner.polynomials import SegmentedPolynomial, horner, quintic_hermite
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class Toppra:
         return assemble(path, parts)
 
 
-def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPieces:
+def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> SegmentedPolynomial:
     """All runs at once, each at its asked duration or the shortest.
 
     An even stretch of a motion keeps all limits that the motion keeps; torques with their gravity, too: at each place
@@ -116,7 +116,7 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> TimedPi
         binding = slowest(needed[segment] for segment in runs[short[0]].segments.tolist()).binding
         too_short = {runs[k].first: float(shortest[k]) for k in short}
         raise infeasible_duration_error(float(asked[short[0]]), too_short, binding)
-    return stretched(pieces, np.where(free, factors, asked / times)[own])
+    return pieces.stretched(np.where(free, factors, asked / times)[own])
 
 
 class Law(NamedTuple):
@@ -176,7 +176,7 @@ def _fastest(path: JointPath, runs: Sequence[Run]) -> Law:
 
 def _within_limits(
     path: JointPath, law: Law, tolerances: FloatArray, kept: frozenset[str]
-) -> tuple[TimedPieces, dict[int, TimeScaling]]:
+) -> tuple[SegmentedPolynomial, dict[int, TimeScaling]]:
     """The fastest motion, and how its segments are still to be scaled in time: hardly at all.
 
     Limits that are computed at samples may be broken between them. Where one is broken by more than a little, it is
@@ -216,7 +216,7 @@ def fastest_on(path: JointPath, intervals: Intervals, factors: FloatArray, refin
     return law
 
 
-def _pieces(law: Law, tolerances: FloatArray) -> TimedPieces:
+def _pieces(law: Law, tolerances: FloatArray) -> SegmentedPolynomial:
     """Quintics in time that meet the curves, their velocity and acceleration at both ends of each interval.
 
     Intervals are halved until the quintics keep to the curves within their tolerances (runs,).
@@ -237,4 +237,4 @@ def _pieces(law: Law, tolerances: FloatArray) -> TimedPieces:
         # Within an interval x is linear in s.
         x = np.insert(x, np.flatnonzero(rough) + 1, (x[:-1] + x[1:])[rough] / 2.0)
         law = Law(intervals.split(1 + rough), x, np.repeat(u, 1 + rough))
-    return TimedPieces(times, coefficients, intervals.segments)
+    return SegmentedPolynomial(times, coefficients, intervals.segments)

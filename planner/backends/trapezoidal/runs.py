@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.along_curve import (
-    CurveLaw,
     TimeScaling,
     ToolSpeeds,
     broken_at,
@@ -23,13 +22,12 @@ from planner.backends.shared.refusals import (
     infeasible_duration_error,
     ramps_error,
 )
-from planner.polynomials import PiecewisePolynomial
+from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.backends.shared.assembly import TimedPieces
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
 
@@ -46,7 +44,7 @@ MOST_LENGTHENINGS, HASTE = 60, 1.0 + 1e-6
 """Times that a run with given ramps is lengthened until it keeps its limits, and by what beyond its need."""
 
 
-def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> TimedPieces:
+def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPolynomial:
     """Accelerate, cruise and brake on each interval between waypoints and ends of blends.
 
     On each interval the speed along the curve is limited to V and its change to A, such that
@@ -64,7 +62,7 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> TimedPieces
 
 def time_run_with_ramps(
     path: JointPath, run: Run, law_of: Callable[[float], PiecewisePolynomial], ramps: float, enforced: frozenset[str]
-) -> TimedPieces:
+) -> SegmentedPolynomial:
     """One trapezoid over the whole run, with given times of acceleration and braking.
 
     Args:
@@ -82,7 +80,7 @@ def time_run_with_ramps(
     asked = duration_of_run(path, run)
     places = run.curve.breakpoints[run.waypoint_knots[1:-1]]
 
-    def at(duration: float) -> tuple[TimedPieces, TimeScaling]:
+    def at(duration: float) -> tuple[SegmentedPolynomial, TimeScaling]:
         law = law_of(duration)
         whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
         pieces = follow_curve(run, broken_at(whole, places, run.segments))
@@ -102,7 +100,7 @@ def time_run_with_ramps(
     return pieces
 
 
-def _fastest(path: JointPath, run: Run) -> CurveLaw:
+def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
     """The law with the best share of the acceleration limits for the curvature."""
     places, segments = run.curve.breakpoints[run.knots], run.curve.segments[run.knots[:-1]]
     lengths = np.diff(places)
@@ -119,10 +117,10 @@ def _fastest(path: JointPath, run: Run) -> CurveLaw:
         _trapezoids(lengths, np.minimum(plain, np.sqrt(share * curved)), (1.0 - share) * straight, segments)
         for share in SHARES
     ]
-    return min(laws, key=lambda timed: float(timed.law.lengths.sum()))
+    return min(laws, key=lambda law: float(law.lengths.sum()))
 
 
-def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segments: np.ndarray) -> CurveLaw:
+def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
     """The fastest law whose speed on each interval is at most `most`, and its change at most `gain`."""
     most = np.where(np.isfinite(most) | np.isfinite(gain), most, 1.0)  # nothing limits: any law will do, stretched
     # Speeds that hardly differ are made the same: a ramp between them would be too short to be put on the curve.
@@ -152,5 +150,5 @@ def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segment
     ).transpose(2, 0, 1)
     times = np.column_stack([up, cruise, down])
     there = times > NEGLIGIBLE_SHARE * times.sum(axis=1, keepdims=True)
-    law = PiecewisePolynomial(times[there], coefficients[there][:, None, :])
-    return CurveLaw(law, np.repeat(segments[:, None], 3, axis=1)[there])
+    owners = np.repeat(segments[:, None], 3, axis=1)[there]
+    return SegmentedPolynomial(times[there], coefficients[there][:, None, :], owners)

@@ -20,8 +20,8 @@ from planner.tolerances import ROUNDING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from planner.backends.shared.assembly import TimedPieces
     from planner.paths import JointPath, StraightMotions
+    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
@@ -71,7 +71,7 @@ class Trapezoidal:
         return t1, t1 if t3 is None else t3
 
 
-def fastest_trapezoids(motions: StraightMotions) -> TimedPieces:
+def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
     """The path parameter may run at V and accelerate at A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
 
     Each joint binds V by its velocity and A by its acceleration; the slowest of each counts.
@@ -98,7 +98,7 @@ def fastest_trapezoids(motions: StraightMotions) -> TimedPieces:
     return time_straight_motions(motions, bounds, lambda _durations: laws)
 
 
-def _with_times(motions: StraightMotions, t1: float, t3: float) -> TimedPieces:
+def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPolynomial:
     """Given ramps: the cruise runs at 1 / (T - t1/2 - t3/2), the ramps accelerate at that over t1 and t3."""
     travels, limits = np.abs(motions.travels), motions.limits
     ramps = (t1 + t3) / 2.0

@@ -11,7 +11,7 @@ from planner.backends import QUANTITIES, Guarantee
 from planner.certificate.limits import certify
 from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.limits import Limits, segment_limits
-from planner.polynomials import cumulative_sums
+from planner.polynomials import PiecewisePolynomial, cumulative_sums
 from planner.robots import load_robot
 from planner.trajectory import Trajectory
 
@@ -25,7 +25,7 @@ def trajectory_of(lengths: np.ndarray, coefficients: np.ndarray) -> Trajectory:
 
 def largest(coefficients: np.ndarray, lengths: np.ndarray, measure: np.ndarray) -> tuple[int, int, float, float]:
     """Piece, joint, local time and value."""
-    polynomials = derivatives_on_unit_time(coefficients, lengths, 1)[0]
+    polynomials = derivatives_on_unit_time(PiecewisePolynomial(lengths, coefficients), 1)[0]
     piece, joint, u, value = largest_magnitude(polynomials, measure)
     return piece, joint, u * lengths[piece], value
 

@@ -12,14 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends.jerk_limited.time_law import ENFORCED, time_run
-from planner.backends.shared.assembly import TimedPieces
 from planner.backends.splines.runs import time_run as quintic_along
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
 from planner.kinematics.forward import tool_pose, tool_speeds
 from planner.limits import Limits
 from planner.paths import JointPath, Run, solve_path
-from planner.polynomials import differentiate, horner
+from planner.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,
@@ -86,13 +85,13 @@ def random_run(robot_id: str, kind: str, seed: int, limits: Limits | None = None
             continue
 
 
-def sampled(pieces: TimedPieces) -> list[np.ndarray]:
+def sampled(pieces: SegmentedPolynomial) -> list[np.ndarray]:
     """Position, velocity, acceleration and jerk (samples, pieces, joints), both ends of all pieces included."""
     tau = DENSE[:, None, None] * pieces.lengths[:, None]
     return [horner(differentiate(pieces.coefficients, k), tau) for k in range(4)]
 
 
-def worst_ratio(path: JointPath, pieces: TimedPieces) -> float:
+def worst_ratio(path: JointPath, pieces: SegmentedPolynomial) -> float:
     _, *rates = sampled(pieces)
     limits = path.limits.of(pieces.segments)
     return max(
@@ -101,7 +100,7 @@ def worst_ratio(path: JointPath, pieces: TimedPieces) -> float:
     )
 
 
-def assert_rest_to_rest(path: JointPath, run: Run, pieces: TimedPieces) -> None:
+def assert_rest_to_rest(path: JointPath, run: Run, pieces: SegmentedPolynomial) -> None:
     """C2, at rest at both ends, along the curve and in its direction, every limit kept."""
     values = sampled(pieces)
     for order in range(3):

@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
-from planner.backends.shared.along_curve import stretched, time_scalings
-from planner.backends.shared.assembly import TimedPieces, sampled
+from planner.backends.shared.along_curve import time_scalings
+from planner.backends.shared.assembly import sampled
 from planner.dynamics import inverse_dynamics
 from planner.errors import LimitsUnsatisfiable
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
 from planner.paths import JointPath, solve_path
 from planner.planning import plan
-from planner.polynomials import quintic_hermite
+from planner.polynomials import SegmentedPolynomial, quintic_hermite
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot
 from tests.planner.problems import problem_of, random_position
@@ -26,7 +26,7 @@ from tests.planner.problems import problem_of, random_position
 SAMPLES = 2_000
 
 
-def use_on_each_segment(path: JointPath, pieces: TimedPieces) -> dict[int, float]:
+def use_on_each_segment(path: JointPath, pieces: SegmentedPolynomial) -> dict[int, float]:
     """The largest share of a torque or tool speed limit."""
     q, v, a, _ = sampled(pieces, SAMPLES)
     owners = np.repeat(pieces.segments, SAMPLES)
@@ -58,13 +58,13 @@ def test_motions_stretched_as_demanded_use_all_of_a_limit_and_no_more(robot_id: 
     )
     coefficients = quintic_hermite(lengths, start, end)
     coefficients[..., 0] += home
-    pieces = TimedPieces(lengths, coefficients, np.arange(count) // 3)
+    pieces = SegmentedPolynomial(lengths, coefficients, np.arange(count) // 3)
     try:
         needed = time_scalings(path, pieces, frozenset())
     except LimitsUnsatisfiable:  # gravity alone is too much there
         return
     factors = np.array([needed[segment].factor for segment in range(3)])
-    for use in use_on_each_segment(path, stretched(pieces, factors[pieces.segments])).values():
+    for use in use_on_each_segment(path, pieces.stretched(factors[pieces.segments])).values():
         assert 0.998 <= use <= 1.0
 
 
