@@ -1,7 +1,191 @@
 """Waypoints in, certified joint trajectory out.
 
-The way through is `planner.planning.plan`, from a `planner.problem.PlanningProblem` to a `planner.result.Plan`. Robots
-come from `planner.robots`, what can go wrong stands in `planner.errors`, the forms that a plan can leave in
-are `planner.export.FORMATS`. Importing this package alone loads nothing: a server that only passes bytes on
-stays small.
+The library of the trajectory planner: `plan` takes a `PlanningProblem` to a certified `Plan`. Every public name stands
+here and is loaded when it is first used, so that importing the package alone costs nothing. Positions, velocities,
+forces and times are in SI units throughout (m, rad, s, N); in arrays rows are time and columns are joints.
+
+Examples:
+    >>> import planner
+    >>> robot = planner.load_robot("kuka_kr16_2")
+    >>> home = planner.JointWaypoint([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
+    >>> pick = planner.JointWaypoint([1.0, -1.2, 1.2, 0.0, 0.5, 0.5])
+    >>> plan = planner.plan(planner.PlanningProblem(robot, [home, pick]), planner.Trapezoidal())
+    >>> print(f"{plan.trajectory.duration:.4f} s")
+    0.7666 s
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from planner.backends import BACKENDS as BACKENDS
+    from planner.backends import Auto as Auto
+    from planner.backends import BackEnd as BackEnd
+    from planner.backends import Cubic as Cubic
+    from planner.backends import MinEffort as MinEffort
+    from planner.backends import Quintic as Quintic
+    from planner.backends import Ruckig as Ruckig
+    from planner.backends import Toppra as Toppra
+    from planner.backends import Trapezoidal as Trapezoidal
+    from planner.certificate import Certificate as Certificate
+    from planner.certificate import Check as Check
+    from planner.certificate import certify as certify
+    from planner.certificate import certify_samples as certify_samples
+    from planner.comparison import Comparison as Comparison
+    from planner.comparison import Figures as Figures
+    from planner.comparison import compare as compare
+    from planner.comparison import figures as figures
+    from planner.dynamics import inverse_dynamics as inverse_dynamics
+    from planner.errors import ConfigurationChange as ConfigurationChange
+    from planner.errors import Finding as Finding
+    from planner.errors import InfeasibleDuration as InfeasibleDuration
+    from planner.errors import InvalidProblem as InvalidProblem
+    from planner.errors import InvalidRobotModel as InvalidRobotModel
+    from planner.errors import JointPositionLimit as JointPositionLimit
+    from planner.errors import LimitsUnsatisfiable as LimitsUnsatisfiable
+    from planner.errors import MissingDynamics as MissingDynamics
+    from planner.errors import PlanningError as PlanningError
+    from planner.errors import Remedy as Remedy
+    from planner.errors import SingularPath as SingularPath
+    from planner.errors import UnknownRobot as UnknownRobot
+    from planner.errors import UnreachableWaypoint as UnreachableWaypoint
+    from planner.export import FORMATS as FORMATS
+    from planner.export import INCLUDABLE as INCLUDABLE
+    from planner.export import ExportOptions as ExportOptions
+    from planner.export import Format as Format
+    from planner.export import render as render
+    from planner.guarantees import QUANTITIES as QUANTITIES
+    from planner.guarantees import Guarantee as Guarantee
+    from planner.kinematics import Extreme as Extreme
+    from planner.kinematics import InverseKinematicsResult as InverseKinematicsResult
+    from planner.kinematics import Workspace as Workspace
+    from planner.kinematics import all_solutions as all_solutions
+    from planner.kinematics import forward_kinematics as forward_kinematics
+    from planner.kinematics import inverse_kinematics as inverse_kinematics
+    from planner.kinematics import jacobian as jacobian
+    from planner.kinematics import manipulability as manipulability
+    from planner.kinematics import tool_pose as tool_pose
+    from planner.kinematics import workspace as workspace
+    from planner.kinematics.options import InverseKinematicsOptions as InverseKinematicsOptions
+    from planner.limits import Limits as Limits
+    from planner.paths import JointPath as JointPath
+    from planner.planning import plan as plan
+    from planner.problem import BlendTransition as BlendTransition
+    from planner.problem import CartesianMove as CartesianMove
+    from planner.problem import CircularMotion as CircularMotion
+    from planner.problem import CylindricalMove as CylindricalMove
+    from planner.problem import JointMotion as JointMotion
+    from planner.problem import JointWaypoint as JointWaypoint
+    from planner.problem import LinearMotion as LinearMotion
+    from planner.problem import PlanningProblem as PlanningProblem
+    from planner.problem import PoseWaypoint as PoseWaypoint
+    from planner.problem import RelativeWaypoint as RelativeWaypoint
+    from planner.problem import SphericalMove as SphericalMove
+    from planner.problem import StopTransition as StopTransition
+    from planner.problem import ThroughTransition as ThroughTransition
+    from planner.result import Plan as Plan
+    from planner.result import PlanWarning as PlanWarning
+    from planner.robots import DHJoint as DHJoint
+    from planner.robots import Joint as Joint
+    from planner.robots import Robot as Robot
+    from planner.robots import catalogue_ids as catalogue_ids
+    from planner.robots import load_robot as load_robot
+    from planner.robots.payload import Payload as Payload
+    from planner.spatial import Pose as Pose
+    from planner.spatial import quaternion as quaternion
+    from planner.spatial import rotation_from_quaternion as rotation_from_quaternion
+    from planner.spatial import rotation_from_rpy as rotation_from_rpy
+    from planner.trajectory import Remark as Remark
+    from planner.trajectory import Trajectory as Trajectory
+    from planner.waypoints.reachability import LimitMargin as LimitMargin
+    from planner.waypoints.reachability import Reachability as Reachability
+    from planner.waypoints.reachability import reachability as reachability
+
+_NAMES = {
+    "planner.backends": (
+        "BACKENDS",
+        "Auto",
+        "BackEnd",
+        "Cubic",
+        "MinEffort",
+        "Quintic",
+        "Ruckig",
+        "Toppra",
+        "Trapezoidal",
+    ),
+    "planner.certificate": ("Certificate", "Check", "certify", "certify_samples"),
+    "planner.comparison": ("Comparison", "Figures", "compare", "figures"),
+    "planner.dynamics": ("inverse_dynamics",),
+    "planner.errors": (
+        "ConfigurationChange",
+        "Finding",
+        "InfeasibleDuration",
+        "InvalidProblem",
+        "InvalidRobotModel",
+        "JointPositionLimit",
+        "LimitsUnsatisfiable",
+        "MissingDynamics",
+        "PlanningError",
+        "Remedy",
+        "SingularPath",
+        "UnknownRobot",
+        "UnreachableWaypoint",
+    ),
+    "planner.export": ("FORMATS", "INCLUDABLE", "ExportOptions", "Format", "render"),
+    "planner.guarantees": ("QUANTITIES", "Guarantee"),
+    "planner.kinematics": (
+        "Extreme",
+        "InverseKinematicsResult",
+        "Workspace",
+        "all_solutions",
+        "forward_kinematics",
+        "inverse_kinematics",
+        "jacobian",
+        "manipulability",
+        "tool_pose",
+        "workspace",
+    ),
+    "planner.kinematics.options": ("InverseKinematicsOptions",),
+    "planner.limits": ("Limits",),
+    "planner.paths": ("JointPath",),
+    "planner.planning": ("plan",),
+    "planner.problem": (
+        "BlendTransition",
+        "CartesianMove",
+        "CircularMotion",
+        "CylindricalMove",
+        "JointMotion",
+        "JointWaypoint",
+        "LinearMotion",
+        "PlanningProblem",
+        "PoseWaypoint",
+        "RelativeWaypoint",
+        "SphericalMove",
+        "StopTransition",
+        "ThroughTransition",
+    ),
+    "planner.result": ("Plan", "PlanWarning"),
+    "planner.robots": ("DHJoint", "Joint", "Robot", "catalogue_ids", "load_robot"),
+    "planner.robots.payload": ("Payload",),
+    "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy"),
+    "planner.trajectory": ("Remark", "Trajectory"),
+    "planner.waypoints.reachability": ("LimitMargin", "Reachability", "reachability"),
+}
+"""Public names by the module that has them; the imports above say the same to type checkers and editors."""
+
+_MODULES = {name: module for module, names in _NAMES.items() for name in names}
+
+__all__ = sorted(_MODULES)
+
+if not TYPE_CHECKING:  # to a type checker an unknown name is an error
+
+    def __getattr__(name: str) -> object:
+        """Load a public name when it is first used."""
+        if name not in _MODULES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(_MODULES[name]), name)
+        globals()[name] = value
+        return value
+
+    def __dir__() -> list[str]:
+        return [*globals(), *__all__]

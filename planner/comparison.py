@@ -1,4 +1,4 @@
-"""Figures by which plans of the same waypoints are compared."""
+"""The same problem through several back ends, and the figures by which the plans are compared."""
 
 from __future__ import annotations
 
@@ -8,11 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
+from planner.errors import PlanningError
 from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_pose
+from planner.planning import plan
 from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from planner.backends.base import BackEnd
+    from planner.problem import PlanningProblem
     from planner.result import Plan
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -52,8 +58,46 @@ class Figures:
     path_deviation: float
 
 
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What one back end makes of a problem: a plan and its figures, or a refusal.
+
+    Attributes:
+        backend: The back end, with its options.
+        plan: The certified plan; None: the back end refuses.
+        figures: What the plan costs; None: the back end refuses.
+        refusal: Why there is no plan; None: there is one.
+    """
+
+    backend: BackEnd
+    plan: Plan | None = None
+    figures: Figures | None = None
+    refusal: PlanningError | None = None
+
+
+def compare(problem: PlanningProblem, backends: Iterable[BackEnd]) -> list[Comparison]:
+    """Plan a problem with several back ends, side by side.
+
+    Args:
+        problem: What is asked: robot, waypoints, limits.
+        backends: The back ends, with their options.
+
+    Returns:
+        One comparison for each back end, in their order.
+    """
+    return [_compared(problem, backend) for backend in backends]
+
+
+def _compared(problem: PlanningProblem, backend: BackEnd) -> Comparison:
+    try:
+        solved = plan(problem, backend)
+    except PlanningError as refusal:
+        return Comparison(backend, refusal=refusal)
+    return Comparison(backend, solved, figures(solved))
+
+
 def figures(plan: Plan) -> Figures:
-    """The figures of a plan."""
+    """Compute what a plan costs."""
     trajectory, robot = plan.trajectory, plan.path.robot
     parts = np.ceil(PARTS * trajectory.lengths / trajectory.duration).astype(int)
     pieces = np.repeat(np.arange(len(parts)), parts)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.result import Plan
 
 
-def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:  # noqa: B008 - immutable
+def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
     """Plan a certified trajectory.
 
     Args:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -12,6 +12,8 @@ from planner.limits import Limits
 from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.robots import Robot
     from planner.robots.payload import Payload
 
@@ -127,12 +129,12 @@ class Waypoint:
     """What every kind of waypoint has.
 
     Attributes:
-        name: For the answer only.
+        name: A name for people.
         motion: How to get here from the waypoint before.
         transition: How to pass this waypoint.
-        duration: s, of the segment that ends here; None: as fast as the limits allow.
-        dwell: s, rest here before going on.
-        limits: Of the segment that ends here.
+        duration: Time for the segment that ends here, s; None: as fast as the limits allow.
+        dwell: Time to rest here before going on, s.
+        limits: Limits on the segment that ends here, no wider than the robot's; None: those of the problem.
     """
 
     name: str | None = None
@@ -143,29 +145,43 @@ class Waypoint:
     limits: Limits | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class JointWaypoint(Waypoint):
-    """A joint position, one value per joint, rad or m."""
+    """A waypoint given by a joint position.
 
-    position: tuple[float, ...]
+    Attributes:
+        position: One value per joint, rad or m.
+    """
+
+    position: Sequence[float] | FloatArray
+
+    def __post_init__(self) -> None:
+        """Keep plain numbers, which are compared and cannot change."""
+        object.__setattr__(self, "position", tuple(map(float, self.position)))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class PoseWaypoint(Waypoint):
-    """A pose of the tool in the base frame."""
+    """A waypoint given by a pose of the tool.
+
+    Attributes:
+        pose: In the base frame; without a rotation, any orientation will do.
+    """
 
     pose: Pose
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class RelativeWaypoint(Waypoint):
-    """A move from the pose of the waypoint before, in the tool's axes or in the base's.
+    """A waypoint given by a move from the pose of the waypoint before.
 
-    With `frame` `tool`: T(k) = T(k-1) M. With `base`: p(k) = p(k-1) + p(M), R(k) = R(M) R(k-1).
+    Attributes:
+        move: The displacement M.
+        frame: Whose axes M is in. `tool`: T(k) = T(k-1) M. `base`: p(k) = p(k-1) + p(M), R(k) = R(M) R(k-1).
     """
 
-    frame: Frame
     move: Move
+    frame: Frame = "tool"
 
 
 AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
@@ -176,18 +192,22 @@ class PlanningProblem:
     """Everything that one plan depends on but the back end, which puts time on the path.
 
     Attributes:
-        robot: With the tool, if any, already attached.
+        robot: The arm, with its tool already attached if there is one.
         waypoints: Two or more; the robot starts at rest at the first and ends at rest at the last.
-        limits: For the whole trajectory; a waypoint's own limits go before these.
-        inverse_kinematics: Tolerances, reference and seed.
-        payload: None: nothing carried.
+        limits: Limits on the whole trajectory; a waypoint's own limits go before these.
+        inverse_kinematics: How the poses among the waypoints are solved.
+        payload: What the robot carries; None: nothing.
     """
 
     robot: Robot
-    waypoints: tuple[AnyWaypoint, ...]
-    limits: Limits = field(default_factory=Limits)
-    inverse_kinematics: InverseKinematicsOptions = field(default_factory=InverseKinematicsOptions)
+    waypoints: Sequence[AnyWaypoint]
+    limits: Limits = Limits()
+    inverse_kinematics: InverseKinematicsOptions = InverseKinematicsOptions()
     payload: Payload | None = None
+
+    def __post_init__(self) -> None:
+        """Keep the waypoints in a tuple, which cannot change."""
+        object.__setattr__(self, "waypoints", tuple(self.waypoints))
 
     @property
     def all_limits(self) -> tuple[Limits, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.certificate.limits import certify
+from planner.certificate.limits import certificate_of
 from planner.certificate.tool_path import certify_tool_path
 from planner.errors import LimitsUnsatisfiable
 from planner.guarantees import Guarantee, end_states
@@ -79,7 +79,7 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
 
 def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Certificate:
     blended = [isinstance(waypoint.transition, BlendTransition) for waypoint in problem.waypoints]
-    return certify(
+    return certificate_of(
         trajectory,
         path.robot,
         path.limits,

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import ArrayLike
+
 FloatArray = NDArray[np.float64]
 
 
@@ -26,6 +28,35 @@ class Pose:
 
     position: FloatArray
     rotation: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        """Take lists, too."""
+        if not isinstance(self.position, np.ndarray):
+            object.__setattr__(self, "position", np.array(self.position, dtype=np.float64))
+        if self.rotation is not None and not isinstance(self.rotation, np.ndarray):
+            object.__setattr__(self, "rotation", np.array(self.rotation, dtype=np.float64))
+
+    @classmethod
+    def from_rpy(cls, position: ArrayLike, rpy: ArrayLike) -> Pose:
+        """Make a pose from angles about the fixed axes x, then y, then z (URDF): Rz(yaw) Ry(pitch) Rx(roll).
+
+        Args:
+            position: (3,), m.
+            rpy: (3,), roll, pitch and yaw, rad.
+        """
+        roll, pitch, yaw = np.array(rpy, dtype=np.float64)
+        return cls(np.array(position, dtype=np.float64), rotation_from_rpy(roll, pitch, yaw))
+
+    @classmethod
+    def from_quaternion(cls, position: ArrayLike, xyzw: ArrayLike) -> Pose:
+        """Make a pose from a quaternion.
+
+        Args:
+            position: (3,), m.
+            xyzw: (4,), x, y, z, w; it is normalised first.
+        """
+        quaternion = np.array(xyzw, dtype=np.float64)
+        return cls(np.array(position, dtype=np.float64), rotation_from_quaternion(quaternion))
 
 
 def rotation_x(angle: float) -> FloatArray:

@@ -83,7 +83,7 @@ def validate_trajectory(work: Work) -> Reply:
         )
     with work.stage("plan"):
         limits = to_limits(request.limits)
-        certificate = certify_samples(robot, limits, times, position, velocity, acceleration)
+        certificate = certify_samples(robot, times, position, velocity, acceleration, limits)
     return work.reply(certificate.as_dict())
 
 

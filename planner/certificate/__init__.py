@@ -1,1 +1,7 @@
-"""The exact check of a trajectory, of the path of its tool, and of samples of any origin."""
+"""The exact check of a trajectory, whatever made it, against the limits of its robot."""
+
+from planner.certificate.certify import certify
+from planner.certificate.checks import Certificate, Check
+from planner.certificate.samples import certify_samples
+
+__all__ = ["Certificate", "Check", "certify", "certify_samples"]

@@ -40,7 +40,7 @@ SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in ORDER_OF)
 """The other quantities."""
 
 
-def certify(
+def certificate_of(
     trajectory: Trajectory,
     robot: Robot,
     limits: SegmentLimits,

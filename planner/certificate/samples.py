@@ -6,30 +6,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.certificate.limits import certify
+from planner.certificate.limits import certificate_of
 from planner.errors import InvalidProblem
 from planner.guarantees import QUANTITIES, Guarantee
-from planner.limits import segment_limits
+from planner.limits import Limits, segment_limits
 from planner.polynomials import quintic_hermite
 from planner.problem_check import limit_faults, refuse_unknown_torques
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from planner.certificate.checks import Certificate
-    from planner.limits import Limits
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
 
 def certify_samples(
     robot: Robot,
-    limits: Limits,
-    time: FloatArray,
-    position: FloatArray,
-    velocity: FloatArray | None = None,
-    acceleration: FloatArray | None = None,
+    time: ArrayLike,
+    position: ArrayLike,
+    velocity: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+    limits: Limits = Limits(),
 ) -> Certificate:
-    """Check samples as a controller would run them.
+    """Check samples of any origin against the limits of a robot, as a controller would run them.
 
     Between samples a controller interpolates (as ROS 2's joint trajectory controller does): by straight lines
     from positions alone, by cubics from positions and velocities, by quintics with accelerations too. That
@@ -37,35 +38,36 @@ def certify_samples(
     position and velocity are enforced, with velocities acceleration too, with accelerations jerk too.
 
     Args:
-        robot: Its limits hold, narrowed by `limits`.
-        limits: Asked by the caller.
+        robot: With its tool and payload; its limits hold, narrowed by `limits`.
         time: (N,), s, strictly increasing, N >= 2.
-        position: (N, joints).
-        velocity: (N, joints).
-        acceleration: (N, joints); only with velocities.
+        position: (N, joints), rad or m.
+        velocity: (N, joints), rad/s or m/s.
+        acceleration: (N, joints), rad/s^2 or m/s^2; only with velocities.
+        limits: Limits that are asked besides, no wider than the robot's.
 
     Raises:
         MissingDynamics: Torque limits are asked of a robot without inertias.
-        InvalidProblem: Shapes that do not fit, times that do not increase, limits wider than the robot's.
+        InvalidProblem: Shapes that do not fit, numbers that are none, times that do not increase, limits wider than
+            the robot's.
     """
-    faults = list(limit_faults(robot, limits, "/limits"))
-    faults += _sample_faults(robot, time, position, velocity, acceleration)
+    times, q = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
+    v, a = (None if rates is None else np.asarray(rates, dtype=np.float64) for rates in (velocity, acceleration))
+    faults = [*limit_faults(robot, limits, "/limits"), *_sample_faults(robot, times, q, v, a)]
     if faults:
         raise InvalidProblem(faults)
     refuse_unknown_torques(robot, (limits,))
-    lengths = np.diff(time)
-    coefficients = _hermite(lengths, position, velocity, acceleration)
+    lengths = np.diff(times)
     trajectory = Trajectory(
         lengths=lengths,
-        coefficients=coefficients,
+        coefficients=_hermite(lengths, q, v, a),
         segments=np.zeros(len(lengths), dtype=int),
-        arrivals=time - time[0],
-        departures=time - time[0],
+        arrivals=times - times[0],
+        departures=times - times[0],
     )
     given = 1 + (velocity is not None) + (acceleration is not None)
     reported = ("acceleration", "jerk")[given - 1 :]
     guarantees = {q: Guarantee.REPORTED if q in reported else Guarantee.HARD for q in QUANTITIES}
-    return certify(trajectory, robot, segment_limits(robot, limits, (None,)), guarantees, position)
+    return certificate_of(trajectory, robot, segment_limits(robot, limits, (None,)), guarantees, q)
 
 
 def _sample_faults(
@@ -76,8 +78,10 @@ def _sample_faults(
     acceleration: FloatArray | None,
 ) -> list[tuple[str, str]]:
     faults = []
-    if len(time) < 2:
-        faults.append(("/samples/time", "at least two samples are needed"))
+    if time.ndim != 1 or len(time) < 2:
+        return [("/samples/time", "at least two samples are needed")]
+    if not np.isfinite(time).all():
+        faults.append(("/samples/time", "not all of them are numbers"))
     backwards = np.flatnonzero(np.diff(time) <= 0.0)
     if len(backwards):
         faults.append((f"/samples/time/{backwards[0] + 1}", "time must increase strictly"))
@@ -86,6 +90,8 @@ def _sample_faults(
             shape = " x ".join(map(str, values.shape))
             message = f"{shape} values for {len(time)} times and the {robot.dof} joints of {robot.id}"
             faults.append((f"/samples/{name}", message))
+        elif values is not None and not np.isfinite(values).all():
+            faults.append((f"/samples/{name}", "not all of them are numbers"))
     if acceleration is not None and velocity is None:
         faults.append(("/samples/acceleration", "accelerations need velocities beside them"))
     return faults

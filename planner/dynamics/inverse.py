@@ -10,27 +10,36 @@ import pinocchio as pin
 from planner.errors import MissingDynamics
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
 
-def inverse_dynamics(
-    robot: Robot, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
-) -> FloatArray:
-    """Torques (N m; forces in N for prismatic joints) at N states, gravity and payload included.
+def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike) -> FloatArray:
+    """Compute the joint torques of a motion, those against gravity and of the payload included.
 
     Args:
         robot: With its payload, if any.
-        positions: (N, joints).
-        velocities: (N, joints).
-        accelerations: (N, joints).
+        positions: One state (joints,), or N of them (N, joints), rad or m.
+        velocities: Of the same shape, by s.
+        accelerations: Of the same shape, by s^2.
+
+    Returns:
+        Torques of the same shape, N m; forces in N for prismatic joints.
 
     Raises:
         MissingDynamics: The robot has neither inertias nor a payload.
+        ValueError: The shapes differ, or are not those of the robot's states.
     """
     if not robot.has_dynamics:
         raise MissingDynamics(f"{robot.id} has no link inertias and carries no payload: torques are unknown")
-    torques = np.empty(positions.shape)
+    states = [np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations)]
+    shape = states[0].shape
+    if any(values.shape != shape for values in states) or shape[-1:] != (robot.dof,):
+        shapes = ", ".join(str(values.shape) for values in states)
+        raise ValueError(f"states of shapes {shapes}: the robot has {robot.dof} joints")
+    torques = np.empty(shape)
     # All states in one call, on one thread: a call each costs more than the algorithm.
-    pin.rneaInParallel(1, robot.pool, positions.T, velocities.T, accelerations.T, torques.T)
+    pin.rneaInParallel(1, robot.pool, *(values.reshape(-1, robot.dof).T for values in (*states, torques)))
     return torques

@@ -1,7 +1,14 @@
 """The forms that a plan can leave in: one file and one line here each."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from planner.export import csv, json, ros2
 from planner.export.base import INCLUDABLE, ExportOptions, Format
+
+if TYPE_CHECKING:
+    from planner.result import Plan
 
 FORMATS: dict[str, Format] = {
     form.name: form
@@ -13,4 +20,25 @@ FORMATS: dict[str, Format] = {
 }
 """Every format by its name; the first is the default."""
 
-__all__ = ["FORMATS", "INCLUDABLE", "ExportOptions", "Format"]
+
+def render(plan: Plan, format: str = "json", options: ExportOptions = ExportOptions()) -> bytes:
+    """Write a plan in one of `FORMATS`.
+
+    Args:
+        plan: The plan.
+        format: `json` (the answer of the service), `csv` or `ros2` (a `JointTrajectory` message as JSON).
+        options: The period of the samples, and what is included.
+
+    Returns:
+        The content of a file.
+
+    Raises:
+        ValueError: There is no such format.
+        MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
+    """
+    if format not in FORMATS:
+        raise ValueError(f"there is no format {format!r}; the formats are {', '.join(FORMATS)}")
+    return FORMATS[format].render(plan, options)
+
+
+__all__ = ["FORMATS", "INCLUDABLE", "ExportOptions", "Format", "render"]

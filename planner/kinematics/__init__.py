@@ -1,6 +1,13 @@
 """Forward and inverse kinematics and the workspace, on Pinocchio."""
 
-from planner.kinematics.forward import forward_kinematics, jacobian, manipulability, singular_values, tool_speeds
+from planner.kinematics.forward import (
+    forward_kinematics,
+    jacobian,
+    manipulability,
+    singular_values,
+    tool_pose,
+    tool_speeds,
+)
 from planner.kinematics.inverse import (
     InverseKinematicsResult,
     all_solutions,
@@ -31,6 +38,7 @@ __all__ = [
     "singular_values",
     "solution_layers",
     "solutions_or_failure",
+    "tool_pose",
     "tool_speeds",
     "with_whole_turns",
     "workspace",

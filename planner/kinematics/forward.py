@@ -10,25 +10,51 @@ import pinocchio as pin
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from planner.robots import Robot
 
 
-def forward_kinematics(robot: Robot, positions: FloatArray) -> list[Pose]:
-    """Poses of the tool in the base frame at joint positions (N, joints)."""
-    return [tool_pose(robot, q) for q in positions]
+def forward_kinematics(robot: Robot, positions: ArrayLike) -> list[Pose]:
+    """Compute where the tool is at joint positions.
+
+    Args:
+        robot: With its tool.
+        positions: (N, joints), rad or m.
+
+    Returns:
+        N poses of the tool in the base frame.
+    """
+    return [tool_pose(robot, q) for q in np.asarray(positions, dtype=np.float64)]
 
 
-def tool_pose(robot: Robot, position: FloatArray) -> Pose:
-    """Pose of the tool in the base frame at one joint position (joints,)."""
-    pin.forwardKinematics(robot.model, robot.data, position)
+def tool_pose(robot: Robot, position: ArrayLike) -> Pose:
+    """Compute where the tool is at one joint position.
+
+    Args:
+        robot: With its tool.
+        position: (joints,), rad or m.
+
+    Returns:
+        The pose of the tool in the base frame.
+    """
+    pin.forwardKinematics(robot.model, robot.data, np.asarray(position, dtype=np.float64))
     placement = pin.updateFramePlacement(robot.model, robot.data, robot.tool_frame_id)
     return Pose(placement.translation.copy(), placement.rotation.copy())
 
 
-def jacobian(robot: Robot, position: FloatArray) -> FloatArray:
-    """(6, joints): linear over angular velocity of the tool, in the base's axes, per joint velocity."""
-    axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    J: FloatArray = pin.computeFrameJacobian(robot.model, robot.data, position, robot.tool_frame_id, axes)
+def jacobian(robot: Robot, position: ArrayLike) -> FloatArray:
+    """Compute the Jacobian of the tool's position and orientation.
+
+    Args:
+        robot: With its tool.
+        position: (joints,), rad or m.
+
+    Returns:
+        (6, joints): the linear over the angular velocity of the tool, in the base's axes, per joint velocity.
+    """
+    axes, q = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, np.asarray(position, dtype=np.float64)
+    J: FloatArray = pin.computeFrameJacobian(robot.model, robot.data, q, robot.tool_frame_id, axes)
     return J.reshape(6, robot.dof)  # of one joint Pinocchio gives a vector
 
 
@@ -39,13 +65,22 @@ def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
     return result
 
 
-def manipulability(robot: Robot, positions: FloatArray) -> FloatArray:
-    """sqrt(det(J J^T)) (N,) at positions (N, joints), as the product of the singular values; 0 where singular.
+def manipulability(robot: Robot, positions: ArrayLike) -> FloatArray:
+    """Compute how well the tool can be moved in all directions: sqrt(det(J J^T)), Yoshikawa 1985; 0 where singular.
 
-    Yoshikawa 1985. With fewer than six joints it is sqrt(det(J^T J)), the same product.
+    It is the product of the singular values of the Jacobian (m and rad alike). With fewer than six joints
+    sqrt(det(J^T J)) is the same product.
+
+    Args:
+        robot: With its tool.
+        positions: One joint position (joints,), or N of them (N, joints), rad or m.
+
+    Returns:
+        A number of one position, (N,) of N.
     """
-    result: FloatArray = singular_values(robot, positions).prod(axis=1)
-    return result
+    rows = np.asarray(positions, dtype=np.float64)
+    result: FloatArray = singular_values(robot, np.atleast_2d(rows)).prod(axis=1)
+    return result if rows.ndim > 1 else result[0]
 
 
 def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:

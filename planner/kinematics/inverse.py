@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planner.kinematics.forward import manipulability, tool_pose
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import QUICK, Search, pose_errors, search_all
 from planner.kinematics.turns import by_distance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics.options import InverseKinematicsOptions
+    from numpy.typing import ArrayLike
+
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
 
@@ -50,7 +52,10 @@ class InverseKinematicsResult:
 
 
 def inverse_kinematics(
-    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None = None
+    robot: Robot,
+    pose: Pose,
+    options: InverseKinematicsOptions = InverseKinematicsOptions(),
+    reference: ArrayLike | None = None,
 ) -> InverseKinematicsResult:
     """Solve for a joint position that brings the tool to `pose`; with a reference, for the one nearest to it.
 
@@ -62,17 +67,23 @@ def inverse_kinematics(
         robot: With its tool.
         pose: In the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
-        reference: (joints,); None: `options.reference`. Without either the first solution found is returned.
+        reference: (joints,), rad or m; None: `options.reference`. Without either the first solution found is returned.
+
+    Returns:
+        The solution; or why there is none, and the nearest pose found: look at its `status`.
     """
     search = Search(robot, pose, options)
     if reference is None and options.reference is not None:
         reference = np.array(options.reference)
-    solution = search.first() if reference is None else _nearest(search, reference)
+    solution = search.first() if reference is None else _nearest(search, np.asarray(reference, dtype=np.float64))
     return _failure(search) if solution is None else _result(robot, pose, solution, "solved")
 
 
 def all_solutions(
-    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None = None
+    robot: Robot,
+    pose: Pose,
+    options: InverseKinematicsOptions = InverseKinematicsOptions(),
+    reference: ArrayLike | None = None,
 ) -> tuple[FloatArray, ...]:
     """All isolated solutions within the limits, nearest to the reference first; of a continuum, a spread of some.
 
@@ -84,7 +95,7 @@ def all_solutions(
         options: Tolerances, reference and seed.
         reference: (joints,); None: `options.reference`, or the middle of the limits.
     """
-    return solution_layers(robot, [pose], options, reference)[0]
+    return solution_layers(robot, [pose], options, None if reference is None else np.asarray(reference))[0]
 
 
 def solution_layers(

@@ -84,7 +84,7 @@ class Objective:
         return result
 
 
-def workspace(robot: Robot, samples: int, seed: int = 0) -> Workspace:
+def workspace(robot: Robot, samples: int = DRAWS, seed: int = 0) -> Workspace:
     """Sample the workspace, and find its extremes.
 
     The best samples are only where the search for the extremes starts: from each a Newton ascent within the

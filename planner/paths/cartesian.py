@@ -25,7 +25,7 @@ from planner.spatial import Pose, poses_as_dicts
 from planner.waypoints.targets import pose_remedy
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.paths.pose_paths import PosePath
@@ -65,7 +65,7 @@ class CartesianMotions:
     What has been followed is remembered: the choice of branches follows a motion first, the path takes it over.
     """
 
-    def __init__(self, robot: Robot, waypoints: tuple[AnyWaypoint, ...], options: InverseKinematicsOptions) -> None:
+    def __init__(self, robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions) -> None:
         """Nothing is followed yet.
 
         Args:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
 from planner.certificate.checks import Check
-from planner.certificate.limits import certify
+from planner.certificate.limits import certificate_of
 from planner.dynamics import inverse_dynamics
 from planner.errors import PlanningError
 from planner.guarantees import QUANTITIES, Guarantee
@@ -59,7 +59,7 @@ def problem(motion: str) -> PlanningProblem:
 
 
 def checks_of(trajectory: Trajectory, robot: Robot, limits: SegmentLimits) -> dict[str, Check]:
-    checks = certify(trajectory, robot, limits, HARD, np.zeros((len(trajectory.arrivals), robot.dof))).checks
+    checks = certificate_of(trajectory, robot, limits, HARD, np.zeros((len(trajectory.arrivals), robot.dof))).checks
     return {check.quantity: check for check in checks if check.method == "sampled"}
 
 

@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Cubic:
-    """theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1.
+    """The third-order polynomial of each segment, from rest to rest; through waypoints the C2 spline.
 
-    Velocity is zero at both ends; acceleration jumps there, so that jerk is reported, not limited.
+    theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1. The
+    acceleration jumps at both ends, so that the jerk is reported, not limited.
     """
 
     kind: ClassVar[str] = "cubic"

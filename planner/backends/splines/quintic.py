@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Quintic:
-    """theta(t) = theta_i + dtheta (10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5): velocity and acceleration zero at both ends.
+    """The fifth-order polynomial of each segment, from rest to rest; through waypoints the C4 spline.
 
-    The minimum-jerk law (Flash and Hogan 1985). Its jerk is largest, 60 dtheta / T^3, at both ends.
+    theta(t) = theta_i + dtheta (10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5), the minimum-jerk law (Flash and Hogan 1985):
+    velocity and acceleration are zero at both ends, where its jerk is largest, 60 dtheta / T^3.
     """
 
     kind: ClassVar[str] = "quintic"

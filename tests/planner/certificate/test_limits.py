@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends import QUANTITIES, Guarantee
-from planner.certificate.limits import certify
+from planner.certificate.limits import certificate_of
 from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.limits import Limits, segment_limits
 from planner.polynomials import PiecewisePolynomial, cumulative_sums
@@ -78,7 +78,7 @@ def cubic_move(travel: float, duration: float) -> Trajectory:
 def test_checks_name_the_joint_the_limit_and_the_time() -> None:
     robot = load_robot("three_dof_arm")
     limits = segment_limits(robot, Limits(velocity=(0.5, 0.3, 0.2)), (None,))
-    certificate = certify(cubic_move(1.0, 2.5), robot, limits, HARD, np.array([[0, 0, 0], [0, 1.0, 0]], float))
+    certificate = certificate_of(cubic_move(1.0, 2.5), robot, limits, HARD, np.array([[0, 0, 0], [0, 1.0, 0]], float))
     velocity = next(check for check in certificate.checks if check.quantity == "velocity")
     assert (velocity.joint, velocity.limit, velocity.method) == (robot.joint_names[1], 0.3, "exact")
     assert velocity.peak == pytest.approx(1.5 / 2.5)
@@ -92,7 +92,7 @@ def test_position_limits_count_from_the_middle_of_the_range() -> None:
     robot = load_robot("date_sorting_arm")  # l1 from 0 to 0.5
     coefficients = np.zeros((1, 6, 2))
     coefficients[0, 1] = [0.25, 0.3]
-    certificate = certify(
+    certificate = certificate_of(
         trajectory_of(np.array([1.0]), coefficients),
         robot,
         segment_limits(robot, Limits(), (None,)),
@@ -119,7 +119,7 @@ def test_continuity_counts_rest_before_and_after(first: list[float], second: lis
     coefficients = np.zeros((2, 3, max(len(first), len(second))))
     coefficients[0, 0, : len(first)] = first
     coefficients[1, 0, : len(second)] = second
-    certificate = certify(
+    certificate = certificate_of(
         trajectory_of(np.ones(2), coefficients), robot, segment_limits(robot, Limits(), (None,)), HARD, np.zeros((2, 3))
     )
     assert certificate.continuity == expected
@@ -129,7 +129,7 @@ def test_a_jump_of_velocity_breaks_an_enforced_acceleration_limit_whatever_the_p
     robot = load_robot("three_dof_arm")
     coefficients = np.zeros((1, 3, 2))
     coefficients[0, 0] = [0.0, 0.01]
-    certificate = certify(
+    certificate = certificate_of(
         trajectory_of(np.ones(1), coefficients), robot, segment_limits(robot, Limits(), (None,)), HARD, np.zeros((2, 3))
     )
     acceleration = next(check for check in certificate.checks if check.quantity == "acceleration")

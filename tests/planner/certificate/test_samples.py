@@ -25,7 +25,7 @@ def test_samples_of_our_own_quintic_pass_and_agree_with_its_certificate() -> Non
     result = plan(problem_of("ngv_refuelling_arm", 1, 5), Quintic())
     time = result.trajectory.sample_times(0.01)
     position, velocity, acceleration = result.trajectory.evaluate(time)
-    certificate = certify_samples(result.path.robot, Limits(), time, position, velocity, acceleration)
+    certificate = certify_samples(result.path.robot, time, position, velocity, acceleration)
     for quantity in ("position", "velocity", "acceleration"):
         assert check_of(certificate, quantity).peak == pytest.approx(
             check_of(result.certificate, quantity).peak, rel=1e-3
@@ -41,9 +41,9 @@ def test_samples_run_faster_break_the_limits_by_the_powers_of_the_factor() -> No
     result = plan(replace(problem, waypoints=waypoints))
     time = result.trajectory.sample_times(0.01)
     position, velocity = result.trajectory.evaluate(time, [0, 1])
-    certificate = certify_samples(result.path.robot, Limits(), time, position, velocity)
+    certificate = certify_samples(result.path.robot, time, position, velocity)
     assert certificate.satisfied
-    hurried = certify_samples(result.path.robot, Limits(), time / 4.0, position, velocity * 4.0)
+    hurried = certify_samples(result.path.robot, time / 4.0, position, velocity * 4.0)
     assert not hurried.satisfied
     for quantity, factor in (("velocity", 4.0), ("acceleration", 16.0)):
         expected = factor * (check_of(result.certificate, quantity).ratio or 0.0)
@@ -53,7 +53,7 @@ def test_samples_run_faster_break_the_limits_by_the_powers_of_the_factor() -> No
 def test_positions_alone_are_run_as_straight_lines() -> None:
     robot = load_robot("three_dof_arm")
     time, position = np.array([0.0, 1.0, 3.0]), np.array([[0, 0, 0], [0.5, 0, 0], [0.5, 0.4, 0]], float)
-    certificate = certify_samples(robot, Limits(), time, position)
+    certificate = certify_samples(robot, time, position)
     assert check_of(certificate, "velocity").peak == pytest.approx(0.5)
     assert not check_of(certificate, "acceleration").bounded
     assert not check_of(certificate, "acceleration").enforced
@@ -67,11 +67,14 @@ def test_positions_alone_are_run_as_straight_lines() -> None:
         ([0.0, 1.0, 1.0], [[0, 0, 0]] * 3, "/samples/time/2"),
         ([0.0, 1.0], [[0, 0, 0]] * 3, "/samples/position"),
         ([0.0, 1.0], [[0, 0]] * 2, "/samples/position"),
+        ([0.0, np.nan], [[0, 0, 0]] * 2, "/samples/time"),
+        ([0.0, np.inf], [[0, 0, 0]] * 2, "/samples/time"),
+        ([0.0, 1.0], [[0, 0, 0], [0, np.nan, 0]], "/samples/position"),
     ],
 )
 def test_samples_that_do_not_fit_are_refused(time: list[float], position: list[list[float]], pointer: str) -> None:
     with pytest.raises(InvalidProblem) as refusal:
-        certify_samples(load_robot("three_dof_arm"), Limits(), np.array(time), np.array(position, float))
+        certify_samples(load_robot("three_dof_arm"), np.array(time), np.array(position, float))
     assert refusal.value.faults[0][0] == pointer
 
 

@@ -116,3 +116,13 @@ def test_without_masses_there_are_no_torques() -> None:
     still = np.zeros((1, 6))
     with pytest.raises(MissingDynamics):
         inverse_dynamics(load_robot("date_sorting_arm"), still, still, still)
+
+
+def test_one_state_is_a_row_of_many_and_shapes_must_fit() -> None:
+    robot = load_robot("kuka_kr16_2")
+    q, v, a = np.random.default_rng(4).uniform(-1.0, 1.0, (3, 6, 6))
+    many = inverse_dynamics(robot, q, v, a)
+    assert np.array_equal(inverse_dynamics(robot, q[2].tolist(), v[2].tolist(), a[2].tolist()), many[2])
+    for wrong in ((q, v, a[:5]), (q[:, :5], v[:, :5], a[:, :5]), (q[0, :5], v[0, :5], a[0, :5]), (q, v[0], a[0])):
+        with pytest.raises(ValueError, match="the robot has 6 joints"):
+            inverse_dynamics(robot, *wrong)

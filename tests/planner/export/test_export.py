@@ -12,7 +12,7 @@ import pytest
 
 from planner.backends import Quintic
 from planner.errors import MissingDynamics
-from planner.export import FORMATS, INCLUDABLE, ExportOptions
+from planner.export import FORMATS, INCLUDABLE, ExportOptions, render
 from planner.planning import plan
 from planner.result import Plan
 from planner.robots.payload import Payload
@@ -81,3 +81,10 @@ def test_torques_of_a_robot_without_inertias_are_refused_unless_it_carries_somet
     assert [warning.code for warning in carrying.warnings] == ["payload_only"]
     answer = json.loads(FORMATS["json"].render(carrying, torque))
     assert np.abs(answer["samples"]["torque"]).max() > 0.0
+
+
+def test_a_form_is_named(result: Plan) -> None:
+    assert render(result) == FORMATS["json"].render(result, ExportOptions())
+    assert render(result, "csv", EVERYTHING) == FORMATS["csv"].render(result, EVERYTHING)
+    with pytest.raises(ValueError, match="'xml'; the formats are json, csv, ros2"):
+        render(result, "xml")

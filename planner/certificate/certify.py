@@ -1,0 +1,67 @@
+"""The certificate of a trajectory of any origin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.limits import certificate_of
+from planner.errors import InvalidProblem
+from planner.guarantees import QUANTITIES, Guarantee
+from planner.limits import Limits, segment_limits
+from planner.problem_check import limit_faults, refuse_unknown_torques
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from numpy.typing import ArrayLike
+
+    from planner.certificate.checks import Certificate
+    from planner.robots import Robot
+    from planner.trajectory import Trajectory
+
+
+def certify(
+    robot: Robot,
+    trajectory: Trajectory,
+    *,
+    limits: Limits = Limits(),
+    enforced: Collection[str] = QUANTITIES,
+    positions: ArrayLike | None = None,
+) -> Certificate:
+    """Check a trajectory against the limits of a robot.
+
+    A quantity that jumps has no bounded derivative: the jerk of a cubic cannot keep a limit, for its acceleration
+    jumps at the ends, where the robot is at rest before and after. Leave such a quantity out of `enforced`.
+
+    Args:
+        robot: With its tool and payload; its limits hold, narrowed by `limits`.
+        trajectory: From a plan, scaled, or made in any other way.
+        limits: Limits that are asked besides, no wider than the robot's.
+        enforced: The quantities of `QUANTITIES` whose limits decide whether the certificate is satisfied.
+        positions: (waypoints, joints), where the trajectory is to be at its `arrivals`; None: not asked.
+
+    Raises:
+        InvalidProblem: Another number of joints than the robot's, or limits wider than the robot's.
+        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        ValueError: An unknown quantity, positions of another shape, or coefficients that are no numbers.
+    """
+    if unknown := set(enforced) - set(QUANTITIES):
+        raise ValueError(f"{', '.join(sorted(unknown))}: the quantities are {', '.join(QUANTITIES)}")
+    if not (np.isfinite(trajectory.coefficients).all() and (trajectory.lengths > 0.0).all()):
+        raise ValueError("the trajectory cannot be checked: not all of its coefficients are numbers, or a length is 0")
+    faults = list(limit_faults(robot, limits, "/limits"))
+    joints = trajectory.coefficients.shape[1]
+    if joints != robot.dof:
+        faults.append(("/trajectory", f"{joints} joints, but {robot.id} has {robot.dof}"))
+    if faults:
+        raise InvalidProblem(faults)
+    refuse_unknown_torques(robot, (limits,))
+    (met,) = trajectory.evaluate(trajectory.arrivals, [0])
+    wanted = met if positions is None else np.asarray(positions, dtype=np.float64)
+    if wanted.shape != met.shape:
+        raise ValueError(f"positions of shape {wanted.shape}: {met.shape} are met at the arrivals")
+    every_segment = segment_limits(robot, limits, (None,) * (int(trajectory.segments.max()) + 1))
+    guarantees = {q: Guarantee.HARD if q in enforced else Guarantee.REPORTED for q in QUANTITIES}
+    return certificate_of(trajectory, robot, every_segment, guarantees, wanted)

@@ -1,0 +1,91 @@
+"""`import planner`: what it offers, that it costs nothing, and that what its docstrings show is what happens."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import inspect
+import json
+import subprocess
+import sys
+from importlib import import_module
+
+import pytest
+
+import planner
+from tests.locations import ROOT
+
+PACKAGE = ROOT / "planner"
+SOLVERS = {"casadi", "matplotlib", "numpy", "orjson", "pinocchio", "ruckig", "scipy", "toppra"}
+MODULES = sorted(
+    ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for file in PACKAGE.rglob("*.py")
+)
+
+IN_A_NEW_PROCESS = """
+import json, sys, time
+start = time.process_time()
+import planner
+seconds = time.process_time() - start
+before = sorted({module.split(".")[0] for module in sys.modules})
+robot = planner.load_robot("three_dof_arm")
+print(json.dumps({"seconds": seconds, "before": before, "after": sorted(sys.modules), "plan": repr(planner.plan)}))
+"""
+
+
+def test_importing_it_loads_nothing_else() -> None:
+    ran = subprocess.run([sys.executable, "-c", IN_A_NEW_PROCESS], check=True, capture_output=True, cwd=ROOT, text=True)
+    found = json.loads(ran.stdout)
+    assert found["seconds"] < 0.2
+    assert not SOLVERS & set(found["before"])
+    assert "pinocchio" in found["after"], "the robot came without Pinocchio: the check above proves nothing"
+    assert found["plan"].startswith("<function plan")
+
+
+def test_type_checkers_see_the_names_that_there_are() -> None:
+    """What is imported for type checkers is what is loaded when a name is used."""
+    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test))
+    seen = {}
+    for node in block.body:
+        assert isinstance(node, ast.ImportFrom)
+        for alias in node.names:
+            assert alias.name == alias.asname, "only what is imported `as` itself is public"
+            seen[alias.name] = getattr(import_module(str(node.module)), alias.name)
+    assert sorted(seen) == planner.__all__
+    for name, value in seen.items():
+        assert getattr(planner, name) is value
+    assert (PACKAGE / "py.typed").is_file()
+
+
+def test_no_name_is_a_modules() -> None:
+    """Importing a module puts it into its package: `planner.plan` was a function until `planner/plan.py` was loaded."""
+    assert not set(planner.__all__) & {module.split(".")[1] for module in MODULES if "." in module}
+
+
+def test_names_are_listed_and_others_are_not_there() -> None:
+    assert set(planner.__all__) <= set(dir(planner))
+    assert len(planner.__all__) == len(set(planner.__all__))
+    with pytest.raises(AttributeError, match="'planner' has no attribute 'Planner'"):
+        _ = planner.Planner  # type: ignore[attr-defined]
+    namespace: dict[str, object] = {}
+    exec("from planner import *", namespace)  # noqa: S102
+    assert set(planner.__all__) <= set(namespace)
+
+
+@pytest.mark.parametrize("name", planner.__all__)
+def test_every_name_says_what_it_is(name: str) -> None:
+    value = getattr(planner, name)
+    if not (inspect.isclass(value) or inspect.isfunction(value)):
+        return  # a table: its module says what it is
+    text = inspect.getdoc(value)
+    assert text
+    first = text.splitlines()[0]
+    assert first[0].isupper() or not first[0].isalpha()
+    assert not first.startswith(f"{name}("), "no docstring but the one that dataclasses make"
+    assert text.split("\n\n")[0].rstrip().endswith((".", ":", "?"))
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_docstrings_show_what_happens(module: str) -> None:
+    failures, _ = doctest.testmod(import_module(module), optionflags=doctest.ELLIPSIS)
+    assert failures == 0

@@ -1,0 +1,57 @@
+"""Problems made by people: lists and arrays are taken, and what is kept cannot change."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.kinematics import forward_kinematics, manipulability, tool_pose
+from planner.planning import plan
+from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
+from planner.robots import load_robot
+from planner.spatial import Pose, quaternion
+
+HOME, PICK = (0.0, -1.5, 1.5, 0.0, 0.5, 0.0), (1.0, -1.2, 1.2, 0.0, 0.5, 0.5)
+
+
+def test_a_joint_position_is_kept_as_numbers() -> None:
+    row = np.array(PICK)
+    waypoints = [JointWaypoint(row), JointWaypoint(list(PICK)), JointWaypoint(position=PICK)]
+    row[:] = 0.0
+    assert [waypoint.position for waypoint in waypoints] == [PICK] * 3
+    assert len(set(waypoints)) == 1
+
+
+def test_a_list_of_waypoints_is_kept_as_it_was() -> None:
+    waypoints = [JointWaypoint(HOME), JointWaypoint(PICK)]
+    problem = PlanningProblem(load_robot("kuka_kr16_2"), waypoints)
+    waypoints.clear()
+    assert problem.waypoints == (JointWaypoint(HOME), JointWaypoint(PICK))
+
+
+def test_poses_of_lists_and_arrays_are_the_same() -> None:
+    robot = load_robot("kuka_kr16_2")
+    there = tool_pose(robot, PICK)
+    assert there.rotation is not None
+    written = [
+        Pose(there.position, there.rotation),
+        Pose(there.position.tolist(), there.rotation.tolist()),  # type: ignore[arg-type]
+        Pose.from_quaternion(there.position.tolist(), (2.0 * quaternion(there.rotation)).tolist()),
+    ]
+    ends = [plan(PlanningProblem(robot, [JointWaypoint(HOME), PoseWaypoint(pose)])).path.positions for pose in written]
+    assert np.allclose(ends[0], ends[1:], atol=1e-9)
+
+
+def test_angles_about_the_fixed_axes() -> None:
+    """URDF's: roll about x first, yaw about z last."""
+    R = Pose.from_rpy([0.0, 0.0, 0.0], [np.pi / 2.0, 0.0, np.pi / 2.0]).rotation
+    assert R is not None
+    assert np.allclose(R @ [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
+    assert np.allclose(R @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+
+
+def test_one_position_is_a_row_of_many() -> None:
+    robot = load_robot("kuka_kr16_2")
+    measures = manipulability(robot, [HOME, PICK])
+    assert measures.shape == (2,)
+    assert manipulability(robot, PICK) == measures[1]
+    assert np.array_equal(forward_kinematics(robot, [HOME, PICK])[1].position, tool_pose(robot, PICK).position)
