@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 from api.errors import MEDIA_TYPE, STATUS_OF_CODE
 from api.operations import OPERATIONS
 from api.schemas.answers import RosJointTrajectory
-from api.schemas.problems import Problem
+from api.schemas.problem_documents import ProblemDocument
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -96,7 +96,10 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
         by_status.setdefault(STATUS_OF_CODE[code], []).append(code)
     for status, codes in sorted(by_status.items()):
         description = f"{HTTPStatus(status).phrase}: " + ", ".join(f"`{code}`" for code in codes)
-        responses[status] = {"description": description, "content": {MEDIA_TYPE: {"schema": _reference(Problem)}}}
+        responses[status] = {
+            "description": description,
+            "content": {MEDIA_TYPE: {"schema": _reference(ProblemDocument)}},
+        }
         if "overloaded" in codes:
             seconds = {"description": "Wait that long, s.", "schema": {"type": "integer"}}
             responses[status]["headers"] = {"Retry-After": seconds}
@@ -150,7 +153,7 @@ def _reference(schema: Any) -> dict[str, Any]:
 
 def _components() -> dict[str, Any]:
     """Every schema that the operations name, and those that these name in turn."""
-    roots: list[Any] = [Problem, *FORMAT_SCHEMAS.values()]
+    roots: list[Any] = [ProblemDocument, *FORMAT_SCHEMAS.values()]
     roots += [schema for op in OPERATIONS for schema in (op.request, op.answer) if schema is not None]
     inputs: Any = [(schema.__name__, "validation", TypeAdapter(schema)) for schema in roots]
     _, definitions = TypeAdapter.json_schemas(inputs, ref_template=REFERENCE)

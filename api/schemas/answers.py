@@ -8,250 +8,298 @@ from pydantic import Field
 
 from api.schemas.common import Answer
 from api.schemas.kinematics import AnsweredPose  # noqa: TC001 - pydantic evaluates the annotations
-from api.schemas.problems import Problem  # noqa: TC001
+from api.schemas.problem_documents import ProblemDocument  # noqa: TC001
 
 
 class TcpPoses(Answer):
     """Poses of the tool in the base frame; rows are time."""
 
     position: list[list[float]]
-    """m."""
+    """The origin of the tool, shape (times, 3), m."""
     quaternion_xyzw: list[list[float]]
+    """The orientation of the tool as quaternions of norm 1, shape (times, 4), without unit: x, y, z, then the
+    scalar w."""
 
 
 class Samples(Answer):
     """The trajectory, sampled; rows are time."""
 
     time: list[float]
-    """s; the first is 0, the last is the duration, strictly increasing."""
+    """The times of the rows, s: the first is 0, the last is the duration, strictly increasing."""
     position: list[list[float]]
-    """rad or m."""
+    """The joint positions, shape (times, joints), rad or m."""
     velocity: list[list[float]]
-    """rad/s or m/s."""
+    """The joint velocities, shape (times, joints), rad/s or m/s."""
     acceleration: list[list[float]]
-    """rad/s^2 or m/s^2."""
+    """The joint accelerations, shape (times, joints), rad/s^2 or m/s^2."""
     segment: list[int]
-    """Which segment the row is on."""
+    """The index of the segment that each row is on; segment i goes from waypoint i to waypoint i + 1."""
     jerk: list[list[float]] | None = None
-    """rad/s^3 or m/s^3; when included."""
+    """The joint jerks, shape (times, joints), rad/s^3 or m/s^3; when included."""
     torque: list[list[float]] | None = None
-    """N m or N; when included."""
+    """The joint torques, shape (times, joints), N m or N; when included."""
     tcp_pose: TcpPoses | None = None
-    """When included."""
+    """The poses of the tool; when included."""
 
 
 class PlannedWaypoint(Answer):
     """A waypoint as it was solved and timed."""
 
     index: int
+    """The index of the waypoint in the request, counted from 0."""
     name: str | None
+    """The name that the request gave it; null: none."""
     arrival_time: float
-    """s."""
+    """When the robot arrives, s from the start of the trajectory."""
     departure_time: float
-    """s, after the dwell."""
+    """When it goes on after the dwell, s from the start of the trajectory."""
     position: list[float]
-    """Joint position, rad or m."""
+    """The joint position, one value a joint, rad or m."""
     pose: AnsweredPose
+    """The pose of the tool there, in the base frame (m)."""
     position_error: float
-    """m, from the pose asked."""
+    """The distance of the tool from the position asked, m."""
     orientation_error: float | None
-    """rad; null: no orientation was asked."""
+    """The angle of the tool from the orientation asked, rad; null: none was asked."""
     solutions: int | None
-    """How many isolated solutions the pose has; null: a joint waypoint, or a continuum."""
+    """The number of isolated solutions of the pose; null: a joint waypoint, or a continuum."""
     solution: int | None
-    """Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the nearest; null:
-    a joint waypoint, or a continuum."""
+    """The index of the solution that was taken, in the order of their distance in time from the waypoint before: 0 is
+    the nearest; null: a joint waypoint, or a continuum."""
     choice: Literal["given", "only", "shortest_way", "continued"]
-    """Why: `given`, a joint waypoint; `only`, there is no other solution; `shortest_way`, with it the way through the
-    whole list is shortest; `continued`, a linear or circular motion ends there."""
+    """Why it was taken: `given`, a joint waypoint; `only`, there is no other solution; `shortest_way`, with it the way
+    through the whole list is shortest; `continued`, a linear or circular motion ends there."""
     manipulability: float
-    """sqrt(det(J J^T)) of Yoshikawa (1985)."""
+    """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
 
 
 class Check(Answer):
     """The worst of one quantity over the trajectory."""
 
     quantity: str
+    """The quantity: `position`, `velocity`, `acceleration`, `jerk`, `torque`, `tcp_linear_velocity`,
+    `tcp_angular_velocity`; and how far the tool is off the path asked: `path_position_deviation`,
+    `path_orientation_deviation`, `blend_deviation`."""
     joint: str | None
-    """The worst joint; null for the tool's speeds."""
+    """The name of the joint that uses most of its limit; null: the quantity is the tool's."""
     peak: float
-    """Signed for a position, a magnitude otherwise."""
+    """The most extreme value of that joint or of the tool, with the sign of a position and as a magnitude otherwise, in
+    the unit of the quantity (rad or m, by s, s^2 and s^3; N m or N)."""
     limit: float | None
-    """null: there is none."""
+    """The limit that the peak is held against, in the same unit; null: there is none."""
     ratio: float | None
-    """How much of the limit is used: 1 is all of it; null: no limit, or no bound."""
+    """The share of the limit that is used, without unit: 1 is all of it. A position counts from the middle of its
+    range. null: there is no limit, or the quantity has no bound."""
     time: float
-    """s, when."""
+    """When the peak is reached, s from the start of the trajectory."""
     method: Literal["exact", "sampled"]
-    """Extrema of the polynomials, or dense samples."""
+    """How the peak was found: `exact`, at the extrema of the polynomials, or `sampled`, in samples that are refined
+    where a peak may be."""
     enforced: bool
-    """Whether the limit is promised to be kept, or only reported."""
+    """Whether the back end promises to keep the limit; false: it is only reported, and may be exceeded."""
     bounded: bool
-    """False: the quantity has impulses that no peak measures (the jerk of a cubic at its ends)."""
+    """Whether the peak bounds the quantity. It does not where the quantity below jumps: there this one has an impulse
+    that no peak measures. A cubic that starts from rest is the usual case: its acceleration jumps at its ends, so its
+    jerk is not bounded, and `peak` is the largest jerk between the jumps."""
 
 
 class CertificateAnswer(Answer):
-    """What was checked after planning, by code that shares nothing with the back ends."""
+    """What was checked after planning, by code that shares only tested arithmetic with the back ends."""
 
     satisfied: bool
-    """Every enforced limit is kept."""
+    """Whether every enforced limit is kept; in the answer of a plan it always is."""
     waypoint_error: float
-    """Largest distance of a joint from its waypoint, rad or m."""
+    """The largest distance of a joint from its waypoint at the arrival there, rad or m."""
     continuity: str
-    """`C1`: position and velocity are continuous; `C2`: the acceleration too; ..."""
+    """The derivatives that are continuous, rest before and after included: `C0`, the position; `C1`, the velocity, too;
+    `C2`, the acceleration, too; and so on. `none`: not even the position."""
     checks: list[Check]
-    """One a quantity."""
+    """The worst of each quantity, one check a quantity."""
 
 
 class JointPolynomials(Answer):
     """One joint's piecewise polynomial."""
 
     joint: str
+    """The name of the joint."""
     breakpoints: list[float]
-    """s."""
+    """The times at which the pieces begin and the last one ends, s: one more than there are pieces."""
     coefficients: list[list[float]]
-    """One row a piece: ascending powers of the time since the piece's start."""
+    """The coefficients, one row a piece: ascending powers of the time since the start of the piece, rad or m by powers
+    of s."""
 
 
 class PlanWarning(Answer):
     """Something to know about a plan that is good all the same."""
 
     code: str
+    """The stable name of this kind of warning, in snake case."""
     message: str
+    """What to know, for a person."""
 
 
 class PlanAnswer(Answer):
     """A certified trajectory."""
 
     robot: str
+    """The id of the robot, as in the request."""
     joint_names: list[str]
+    """The names of the joints in the order of every joint array."""
     backend: str
+    """The kind of the back end that was asked for."""
     duration: float
-    """s."""
+    """The duration of the trajectory, s."""
     samples: Samples
+    """The trajectory, sampled every `sample_period`."""
     waypoints: list[PlannedWaypoint]
+    """The waypoints as they were solved and timed, in order."""
     certificate: CertificateAnswer
+    """What was checked after planning: the peaks of all quantities against their limits."""
     polynomials: list[JointPolynomials] | None = None
-    """When included."""
+    """The trajectory itself, as one piecewise polynomial a joint; when included."""
     warnings: list[PlanWarning]
+    """What to know about the plan all the same; usually nothing."""
     request_hash: str
-    """Of the request with its defaults filled in."""
+    """The SHA-256 of the request, `sha256:...`: of its content with the defaults filled in, however it was written, and
+    of the content of an uploaded robot, whose id may be given to another one later. A catalogue robot counts by its id:
+    the catalogue belongs to the version of the service. The same hash from the same version means the same answer."""
 
 
 class ComparedBackend(Answer):
     """What one back end makes of the waypoints."""
 
     backend: str
+    """The kind of the back end."""
     status: str
-    """`planned`, or the code of the problem."""
+    """`planned`, or the code of the problem document. What follows is null where it is not `planned`."""
     duration: float | None
-    """s."""
+    """The duration of the trajectory, s."""
     peak_jerk: float | None
-    """Of any joint, rad/s^3 or m/s^3; steps of the acceleration not counted."""
+    """The largest jerk of any joint, rad/s^3 or m/s^3; jumps of the acceleration are not counted."""
     rms_jerk: float | None
-    """Root of the mean over time of the sum over joints of jerk^2."""
+    """The root of the mean over time of the sum over joints of jerk^2, rad/s^3 or m/s^3."""
     effort: float | None
-    """Integral of the sum of (torque / limit)^2, s; null: torques are unknown or unlimited."""
+    """The integral over time of the sum over joints of (torque / limit)^2, s; null: torques are unknown or
+    unlimited."""
     mechanical_energy: float | None
-    """Integral of the sum of |torque times velocity|, J; null: torques are unknown."""
+    """The integral over time of the sum over joints of |torque times velocity|, J; null: torques are unknown."""
     waypoint_error: float | None
-    """Largest distance of a joint from a waypoint that is to be met, rad or m."""
+    """The largest distance of a joint from a waypoint that is to be met, rad or m."""
     path_deviation: float | None
-    """Largest distance of the tool from where it goes when it stops at every waypoint, m."""
+    """The largest distance of the tool from the path that it takes when it stops at every waypoint, m."""
     trajectory: PlanAnswer | None
-    problem: Problem | None
+    """The plan, as POST /v1/trajectories answers it; null: there is none."""
+    problem: ProblemDocument | None
+    """Why there is no plan; null: there is one."""
 
 
 class ComparisonAnswer(Answer):
     """The same waypoints through several back ends, in the order asked."""
 
     results: list[ComparedBackend]
+    """What each back end makes of them."""
 
 
 class RosTime(Answer):
-    """builtin_interfaces/Time or Duration."""
+    """A `builtin_interfaces/Time` or `Duration` of ROS 2."""
 
     sec: int
+    """The whole seconds, s."""
     nanosec: int
+    """The rest, 1e-9 s."""
 
 
 class RosHeader(Answer):
-    """std_msgs/Header."""
+    """A `std_msgs/Header` of ROS 2."""
 
     stamp: RosTime
-    """0: start at once."""
+    """When to start; 0: at once."""
     frame_id: str
+    """Empty: joint positions need no frame."""
 
 
 class RosPoint(Answer):
-    """trajectory_msgs/JointTrajectoryPoint."""
+    """A `trajectory_msgs/JointTrajectoryPoint` of ROS 2."""
 
     positions: list[float]
+    """The joint positions, one value a joint, rad or m."""
     velocities: list[float]
+    """The joint velocities, one value a joint, rad/s or m/s."""
     accelerations: list[float]
+    """The joint accelerations, one value a joint, rad/s^2 or m/s^2."""
     effort: list[float]
-    """Torques when included, else empty."""
+    """The joint torques, one value a joint, N m or N; empty unless `torque` is included."""
     time_from_start: RosTime
+    """When the robot is there, from the start of the trajectory."""
 
 
 class RosJointTrajectory(Answer):
-    """trajectory_msgs/JointTrajectory."""
+    """A `trajectory_msgs/JointTrajectory` of ROS 2."""
 
     header: RosHeader
+    """When to start."""
     joint_names: list[str]
+    """The names of the joints in the order of the values of each point."""
     points: list[RosPoint]
+    """The trajectory, sampled every `sample_period`."""
 
 
 class BackendDescription(Answer):
     """One back end."""
 
     kind: str
+    """The kind by which requests name the back end."""
     summary: str
-    options: Annotated[dict[str, Any], Field(description="JSON Schema of the back end's options.")]
+    """What it does, in one sentence."""
+    options: Annotated[dict[str, Any], Field(description="The JSON Schema of each of the back end's options, by name.")]
     guarantees: dict[str, Literal["hard", "reported", "none"]]
-    """For each quantity: the limit is kept; or only reported; or nothing is known."""
+    """What is promised about each quantity: its limit is kept (`hard`); it is only reported, and may be exceeded
+    (`reported`); or nothing is known (`none`)."""
 
 
 class BackendsAnswer(Answer):
     """Every back end that there is."""
 
     backends: list[BackendDescription]
+    """The back ends, in the order of the documentation."""
 
 
 class ServiceLimits(Answer):
     """The service's caps."""
 
     max_body_bytes: int
-    """Largest request body, bytes."""
+    """The largest request body, bytes."""
     default_deadline: float
-    """s, of a request that names none."""
+    """The deadline of a request that names none, s."""
     max_deadline: float
-    """s, longest deadline that a request may ask."""
+    """The longest deadline that a request may ask, s."""
     max_waypoints: int
-    """Most waypoints or poses in one request."""
+    """The largest number of waypoints or poses in one request."""
     max_samples: int
-    """Most samples in one answer: rows times joints."""
+    """The largest number of values in one answer, counted as rows times joints, and of rows in one request."""
     max_robots: int
-    """Most robots kept besides the catalogue's."""
+    """The largest number of robots that are kept besides the catalogue's."""
     workers: int
-    """Requests that are worked on at once."""
+    """The number of requests that are worked on at once."""
     queue_size: int
-    """Requests that may wait."""
+    """The number of requests that may wait; more are answered with 503."""
     worker_memory_mib: int
-    """Memory of a worker, MiB."""
+    """The private memory that a worker may allocate, MiB."""
 
 
 class Liveness(Answer):
     """The process answers."""
 
     status: Literal["alive"]
+    """Always `alive`: it is the answer that counts."""
 
 
 class Readiness(Answer):
     """Whether requests should be sent here."""
 
     status: Literal["ready", "starting"]
+    """Whether the service is ready for requests, or still starting."""
     workers: int
-    """How many there are to be."""
+    """The number of workers that there are to be."""
     warm_workers: int
-    """How many have solved their first problem with every back end."""
+    """The number of workers that have planned once with every back end and run an example of every operation."""

@@ -65,7 +65,7 @@ def _backend_schema(backend: type[BackEnd]) -> type[Schema]:
         name,
         __base__=Schema,
         __doc__=backend.summary,
-        **{"kind": (Literal[backend.kind], Field(description="Which back end.")), **options},
+        **{"kind": (Literal[backend.kind], Field(description=f"The back end: {backend.kind}.")), **options},
     )
 
 

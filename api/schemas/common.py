@@ -12,21 +12,21 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 QUATERNION_TOLERANCE = 0.01
-"""How far the norm of a quaternion may be from 1."""
+"""The amount by which the norm of a quaternion may be off 1; the contract names it."""
 
 MATRIX_TOLERANCE = 0.01
-"""How far an element of R^T R may be from the identity's."""
+"""The amount by which an element of R^T R may be off the identity's; the contract names it."""
 
 LARGEST = 1e6
-"""No length, angle or time (m, rad, s) is larger; keeps the arithmetic behind from overflowing."""
+"""The largest length, angle or time (m, rad, s) of a request; products of some of them stay far from overflowing."""
 
 
 DEFAULT_DEADLINE = 10.0
-"""s, of a request that names none."""
+"""The deadline of a request that names none, s."""
 
 
 class Schema(BaseModel):
-    """Strict: no unknown fields, no coercion, no NaN, no infinity."""
+    """The base of requests, which are strict: no unknown fields, no coercion, no NaN, no infinity."""
 
     model_config = ConfigDict(
         strict=True,
@@ -40,7 +40,7 @@ class Schema(BaseModel):
 
 
 class Answer(BaseModel):
-    """Of answers: they are described by these models, not built through them. Fields may be added one day."""
+    """The base of answers: they are described by these models, not built through them. Fields may be added one day."""
 
     model_config = ConfigDict(frozen=True, use_attribute_docstrings=True, defer_build=True)
 
@@ -63,8 +63,9 @@ class QuaternionOrientation(Schema):
     """A quaternion; normalised by the service, refused when its norm is off by more than 1 %."""
 
     kind: Literal["quaternion"]
+    """The notation: a quaternion."""
     xyzw: Quaternion
-    """Vector part x, y, z, then scalar part w."""
+    """The vector part x, y, z, then the scalar part w; four numbers without unit."""
 
     @field_validator("xyzw")
     @classmethod
@@ -78,16 +79,18 @@ class RpyOrientation(Schema):
     """Rotations about the fixed axes x, then y, then z, as in URDF."""
 
     kind: Literal["rpy"]
+    """The notation: roll, pitch and yaw."""
     rpy: Vector3
-    """Roll, pitch, yaw, rad."""
+    """Roll, pitch and yaw, rad: the angles about the base's x, y and z."""
 
 
 class MatrixOrientation(Schema):
     """A rotation matrix R; refused when an element of R^T R - I exceeds 0.01, else projected onto SO(3)."""
 
     kind: Literal["matrix"]
+    """The notation: a rotation matrix."""
     matrix: Matrix3
-    """Rows of R."""
+    """The three rows of R, three numbers without unit each; its columns are the axes of the rotated frame."""
 
     @field_validator("matrix")
     @classmethod
@@ -119,46 +122,46 @@ Orientation = TypeAliasType(
 
 
 class Pose(Schema):
-    """A pose."""
+    """A pose of a frame: where its origin is and how it is turned."""
 
     position: Vector3
-    """m."""
+    """The origin x, y, z, m."""
     orientation: Orientation | None = None
-    """null or omitted: the position only, in any orientation."""
+    """The orientation; null or omitted: any will do, the position alone is asked."""
 
 
 class Limits(Schema):
-    """Limits asked; omitted: the robot's own. Never wider than the robot's."""
+    """Limits that are asked. What is omitted is the robot's own limit, and none may be wider than that."""
 
     velocity: JointLimits | None = None
-    """Per joint, rad/s or m/s."""
+    """The largest velocity, one value a joint, rad/s or m/s."""
     acceleration: JointLimits | None = None
-    """Per joint, rad/s^2 or m/s^2."""
+    """The largest acceleration, one value a joint, rad/s^2 or m/s^2."""
     jerk: JointLimits | None = None
-    """Per joint, rad/s^3 or m/s^3."""
+    """The largest jerk, one value a joint, rad/s^3 or m/s^3."""
     torque: JointLimits | None = None
-    """Per joint, N m or N."""
+    """The largest torque, one value a joint, N m or N."""
     tcp_linear_velocity: Positive | None = None
-    """Speed of the tool centre point, m/s."""
+    """The largest speed of the tool centre point, m/s; omitted: none."""
     tcp_angular_velocity: Positive | None = None
-    """Angular speed of the tool, rad/s."""
+    """The largest angular speed of the tool, rad/s; omitted: none."""
     velocity_scale: Scale = 1.0
-    """Factor on the velocity limits."""
+    """A factor without unit on the velocity limits of all joints."""
     acceleration_scale: Scale = 1.0
-    """Factor on the acceleration limits."""
+    """A factor without unit on the acceleration limits of all joints."""
 
 
 class Payload(Schema):
     """A body carried at the robot's tip frame (the flange, whatever the tool)."""
 
     mass: Annotated[float, Field(gt=0.0, le=LARGEST)]
-    """kg."""
+    """The mass, kg."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """m, in the tip frame."""
+    """The center of mass x, y, z in the tip frame, m; omitted: its origin."""
     inertia: Annotated[list[Annotated[float, Field(ge=0.0, le=LARGEST)]], Field(min_length=3, max_length=3)] = Field(
         default_factory=lambda: [0.0, 0.0, 0.0]
     )
-    """Principal moments ixx, iyy, izz about the center of mass, kg m^2."""
+    """The moments of inertia ixx, iyy, izz about the center of mass, in the axes of the tip frame, kg m^2."""
 
     @field_validator("inertia")
     @classmethod

@@ -7,24 +7,24 @@ from api.schemas.requests import Rows  # noqa: TC001 - pydantic evaluates the an
 
 
 class InverseDynamicsRequest(Schema):
-    """States of motion whose torques are asked; one row a state."""
+    """States of motion whose torques are asked."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     payload: Payload | None = None
-    """What the robot carries; omitted: nothing."""
+    """The body that the robot carries; omitted: none."""
     positions: Rows
-    """rad or m."""
+    """The joint positions, shape (states, joints), rad or m."""
     velocities: Rows | None = None
-    """rad/s or m/s; omitted: zero."""
+    """The joint velocities, shape (states, joints), rad/s or m/s; omitted: zero."""
     accelerations: Rows | None = None
-    """rad/s^2 or m/s^2; omitted: zero."""
+    """The joint accelerations, shape (states, joints), rad/s^2 or m/s^2; omitted: zero."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class InverseDynamicsAnswer(Answer):
-    """Torques, one row a state."""
+    """The torques of the states that were asked."""
 
     torques: list[list[float]]
-    """N m, or N of prismatic joints; gravity and payload included."""
+    """The torques, shape (states, joints), N m, or N of prismatic joints; gravity and payload are included."""

@@ -24,123 +24,126 @@ class ForwardKinematicsRequest(Schema):
     """Joint positions whose tool poses are asked."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     positions: Rows
-    """Joint positions, rad or m."""
+    """The joint positions, shape (positions, joints), rad or m."""
     tool: Pose | None = None
-    """Tool centre point in the tip frame; omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class InverseKinematicsRequest(Schema):
     """Poses whose joint positions are asked."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     poses: Annotated[list[Pose], Field(min_length=1, max_length=MOST_ROWS)]
-    """Of the tool in the base frame."""
+    """The poses of the tool in the base frame (m)."""
     solutions: Literal["best", "all"] = "best"
     """`best`: one solution, of the first pose the one nearest to `reference`, of any other the one nearest to the
     solution before. `all`: every isolated solution within the limits, nearest to `reference` first, those that
     differ by whole turns of joints included, 64 at most; of a redundant robot a spread of solutions."""
     reference: JointVector | None = None
-    """Joint position. Omitted: of the first pose any solution is best, and all are sorted by their distance to the
-    middle of the limits."""
+    """A joint position, one value a joint, rad or m. Omitted: of the first pose any solution is best, and all are
+    sorted by their distance to the middle of the limits."""
     tool: Pose | None = None
-    """Tool centre point in the tip frame; omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """m."""
+    """The distance that the tool may be off the position asked, m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """rad."""
+    """The angle that the tool may be off the orientation asked, rad."""
     seed: Seed = 0
-    """Of the random starts."""
+    """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class ReachabilityRequest(Schema):
     """Waypoints of which is asked whether they can be reached."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100_000)]
-    """As in a plan request; motions, transitions, times and limits do not count."""
+    """The waypoints, as in a plan request; motions, transitions, times and limits do not count."""
     tool: Pose | None = None
-    """Tool centre point in the tip frame; omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """How poses are solved; solutions are turned nearest to the reference, or else to the middle of the limits."""
     seed: Seed = 0
-    """Of the random starts."""
+    """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class JacobianRequest(Schema):
     """A joint position whose Jacobian is asked."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     position: JointVector
-    """Joint position, rad or m."""
+    """The joint position, one value a joint, rad or m."""
     tool: Pose | None = None
-    """Tool centre point in the tip frame; omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class WorkspaceRequest(Schema):
     """A robot whose workspace is asked."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     samples: Annotated[int, Field(ge=1, le=100_000)] = 1000
-    """How many points to answer; the figures do not depend on it."""
+    """The number of points to answer; the figures do not depend on it."""
     seed: Seed = 0
-    """Of the random joint positions."""
+    """The seed of the random joint positions; the same seed gives the same points."""
     tool: Pose | None = None
-    """Tool centre point in the tip frame; omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class AnsweredPose(Answer):
     """A pose of the tool in the base frame."""
 
     position: list[float]
-    """x, y, z, m."""
+    """The origin of the tool x, y, z, m."""
     orientation: QuaternionOrientation
+    """The orientation of the tool, as a quaternion of norm 1."""
 
 
 class ForwardKinematicsAnswer(Answer):
     """Poses of the tool in the base frame, one per joint position."""
 
     poses: list[AnsweredPose]
+    """The poses, in the order of the joint positions."""
 
 
 class JointSolution(Answer):
     """A joint position that reaches the pose; verified by forward kinematics."""
 
     position: list[float]
-    """rad or m."""
+    """The joint position, one value a joint, rad or m."""
     position_error: float
-    """m."""
+    """The distance of the tool from the position asked, m."""
     orientation_error: float | None
-    """rad; null: no orientation was asked."""
+    """The angle of the tool from the orientation asked, rad; null: none was asked."""
     manipulability: float
-    """sqrt(det(J J^T)) of Yoshikawa (1985)."""
+    """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
 
 
 class NearestPose(Answer):
     """The nearest that the robot gets to a pose that it cannot reach."""
 
     position: list[float]
-    """Joint position, rad or m."""
+    """The joint position there, one value a joint, rad or m."""
     pose: AnsweredPose
+    """The pose of the tool there, in the base frame (m)."""
     position_error: float
-    """m."""
+    """The distance of the tool from the position asked, m."""
     orientation_error: float | None
-    """rad; null: no orientation was asked."""
+    """The angle of the tool from the orientation asked, rad; null: none was asked."""
 
 
 class InverseKinematicsResult(Answer):
@@ -149,15 +152,16 @@ class InverseKinematicsResult(Answer):
     status: Literal["solved", "unreachable_waypoint", "joint_position_limit"]
     """`solved`, or the code of the problem."""
     solutions: list[JointSolution]
-    """Empty unless solved."""
+    """The joint positions that reach the pose; empty unless solved."""
     nearest: NearestPose | None = None
-    """Only when not solved."""
+    """The nearest that the tool gets; only when not solved."""
 
 
 class InverseKinematicsAnswer(Answer):
     """Results, one per pose, in order."""
 
     results: list[InverseKinematicsResult]
+    """What was found, one result a pose, in the order of the poses."""
 
 
 class LimitMargin(Answer):
@@ -166,72 +170,77 @@ class LimitMargin(Answer):
     joint: str
     """The joint nearest to one of its limits, rad and m alike."""
     value: float
-    """rad or m from there to the limit."""
+    """The distance from there to that limit, rad or m."""
 
 
 class WaypointReachability(Answer):
     """Whether one waypoint can be reached, and how well."""
 
     index: int
+    """The index of the waypoint in the request, counted from 0."""
     name: str | None
+    """The name that the request gave it; null: none."""
     status: Literal["reachable", "unreachable_waypoint", "joint_position_limit"]
     """`reachable`, or the code of the problem."""
     detail: str | None
     """Why it cannot be reached, for a person; null: it can."""
     solutions: int | None
-    """How many isolated solutions the pose has, 0 if it cannot be reached; null: a joint waypoint, or a continuum."""
+    """The number of isolated solutions, 0 if the pose cannot be reached; null: a joint waypoint, or a continuum."""
     limit_margin: LimitMargin | None
-    """Of the best solution, the one furthest from its limits; null: no joint has limits, or it cannot be reached."""
+    """The margin of the best solution, which is the one furthest from its limits; null: no joint has limits, or the
+    waypoint cannot be reached."""
     manipulability: float | None
-    """Of the best solution: sqrt(det(J J^T)) of Yoshikawa (1985); null: it cannot be reached."""
+    """sqrt(det(J J^T)) of Yoshikawa (1985) at the best solution, in the units of J; null: it cannot be reached."""
     nearest: NearestPose | None = None
-    """Only of a pose that cannot be reached."""
+    """The nearest that the tool gets; only of a pose that cannot be reached."""
 
 
 class ReachabilityAnswer(Answer):
     """Which waypoints can be reached, each by itself; nothing is planned."""
 
     reachable: bool
-    """Whether all can."""
+    """Whether all waypoints can be reached."""
     waypoints: list[WaypointReachability]
+    """What was found, one entry a waypoint, in order."""
 
 
 class JacobianAnswer(Answer):
     """The Jacobian of the tool at one joint position."""
 
     jacobian: list[list[float]]
-    """6 rows, one column a joint: linear (m/s) over angular velocity (rad/s) in the base's axes per joint velocity."""
+    """The Jacobian, shape (6, joints): three rows of linear (m/s) over three of angular velocity (rad/s) of the tool in
+    the base's axes, per joint velocity (rad/s or m/s)."""
     manipulability: float
-    """sqrt(det(J J^T)) of Yoshikawa (1985): the product of the singular values."""
+    """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: the product of the singular values."""
     singular_values: list[float]
-    """Largest first."""
+    """The singular values of the Jacobian, in its units, the largest first."""
 
 
 class Extreme(Answer):
     """A figure of the workspace, and where it is reached."""
 
     value: float
-    """m."""
+    """The figure, m."""
     position: list[float]
-    """A joint position with that value, rad or m."""
+    """A joint position with that figure, one value a joint, rad or m."""
 
 
 class WorkspaceAnswer(Answer):
     """Where the tool can be within the position limits; collisions are not looked at."""
 
     points: list[list[float]]
-    """x, y, z, m: the tool in the base frame, at random joint positions."""
+    """Where the tool is at random joint positions: shape (points, 3), x, y, z in the base frame, m."""
     minimum_radius: Extreme
-    """Distance from the base frame's z axis."""
+    """The smallest distance of the tool from the base frame's z axis."""
     maximum_radius: Extreme
-    """Distance from the base frame's z axis."""
+    """The largest distance of the tool from the base frame's z axis."""
     minimum_height: Extreme
-    """z in the base frame."""
+    """The smallest z of the tool in the base frame."""
     maximum_height: Extreme
-    """z in the base frame."""
+    """The largest z of the tool in the base frame."""
     radius_at_maximum_height: Extreme
-    """The largest, where the maximum height is reached at several."""
+    """The largest distance from the base frame's z axis at which the tool reaches its maximum height."""
     minimum_reach: Extreme
-    """Distance from the base frame's origin."""
+    """The smallest distance of the tool from the base frame's origin."""
     maximum_reach: Extreme
-    """Distance from the base frame's origin."""
+    """The largest distance of the tool from the base frame's origin."""

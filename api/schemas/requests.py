@@ -26,20 +26,21 @@ from api.schemas.common import (
 )
 
 MOST_ROWS = 1_000_000
-"""Bound on the length of any list of rows; the service's own caps (GET /v1/limits) are narrower."""
+"""The most rows of any list that the schemas allow; the service's own caps (GET /v1/limits) are narrower."""
 
 
 Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)]
 """Joint vectors, one a row; the first wrong row is the last that is looked at."""
 
 MOST_BACKENDS = 16
-"""Back ends compared in one request."""
+"""The most back ends that one request compares."""
 
 
 class JointMotion(Schema):
     """Straight in joint space; beside a waypoint that is passed `through`, a smooth curve."""
 
     kind: Literal["joint"]
+    """The motion: straight in joint space."""
 
 
 TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]
@@ -50,22 +51,24 @@ class LinearMotion(Schema):
     """The tool in a straight line, turning by the shortest rotation."""
 
     kind: Literal["linear"]
+    """The motion: a straight line of the tool."""
     tolerance_position: TolerancePosition = 1e-4
-    """m, how far the tool may be from the line."""
+    """The distance that the tool may be off the line, m."""
     tolerance_orientation: ToleranceOrientation = 1e-3
-    """rad, how far it may be from the orientation due there."""
+    """The angle that the tool may be off the orientation that belongs there, rad."""
 
 
 class CircularMotion(Schema):
     """The tool on the circle through three poses: the waypoint before, `via`, and this one."""
 
     kind: Literal["circular"]
+    """The motion: an arc of the tool."""
     via: Pose
-    """On the way, in the base frame; without an orientation the tool turns by the shortest rotation."""
+    """A pose on the way, in the base frame (m); without an orientation the tool turns by the shortest rotation."""
     tolerance_position: TolerancePosition = 1e-4
-    """m, how far the tool may be from the circle."""
+    """The distance that the tool may be off the circle, m."""
     tolerance_orientation: ToleranceOrientation = 1e-3
-    """rad, how far it may be from the orientation due there."""
+    """The angle that the tool may be off the orientation that belongs there, rad."""
 
 
 Motion = TypeAliasType(
@@ -81,20 +84,23 @@ class StopTransition(Schema):
     """Come to rest at the waypoint."""
 
     kind: Literal["stop"]
+    """The transition: a stop."""
 
 
 class ThroughTransition(Schema):
     """Pass the waypoint exactly, without stopping."""
 
     kind: Literal["through"]
+    """The transition: a passage without a stop."""
 
 
 class BlendTransition(Schema):
     """Cut the corner without stopping; the tool leaves its paths only within the radius of the waypoint."""
 
     kind: Literal["blend"]
+    """The transition: a cut corner."""
     radius: Annotated[float, Field(ge=1e-5, le=LARGEST)]
-    """m."""
+    """The distance from the waypoint at which the tool may leave its path, m."""
 
 
 Transition = TypeAliasType(
@@ -110,34 +116,37 @@ class CartesianMove(Schema):
     """A translation, then a rotation."""
 
     kind: Literal["cartesian"]
+    """The notation of the move: Cartesian coordinates."""
     translation: Vector3
-    """m."""
+    """The translation x, y, z, m."""
     orientation: Orientation | None = None
-    """The rotation; null or omitted: keep the orientation."""
+    """The rotation; null or omitted: the tool keeps its orientation."""
 
 
 class CylindricalMove(Schema):
     """Trans(0, 0, l) Rot(z, alpha) Trans(r, 0, 0)."""
 
     kind: Literal["cylindrical"]
+    """The notation of the move: cylindrical coordinates."""
     r: Number
-    """Radius, m."""
+    """The radius, m."""
     alpha: Number
-    """Angle about z, rad."""
+    """The angle about z, rad."""
     l: Number  # noqa: E741 - the contract's letter
-    """Height, m."""
+    """The height, m."""
 
 
 class SphericalMove(Schema):
     """Rot(z, gamma) Rot(y, beta) Trans(0, 0, r)."""
 
     kind: Literal["spherical"]
+    """The notation of the move: spherical coordinates."""
     r: Number
-    """Radius, m."""
+    """The radius, m."""
     beta: Number
-    """Angle about y, rad."""
+    """The angle about y, rad."""
     gamma: Number
-    """Angle about z, rad."""
+    """The angle about z, rad."""
 
 
 Move = TypeAliasType(
@@ -153,41 +162,47 @@ class WaypointBase(Schema):
     """What every kind of waypoint has."""
 
     name: Annotated[str, Field(max_length=200)] | None = None
-    """For the answer only."""
+    """A name that the answer repeats; it means nothing to the planner."""
     motion: Motion = JointMotion(kind="joint")
-    """How to get here from the waypoint before."""
+    """How to get here from the waypoint before; omitted: straight in joint space."""
     duration: Seconds | None = None
-    """s, of the segment that ends here; omitted: as fast as the limits allow."""
+    """The time from the departure at the waypoint before to the arrival here, s; omitted: the shortest within the
+    limits."""
     dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
-    """s, rest here before going on."""
+    """The time to rest here before going on, s."""
     transition: Transition = StopTransition(kind="stop")
-    """How to pass this waypoint."""
+    """How to pass this waypoint; omitted: with a stop."""
     limits: Limits | None = None
-    """Of the segment that ends here."""
+    """Limits of the segment that ends here; what is omitted is as for the whole trajectory."""
 
 
 class JointWaypoint(WaypointBase):
-    """A joint position."""
+    """A joint position to go to."""
 
     kind: Literal["joint"]
+    """The kind of waypoint: a joint position."""
     position: JointVector
-    """One value per joint, rad or m."""
+    """The joint position, one value a joint in the order of `joint_names`, rad or m."""
 
 
 class PoseWaypoint(WaypointBase):
-    """A pose of the tool in the base frame."""
+    """A pose to bring the tool to."""
 
     kind: Literal["pose"]
+    """The kind of waypoint: a pose of the tool."""
     pose: Pose
+    """The pose of the tool in the base frame (m)."""
 
 
 class RelativeWaypoint(WaypointBase):
     """A move from the pose of the waypoint before."""
 
     kind: Literal["relative"]
+    """The kind of waypoint: a move from the one before."""
     frame: Literal["tool", "base"]
-    """Whose axes the move is in."""
+    """The frame whose axes the move is along: the tool's at the waypoint before, or the base's."""
     move: Move
+    """The move from the pose of the waypoint before."""
 
 
 Waypoint = TypeAliasType(
@@ -203,42 +218,52 @@ class InverseKinematicsOptions(Schema):
     """How poses are solved."""
 
     tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """m."""
+    """The distance that the tool may be off the position asked, m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
-    """rad."""
+    """The angle that the tool may be off the orientation asked, rad."""
     reference: JointVector | None = None
-    """Joint position that the way through the solutions starts from; omitted: it may start anywhere, and between equals
-    the middle of the limits decides."""
+    """The joint position (one value a joint, rad or m) that the way through the solutions starts from; omitted: it
+    may start anywhere, and between equals the middle of the limits decides."""
     prefer: Literal["continuous"] = "continuous"
-    """Which solutions of several: those on the shortest way through the whole list, in time at the velocity limits."""
+    """Which of several solutions is taken: those on the shortest way through the whole list, in time at the velocity
+    limits."""
 
 
-Include = TypeAliasType("Include", Literal["jerk", "torque", "tcp_pose", "polynomials"])
+Include = TypeAliasType(
+    "Include",
+    Annotated[
+        Literal["jerk", "torque", "tcp_pose", "polynomials"],
+        Field(
+            description="Something that an answer holds on demand: columns of the samples (`jerk`, `torque`, "
+            "`tcp_pose`), or the joints' piecewise `polynomials`."
+        ),
+    ],
+)
 
 
 class TrajectoryRequest(Schema):
     """What to plan, but for the back end: a robot, its waypoints, limits and options."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     waypoints: Annotated[list[Waypoint], Field(min_length=2, max_length=100_000)]
-    """The robot starts at rest at the first and ends at rest at the last."""
+    """Where the robot is to go, in order; it starts at rest at the first and ends at rest at the last."""
     limits: Limits = Limits()
-    """For the whole trajectory; a waypoint's own go before these."""
+    """Limits of the whole trajectory; those of a waypoint go before these on its segment."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
-    """How poses are solved."""
+    """How poses and relative moves are solved for joint positions."""
     tool: Pose | None = None
-    """Tool centre point in the tip frame; omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     payload: Payload | None = None
-    """What the robot carries; omitted: nothing."""
+    """The body that the robot carries; omitted: none."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
-    """s, between rows of the answer."""
+    """The time between two rows of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)
-    """What else the answer should hold."""
+    """What else the answer should hold; each makes it larger."""
     seed: Seed = 0
-    """Of the random starts of the inverse kinematics."""
+    """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""
 
 
 class PlanRequest(TrajectoryRequest):
@@ -253,7 +278,7 @@ class CompareRequest(TrajectoryRequest):
     """The same waypoints for several back ends."""
 
     backends: Annotated[list[Backend], Field(min_length=1, max_length=MOST_BACKENDS)]
-    """Each is planned by itself."""
+    """The back ends, each of which plans by itself; the results come in this order."""
 
 
 def _default_backend() -> Any:
@@ -264,22 +289,25 @@ class SampledTrajectory(Schema):
     """Samples of a trajectory of any origin; rows are time."""
 
     time: Annotated[list[Number], Field(min_length=2, max_length=MOST_ROWS, fail_fast=True)]
-    """s, strictly increasing."""
+    """The times of the rows, strictly increasing, s."""
     position: Rows
-    """rad or m."""
+    """The joint positions, shape (times, joints), rad or m."""
     velocity: Rows | None = None
-    """rad/s or m/s; omitted: the robot is taken to run straight lines between the positions."""
+    """The joint velocities, shape (times, joints), rad/s or m/s; omitted: the robot is taken to run straight lines
+    between the positions."""
     acceleration: Rows | None = None
-    """rad/s^2 or m/s^2; omitted: the robot is taken to run cubics between positions and velocities."""
+    """The joint accelerations, shape (times, joints), rad/s^2 or m/s^2; omitted: the robot is taken to run cubics
+    between positions and velocities."""
 
 
 class ValidateRequest(Schema):
     """A trajectory to hold against limits."""
 
     robot: RobotId
-    """An id of GET /v1/robots."""
+    """The id of a robot, as GET /v1/robots lists them."""
     limits: Limits = Limits()
-    """Omitted: the robot's own."""
+    """The limits to hold it against; what is omitted is the robot's own."""
     samples: SampledTrajectory
+    """The trajectory; rows are time."""
     deadline: Deadline = DEFAULT_DEADLINE
-    """s, after which the service gives up."""
+    """The time after which the service gives up, s from the arrival of the request."""

@@ -8,7 +8,7 @@ from pydantic import Field
 from typing_extensions import TypeAliasType
 
 from api.schemas.common import LARGEST, Answer, Number, Pose, Positive, RobotId, Schema, Vector3
-from api.schemas.problems import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
 
 FrameName = Annotated[str, Field(min_length=1, max_length=200)]
 JointName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-/ ]*$", max_length=100)]
@@ -18,8 +18,9 @@ class UrdfModel(Schema):
     """A URDF document. Meshes and files that it names are not read."""
 
     kind: Literal["urdf"]
+    """The kind of model: a URDF document."""
     urdf: Annotated[str, Field(min_length=1)]
-    """The document, `<robot ...>`."""
+    """The URDF document, `<robot ...>`."""
     srdf: Annotated[str, Field(min_length=1)] | None = None
     """An SRDF document that goes with it: its groups and its disabled collision pairs are kept."""
     tip_frame: FrameName | None = None
@@ -31,63 +32,66 @@ class UrdfRobot(UrdfModel):
     """A robot as a URDF document. Meshes and files that it names are not read."""
 
     id: RobotId
-    """Its name here."""
+    """The id that the robot gets."""
 
 
 class DhJoint(Schema):
     """One row of a Denavit-Hartenberg table."""
 
     kind: Literal["revolute", "continuous", "prismatic"]
-    """`continuous`: revolute without position limits."""
+    """The kind of joint; `continuous` is revolute without position limits."""
     theta: Number
-    """Angle about z, rad; of a revolute joint: where its zero is."""
+    """The angle about z, rad; of a revolute joint: where its zero is."""
     d: Number
-    """Offset along z, m; of a prismatic joint: where its zero is."""
+    """The offset along z, m; of a prismatic joint: where its zero is."""
     a: Number
-    """Length along x, m."""
+    """The length along x, m."""
     alpha: Number
-    """Twist about x, rad."""
+    """The twist about x, rad."""
     name: JointName | None = None
-    """Omitted: `joint_1`, `joint_2`, ..."""
+    """The name of the joint; omitted: `joint_1`, `joint_2`, ..."""
     lower: Number | None = None
-    """Position limit, rad or m; omitted: none."""
+    """The lower position limit, rad or m; omitted: none."""
     upper: Number | None = None
-    """Position limit, rad or m; omitted: none."""
+    """The upper position limit, rad or m; omitted: none."""
     velocity: Positive | None = None
-    """Limit, rad/s or m/s; omitted: a default, as the answer says."""
+    """The velocity limit, rad/s or m/s; omitted: a default, as the answer says."""
     acceleration: Positive | None = None
-    """Limit, rad/s^2 or m/s^2; omitted: a default, as the answer says."""
+    """The acceleration limit, rad/s^2 or m/s^2; omitted: a default, as the answer says."""
     jerk: Positive | None = None
-    """Limit, rad/s^3 or m/s^3; omitted: a default, as the answer says."""
+    """The jerk limit, rad/s^3 or m/s^3; omitted: a default, as the answer says."""
     torque: Positive | None = None
-    """Limit, N m or N; omitted: none."""
+    """The torque limit, N m or N; omitted: none."""
     mass: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
-    """Of the link that the joint moves, kg; omitted: unknown."""
+    """The mass of the link that the joint moves, kg; omitted: unknown."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """Of that link, m, in the frame that this row ends in."""
+    """The center of mass x, y, z of that link, in the frame that this row ends in, m; omitted: its origin."""
     inertia: Annotated[list[Number], Field(min_length=6, max_length=6)] | None = None
-    """About the center of mass, in the axes of that frame, kg m^2: ixx, ixy, ixz, iyy, iyz, izz."""
+    """The inertia ixx, ixy, ixz, iyy, iyz, izz about the center of mass, in the axes of that frame, kg m^2; omitted:
+    unknown."""
 
 
 class DhModel(Schema):
     """A Denavit-Hartenberg table."""
 
     kind: Literal["dh"]
+    """The kind of model: a Denavit-Hartenberg table."""
     convention: Literal["standard", "modified"]
-    """Rot(z) Trans(z) Trans(x) Rot(x), or Craig's Rot(x) Trans(x) Rot(z) Trans(z)."""
+    """What a row stands for: `standard`, Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), or `modified`, Craig's
+    Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d)."""
     joints: Annotated[list[DhJoint], Field(min_length=1, max_length=64)]
-    """From the base to the tip."""
+    """The rows of the table, from the base to the tip."""
     base: Pose | None = None
-    """Of the table's first frame in the robot's base frame; omitted: the same."""
+    """The pose of the table's first frame in the robot's base frame (m); omitted: they are the same."""
     tip: Pose | None = None
-    """Of the flange in the table's last frame; omitted: the same."""
+    """The pose of the flange in the table's last frame (m); omitted: they are the same."""
 
 
 class DhRobot(DhModel):
     """A robot as a Denavit-Hartenberg table."""
 
     id: RobotId | None = None
-    """Its name here; omitted: made from the content."""
+    """The id that the robot gets; omitted: one that is made from the content."""
 
 
 RobotModel = TypeAliasType(
@@ -103,29 +107,33 @@ class JointDescription(Answer):
     """One degree of freedom."""
 
     name: str
+    """The name of the joint."""
     kind: Literal["revolute", "continuous", "prismatic"]
+    """The kind of joint; `continuous` is revolute without position limits."""
     lower: float | None
-    """rad or m; null: none."""
+    """The lower position limit, rad or m; null: none."""
     upper: float | None
-    """rad or m; null: none."""
+    """The upper position limit, rad or m; null: none."""
     velocity: float | None
-    """rad/s or m/s; null: none."""
+    """The velocity limit, rad/s or m/s; null: none."""
     acceleration: float | None
-    """rad/s^2 or m/s^2; null: none."""
+    """The acceleration limit, rad/s^2 or m/s^2; null: none."""
     jerk: float | None
-    """rad/s^3 or m/s^3; null: none."""
+    """The jerk limit, rad/s^3 or m/s^3; null: none."""
     torque: float | None
-    """N m or N; null: none."""
+    """The torque limit, N m or N; null: none."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default"]]
-    """Where each limit comes from."""
+    """Where each limit comes from, by the name of its quantity: `published` with the robot, its `datasheet`, an
+    `estimate`, or a `default` that the service filled in."""
 
 
 class JointGroup(Answer):
     """Joints that belong together."""
 
     name: str
+    """The name of the group."""
     joints: list[str]
-    """Its moving joints, from the root to the tips; those that are not among `joint_names` are held still."""
+    """The moving joints, from the root to the tips; those that are not among `joint_names` are held still."""
     tip_frame: str | None
     """The link at the end of a group that is one chain; null: it is something else."""
 
@@ -134,29 +142,38 @@ class DisabledCollision(Answer):
     """Two links that need no collision check against each other."""
 
     link_1: str
+    """The name of the first link."""
     link_2: str
+    """The name of the second link."""
     reason: str | None
-    """In the words of the SRDF; null: not given."""
+    """Why they need none, in the words of the SRDF; null: it does not say."""
 
 
 class RobotDescription(Answer):
     """A robot."""
 
     id: str
+    """The id by which requests name the robot."""
     content: str | None
-    """Digest of the definition without its id, `sha256:...`; null: a robot of the catalogue."""
+    """The SHA-256 of the definition without its id, `sha256:...`; null: a robot of the catalogue, which belongs to the
+    version of the service."""
     source: str
     """Where the model comes from."""
     dof: int
-    """Degrees of freedom."""
+    """The number of degrees of freedom, which is the length of every joint array."""
     joint_names: list[str]
-    """In the order of every joint array."""
+    """The names of the joints in the order of every joint array."""
     joints: list[JointDescription]
+    """The joints, in the same order."""
     tip_frame: str
+    """The name of the frame that poses are about unless a tool is given."""
     frames: list[str]
+    """The names of all frames of the model."""
     mass: float
-    """Of everything that moves, kg; 0: unknown."""
-    geometry: list[Any] = Field(default_factory=list, description="Simple shapes to look at.")
+    """The mass of everything that moves, kg; 0: unknown."""
+    geometry: list[Any] = Field(
+        default_factory=list, description="Simple shapes to look at: boxes, cylinders and spheres, in m."
+    )
     groups: list[JointGroup]
     """Joints that belong together, as the SRDF says."""
     disabled_collisions: list[DisabledCollision]
@@ -167,9 +184,11 @@ class AddedRobot(RobotDescription):
     """The robot that was added, with remarks about its model."""
 
     findings: list[ModelFinding]
+    """The remarks about the model, errors first."""
 
 
 class RobotsAnswer(Answer):
     """The catalogue's robots and the added ones."""
 
     robots: list[RobotDescription]
+    """The robots, those of the catalogue first, each part in the order of the ids."""

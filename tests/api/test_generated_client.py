@@ -86,7 +86,7 @@ def test_a_problem(client: Any) -> None:
     models = generated("models")
     body = models.PlanRequest.from_dict(plan_request(robot="nobody"))
     answer = generated("api.trajectories.plan_trajectory").sync(client=client, body=body)
-    assert isinstance(answer, models.Problem)
+    assert isinstance(answer, models.ProblemDocument)
     assert answer.code == "unknown_robot"
 
 

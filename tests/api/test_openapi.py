@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -116,3 +117,67 @@ def test_the_examples_work(service: RunningService, document: dict[str, Any]) ->
             assert answer.status_code in (200, 201), answer.text
             if "Location" in answer.headers:
                 service.client.delete(answer.headers["Location"])
+
+
+UNITS = re.compile(r"\b(rad|m|s|kg|N|J|MiB|bytes|1e-9 s)\b|[Uu]nit|times as|number of|index|indices|seed|status|share")
+"""What tells the reader of a number what it counts: a unit, that there is none, or that it is a count."""
+
+
+def numbers(schema: dict[str, Any]) -> bool:
+    """Whether a property is a number, or an array of numbers."""
+    variants = [schema, *schema.get("anyOf", ())]
+    return any(
+        variant.get("type") in ("number", "integer") or (variant.get("type") == "array" and numbers(variant["items"]))
+        for variant in variants
+    )
+
+
+def rows(schema: dict[str, Any]) -> bool:
+    """Whether a property is an array of arrays."""
+    arrays = [variant for variant in (schema, *schema.get("anyOf", ())) if variant.get("type") == "array"]
+    return any(array["items"].get("type") == "array" for array in arrays)
+
+
+def test_every_schema_and_every_field_is_explained(document: dict[str, Any]) -> None:
+    """In whole sentences that say the unit of a number and the shape of rows."""
+    schemas = document["components"]["schemas"]
+    assert not [name for name, schema in schemas.items() if not sentence(schema)]
+    fields = {
+        f"{name}.{field}": schema
+        for name, owner in schemas.items()
+        for field, schema in owner.get("properties", {}).items()
+    }
+    assert len(fields) > 300
+    assert not [name for name, schema in fields.items() if not sentence(schema)]
+    assert not [name for name, schema in fields.items() if numbers(schema) and not UNITS.search(schema["description"])]
+    shape = re.compile(r"shape \(|rows?\b")
+    assert not [name for name, schema in fields.items() if rows(schema) and not shape.search(schema["description"])]
+
+
+def test_every_option_of_a_back_end_is_explained_where_back_ends_are_listed(service: RunningService) -> None:
+    for backend in service.client.get("/v1/backends").json()["backends"]:
+        for name, option in backend["options"].items():
+            assert sentence(option), (backend["kind"], name)
+
+
+def test_every_parameter_header_and_status_is_explained(document: dict[str, Any]) -> None:
+    for operation in operations(document).values():
+        for parameter in operation.get("parameters", ()):
+            assert sentence(parameter), parameter["name"]
+        for response in operation["responses"].values():
+            assert response["description"]
+            assert all(sentence(header) for header in response.get("headers", {}).values())
+
+
+def test_what_is_not_explained_is_found() -> None:
+    assert not sentence({"type": "number"})
+    assert not sentence({"type": "number", "description": "rad or m"})
+    assert numbers({"anyOf": [{"type": "array", "items": {"type": "number"}}, {"type": "null"}]})
+    assert not numbers({"type": "array", "items": {"type": "string"}})
+    assert not UNITS.search("How fast it is.")
+
+
+def sentence(schema: dict[str, Any]) -> bool:
+    """Whether there is a description that begins and ends as a sentence does."""
+    text = schema.get("description", "")
+    return bool(re.match(r"[A-Z0`]|null|sqrt", text)) and text.endswith(".") and len(text.split()) > 1

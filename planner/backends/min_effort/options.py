@@ -30,7 +30,7 @@ class MinEffortOptions:
     knots: int = field(
         default=50,
         metadata={
-            "description": "Intervals of the spline from one stop to the next; at least 8 on each segment.",
+            "description": "The number of intervals of the spline between two stops; at least 8 on each segment.",
             "ge": 8,
             "le": 200,
         },

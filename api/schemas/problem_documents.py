@@ -1,0 +1,88 @@
+"""Problem documents (RFC 9457): what a client gets instead of an answer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import Field
+
+from api.schemas.common import Answer
+
+
+class Fault(Answer):
+    """One thing that is wrong with a request."""
+
+    pointer: str
+    """Where it is wrong, as a JSON pointer (RFC 6901) into the request; empty: the request as a whole."""
+    message: str
+    """What is wrong there, for a person."""
+
+
+class RemedyAnswer(Answer):
+    """A change to the request that would make it feasible."""
+
+    change: str
+    """What to change, as a JSON pointer (RFC 6901) into the request."""
+    value: Any = Field(description="The value to put there, in the unit of that field.")
+    explanation: str
+    """Why that helps, for a person."""
+
+
+class ModelFinding(Answer):
+    """One remark about a robot model."""
+
+    code: str
+    """The stable name of this kind of remark, in snake case."""
+    severity: str
+    """`error` (the model is refused), `warning` (it is used as it is) or `info` (a default was filled in)."""
+    subject: str | None
+    """The name of the joint or link that the remark is about; null: the whole model."""
+    message: str
+    """The remark, for a person."""
+
+
+class ProblemDocument(Answer):
+    """What went wrong (RFC 9457), and where they apply, the fields that say where and what to do."""
+
+    type: str
+    """The kind of problem, as a URN that ends with the code."""
+    title: str
+    """The kind of problem, for a person."""
+    status: int
+    """The HTTP status of this answer."""
+    detail: str
+    """What happened this time, for a person."""
+    instance: str
+    """The path of the request."""
+    code: str
+    """The stable name of the kind of problem, in snake case; programs decide by it."""
+    waypoint: int | None = None
+    """The index of the waypoint at fault, counted from 0."""
+    segment: int | None = None
+    """The index of the segment at fault; segment i goes from waypoint i to waypoint i + 1."""
+    joint: str | None = None
+    """The name of the joint at fault."""
+    value: float | None = None
+    """The value that breaks the limit, in the limit's unit."""
+    limit: float | None = None
+    """The limit that it breaks, in the unit of its quantity (rad, m, s, kg, N, N m and what follows from them)."""
+    time: float | None = None
+    """When it breaks the limit, s from the start of the trajectory."""
+    remedies: list[RemedyAnswer] | None = None
+    """Changes to the request, each of which would make it feasible by itself."""
+    errors: list[Fault] | None = None
+    """With `invalid_request`: the faults that were found, 50 at most."""
+    findings: list[ModelFinding] | None = None
+    """With `invalid_robot_model`: why the model cannot be used, 50 remarks at most."""
+    nearest: Any = Field(
+        default=None,
+        description="With `unreachable_waypoint`: the nearest that the tool gets, as `position` (joints, rad or m), "
+        "`pose` (m, quaternion), `position_error` (m) and `orientation_error` (rad).",
+    )
+    place: Any = Field(
+        default=None,
+        description="Where on a motion it happens: `fraction` of the way (0 to 1), `pose` (m, quaternion) and "
+        "`position` (joints, rad or m).",
+    )
+    formats: list[str] | None = None
+    """With `not_acceptable`: the names of the formats that there are."""
