@@ -158,17 +158,22 @@ def cumulative_sums(lengths: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], sums])
 
 
-def summing_to(lengths: FloatArray, totals: FloatArray | float) -> FloatArray:
-    """Lengths (..., pieces) that sum to their totals (...) but for the last rounding.
+def summing_to(lengths: FloatArray, groups: np.ndarray, totals: FloatArray) -> FloatArray:
+    """Lengths (pieces,) that sum to the totals of their groups but for the last rounding.
 
-    The longest takes what is missing. Were all rounded to the grid of the total, very short ones would change by more
-    than limits allow.
+    The longest of each group takes what is missing. Were all rounded to the grid of the total, very short ones would
+    change by more than limits allow.
+
+    Args:
+        lengths: (pieces,).
+        groups: (pieces,), ascending: index of the total that each piece is a part of.
+        totals: (groups,); NaN: the lengths stay.
     """
-    longest = lengths.argmax(axis=-1)[..., None]
-    missing = totals - lengths.sum(axis=-1, dtype=np.longdouble)
-    there = np.take_along_axis(lengths, longest, axis=-1)
+    first = np.flatnonzero(np.diff(groups, prepend=-1))
+    longest = np.lexsort((-lengths, groups))[first]
+    missing = totals[groups[first]] - np.add.reduceat(lengths, first, dtype=np.longdouble)
     result = lengths.copy()
-    np.put_along_axis(result, longest, (there + missing[..., None]).astype(np.float64), axis=-1)
+    result[longest] += np.where(np.isnan(missing), 0.0, missing)
     return result
 
 

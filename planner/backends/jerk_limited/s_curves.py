@@ -6,17 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.rest_to_rest import UnitLaws
+from planner.backends.shared.rest_to_rest import unit_laws
 from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
+    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
 
-PHASES = 7
-"""Of constant jerk; those that are not there have no length."""
 
-
-def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, UnitLaws, list[np.ndarray]]:
+def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
     """The fastest laws of travel 1, and which of their limits set their time.
 
     What Ruckig computes, too, but for limits of any size: four phases of jerk, each t_j long, two of constant
@@ -57,7 +55,7 @@ def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, U
     velocities = np.stack([zero, a * h / 2.0, v - a * h / 2.0, v, v, v - a * h / 2.0, a * h / 2.0], axis=1)
     ways = phases * (velocities + phases * (accelerations / 2.0 + phases * jerks / 6.0))
     positions = np.cumsum(ways, axis=1) - ways
-    laws = UnitLaws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
+    laws = unit_laws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
     at_limit = 1.0 - LIMIT_TOLERANCE
     reached = v / duration >= V * at_limit, a / duration**2 >= A * at_limit, t_j > 0.0
     return np.where(limited, duration, np.inf), laws, [limited & bind for bind in reached]

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.jerk_limited.rate_limits import RateLimits, with_ramps
-from planner.backends.jerk_limited.s_curves import PHASES, s_curves
-from planner.backends.shared.rest_to_rest import choose_durations
-from planner.polynomials import SegmentedPolynomial
+from planner.backends.jerk_limited.s_curves import s_curves
+from planner.backends.shared.rest_to_rest import time_straight_motions
 
 if TYPE_CHECKING:
     from planner.paths import StraightMotions
+    from planner.polynomials import SegmentedPolynomial
 
 QUANTITIES = ("velocity", "acceleration", "jerk")
 """What limits a motion, by order of differentiation."""
@@ -37,10 +37,4 @@ def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
         quantity: np.where(bind[:, None] & (own <= limit), shortest[:, None] * ROUNDED_UP, 0.0)
         for quantity, own, limit, bind in zip(QUANTITIES, by_joint, line, binds, strict=True)
     }
-    durations = choose_durations(motions, bounds, lambda _durations: laws)
-    scaled = laws.coefficients / durations[:, None, None] ** np.arange(4)
-    coefficients = scaled[:, :, None, :] * motions.travels[:, None, :, None]
-    coefficients[..., 0] += motions.starts[:, None]
-    # Phases may be as short as 1e-9 of the whole: their lengths are kept to all their digits.
-    lengths = laws.lengths * durations[:, None]
-    return SegmentedPolynomial(lengths.ravel(), np.concatenate(coefficients), np.repeat(motions.segments, PHASES))
+    return time_straight_motions(motions, bounds, lambda _durations: laws)

@@ -47,7 +47,10 @@ def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajector
     # A dwell belongs to the segment that ends there, the first to segment 0, which it precedes.
     ends = np.arange(len(path.dwells)) - 1
     dwells = SegmentedPolynomial(path.dwells, path.positions[:, :, None], ends)
-    whole = joined([*(_of_asked_durations(part, path.durations) for part in parts), dwells])
+    motion = joined(parts)
+    motion = motion.of(np.argsort(motion.segments, kind="stable"))
+    lengths = summing_to(motion.lengths, motion.segments, path.durations)
+    whole = joined([replace(motion, lengths=lengths), dwells])
     sequence = np.argsort(whole.segments, kind="stable")
     at_dwells = np.flatnonzero(sequence >= len(sequence) - len(ends))
     whole = whole.of(sequence)
@@ -60,13 +63,3 @@ def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajector
         arrivals=times[at_dwells],
         departures=times[at_dwells + 1],
     )
-
-
-def _of_asked_durations(part: SegmentedPolynomial, asked: FloatArray) -> SegmentedPolynomial:
-    """The same pieces, the lengths of each segment with an asked duration summing to it."""
-    lengths = part.lengths.copy()
-    there = np.bincount(part.segments, minlength=len(asked)) > 0
-    for segment in np.flatnonzero(there & ~np.isnan(asked)).tolist():
-        own = part.segments == segment
-        lengths[own] = summing_to(lengths[own], asked[segment])
-    return replace(part, lengths=lengths)

@@ -1,19 +1,21 @@
-"""Straight joint motions from rest to rest: one scalar law s(t) moves all joints along the segment.
+"""Straight joint motions from rest to rest: one time law s(t) moves all joints along the segment.
 
 Joint j follows q_j(t) = q_j(0) + travel_j s(t / T) with s from 0 to 1, so every derivative of order k scales
 with 1 / T^k, and the shortest duration that keeps a limit has a closed form.
+
+Laws on unit time are a `SegmentedPolynomial` of one joint: s(tau), with the row of the motion that each piece moves.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.backends.shared.refusals import RAMPS, BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
-from planner.polynomials import SegmentedPolynomial, summing_to
+from planner.polynomials import SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -28,28 +30,26 @@ MOST_STRETCHES = 50
 """Times that a segment is lengthened for its sampled limits, each time by less."""
 
 
-@dataclass(frozen=True, eq=False)
-class UnitLaws:
-    """The law of each segment on unit time: s(tau) from 0 to 1 in pieces, each in its local time.
+def unit_laws(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPolynomial:
+    """The laws of motions on unit time, from laws with as many pieces each.
 
-    Attributes:
-        lengths: (segments, pieces), each row summing to 1; a piece of length 0 is not there.
-        coefficients: (segments, pieces, order), ascending powers of local time.
+    Args:
+        lengths: (motions, pieces), each row summing to 1; a piece of length 0 is left out.
+        coefficients: (motions, pieces, order), ascending powers of local time.
     """
-
-    lengths: FloatArray
-    coefficients: FloatArray
+    there = lengths > 0.0
+    return SegmentedPolynomial(lengths[there], coefficients[there][:, None], np.nonzero(there)[0])
 
 
 @dataclass(frozen=True)
 class PolynomialLaw:
-    """A law of one polynomial, the same for every segment.
+    """A time law of one polynomial, the same for every segment.
 
     Attributes:
-        coefficients: Of s(tau) on [0, 1], ascending.
-        velocity: Peak of |s'|.
-        acceleration: Peak of |s''|.
-        jerk: Peak of |s'''|, its limits kept; None: jerk is not limited.
+        coefficients: Coefficients of s(tau) on [0, 1], ascending powers.
+        velocity: The peak of |s'|.
+        acceleration: The peak of |s''|.
+        jerk: The peak of |s'''|, its limits kept; None: jerk is not limited.
     """
 
     coefficients: tuple[float, ...]
@@ -67,20 +67,20 @@ class PolynomialLaw:
         if self.jerk is not None:
             bounds["jerk"] = np.cbrt(self.jerk * travels / limits.jerk)
         count = len(travels)
-        laws = UnitLaws(np.ones((count, 1)), np.tile(self.coefficients, (count, 1, 1)))
+        laws = unit_laws(np.ones((count, 1)), np.tile(self.coefficients, (count, 1, 1)))
         return time_straight_motions(motions, bounds, lambda _durations: laws)
 
 
 def time_straight_motions(
-    motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], UnitLaws]
+    motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> SegmentedPolynomial:
-    """Choose the durations and put the laws on the motions: see `choose_durations`."""
-    durations = choose_durations(motions, bounds, laws_of)
-    return _timed(motions, laws_of(durations), durations)
+    """Choose the durations and put the laws on the motions: see `_choose_durations`."""
+    durations = _choose_durations(motions, bounds, laws_of)
+    return _moved(motions, laws_of(durations), durations)
 
 
-def choose_durations(
-    motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], UnitLaws]
+def _choose_durations(
+    motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> FloatArray:
     """The asked durations (segments,), s, or the shortest that keep the limits.
 
@@ -109,20 +109,17 @@ def choose_durations(
     return durations
 
 
-def _timed(motions: StraightMotions, laws: UnitLaws, durations: FloatArray) -> SegmentedPolynomial:
-    segments, pieces, order = laws.coefficients.shape
-    scaled = laws.coefficients / durations[:, None, None] ** np.arange(order)
-    coefficients = scaled[:, :, None, :] * motions.travels[:, None, :, None]
-    coefficients[..., 0] += motions.starts[:, None]
-    return SegmentedPolynomial(
-        lengths=summing_to(laws.lengths * durations[:, None], durations).ravel(),
-        coefficients=coefficients.reshape(segments * pieces, motions.travels.shape[1], order),
-        segments=np.repeat(motions.segments, pieces),
-    )
+def _moved(motions: StraightMotions, laws: SegmentedPolynomial, durations: FloatArray) -> SegmentedPolynomial:
+    """The motions under their laws on unit time, in these durations (motions,), s."""
+    rows = laws.segments
+    timed = laws.stretched(durations[rows])
+    coefficients = timed.coefficients * motions.travels[rows][..., None]
+    coefficients[..., 0] += motions.starts[rows]
+    return replace(timed, coefficients=coefficients, segments=motions.segments[rows])
 
 
 def _stretched(
-    motions: StraightMotions, durations: FloatArray, laws_of: Callable[[FloatArray], UnitLaws]
+    motions: StraightMotions, durations: FloatArray, laws_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> tuple[FloatArray, dict[int, BindingLimit]]:
     """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits, which set some of them.
 
@@ -135,17 +132,16 @@ def _stretched(
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
     sampled, durations = SampledLimits(motions.robot, motions.limits), durations.copy()
-    laws: UnitLaws | None = None
+    laws: SegmentedPolynomial | None = None
     binding: dict[int, BindingLimit] = {}
     for _ in range(MOST_STRETCHES):
         before, laws = laws, laws_of(durations)
         if laws is before or not sampled.limited.any():
             break
         rows = np.flatnonzero(sampled.limited)
-        pieces = _timed(motions, laws, durations)
-        own = np.repeat(np.arange(len(durations)), laws.lengths.shape[1])
-        there = sampled.limited[own] & (pieces.lengths > 0.0)
-        factors, asks = sampled.stretch(pieces.of(there), own[there], np.searchsorted(rows, own[there]))
+        there = sampled.limited[laws.segments]
+        own, pieces = laws.segments[there], _moved(motions, laws, durations).of(there)
+        factors, asks = sampled.stretch(pieces, own, np.searchsorted(rows, own))
         limited = factors > 1.0 + DURATION_TOLERANCE
         binding |= {row: sampled.each[limit] for row, limit in zip(rows[limited], asks[limited], strict=True)}
         durations[rows[limited]] *= factors[limited]

@@ -10,18 +10,17 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.refusals import RAMPS
-from planner.backends.shared.rest_to_rest import UnitLaws, time_straight_motions
+from planner.backends.shared.rest_to_rest import time_straight_motions, unit_laws
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.runs import time_run, time_run_with_ramps
 from planner.guarantees import ALL_HARD, Guarantee
-from planner.polynomials import PiecewisePolynomial
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.paths import JointPath, StraightMotions
-    from planner.polynomials import SegmentedPolynomial
+    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
@@ -112,12 +111,10 @@ def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPoly
 
 def _law(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
     """s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
-    unit = _trapezoids(np.array([t1 / duration]), np.array([t3 / duration]))
-    there = unit.lengths[0] > 0.0
-    return PiecewisePolynomial(unit.lengths[0][there], unit.coefficients[0][there][:, None]).stretched(duration)
+    return _trapezoids(np.array([t1 / duration]), np.array([t3 / duration])).stretched(duration)
 
 
-def _trapezoids(t1: FloatArray, t3: FloatArray) -> UnitLaws:
+def _trapezoids(t1: FloatArray, t3: FloatArray) -> SegmentedPolynomial:
     """S on unit time: accelerates for t1 (segments,), brakes for t3, cruises between unless they fill the time."""
     peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
     cruise = 1.0 - t1 - t3
@@ -128,4 +125,4 @@ def _trapezoids(t1: FloatArray, t3: FloatArray) -> UnitLaws:
     coefficients[:, 1:, 1] = peak[:, None]
     coefficients[:, 2, 0] = 1.0 - peak * t3 / 2.0
     coefficients[:, 2, 2] = -peak / t3 / 2.0
-    return UnitLaws(np.column_stack([t1, cruise, t3]), coefficients)
+    return unit_laws(np.column_stack([t1, cruise, t3]), coefficients)
