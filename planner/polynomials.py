@@ -76,6 +76,10 @@ class PiecewisePolynomial:
         offsets = (np.arange(len(rows)) - (np.cumsum(parts) - parts)[rows]) * lengths
         return replace(self, lengths=lengths, coefficients=shifted(self.coefficients[rows], offsets[:, None]))
 
+    def of_segments(self, segments: np.ndarray) -> SegmentedPolynomial:
+        """The same curve, its pieces belonging to segments (pieces,)."""
+        return SegmentedPolynomial(self.lengths, self.coefficients, segments)
+
     def followed_by(self, *others: Self) -> Self:
         """This curve and then the others, with as many coefficients a piece as the longest of them has."""
         order = max(curve.coefficients.shape[2] for curve in (self, *others))

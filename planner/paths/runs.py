@@ -141,8 +141,7 @@ def build_run(
             parts.append(arriving.arriving)
             blend_knots.append(len(piece_segments) - 1)
         waypoint_knots.append(len(piece_segments))
-    joint_curve = joined(parts)
-    whole = SegmentedPolynomial(joint_curve.lengths, joint_curve.coefficients, np.array(piece_segments))
+    whole = joined(parts).of_segments(np.array(piece_segments))
     if (beyond := first_beyond(robot, whole)) is not None:
         raise _leaves_the_limits(robot, waypoints, whole, *beyond)
     inner = waypoints[first + 1 : last]

@@ -156,7 +156,7 @@ class LimitsOnCurve:
 
     def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
         """The law, with the segment that each of its pieces is on."""
-        return SegmentedPolynomial(law.lengths, law.coefficients, self.curve.segments[self.pieces(law)])
+        return law.of_segments(self.curve.segments[self.pieces(law)])
 
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
         """(pieces,), twice: the most and the least that the law uses of its limits on each, nodes and middle."""

@@ -20,8 +20,8 @@ from planner.backends.shared.along_curve import (
     time_scalings,
 )
 from planner.backends.shared.sampled_limits import SampledLimits
+from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.runs import time_run
-from planner.backends.splines.timed_spline import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
@@ -197,7 +197,7 @@ class ThroughWaypoints(Optimum):
         asked[self.run.segments] = np.nan
         at_leisure = self._quintic(replace(self.path, durations=asked))
         durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.run.segments])
-        return SegmentedPolynomial(durations, interpolating_spline(self.positions, durations, 5), self.run.segments)
+        return interpolating_spline(self.positions, durations, 5).of_segments(self.run.segments)
 
     def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
         """The optimum from a first motion; None: none was found that keeps the limits."""

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from planner.polynomials import PiecewisePolynomial, stretched
+
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
@@ -47,10 +49,9 @@ class InterpolatingSpline:
     system: FloatArray
 
     @property
-    def coefficients(self) -> FloatArray:
-        """(segments, joints, degree + 1), ascending powers of local time."""
-        powers: FloatArray = self.durations[:, None, None] ** np.arange(self.degree + 1)
-        return self.unit / powers
+    def curve(self) -> PiecewisePolynomial:
+        """The spline in time, one piece a segment."""
+        return PiecewisePolynomial(self.durations, stretched(self.unit, self.durations[:, None]))
 
     @cached_property
     def _inverse(self) -> FloatArray:
@@ -93,6 +94,11 @@ class InterpolatingSpline:
             slopes -= by_jump[:, 1:, row] * jump_before[:, :, row].T[joint]
             slopes += by_jump[:, :-1, row] * jump_after[:, :, row].T[joint]
         return slopes
+
+
+def interpolating_spline(positions: FloatArray, durations: FloatArray, degree: Degree) -> PiecewisePolynomial:
+    """The spline of `degree` through `positions`, at rest at both ends, one piece a segment; see `interpolate`."""
+    return interpolate(positions, durations, degree).curve
 
 
 def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) -> InterpolatingSpline:

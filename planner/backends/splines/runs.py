@@ -10,17 +10,13 @@ import numpy as np
 
 from planner.backends.shared.along_curve import TimeScaling, ToolSpeeds, broken_at, follow_curve, time_scalings
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
+from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.shortest_durations import shortest_durations
-from planner.backends.splines.timed_spline import (
-    DurationsTooShort,
-    NothingLimits,
-    PositionOvershoot,
-    interpolating_spline,
-    timed_spline,
-)
+from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
+from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import InfeasibleDuration, Remedy
 from planner.limits import passes_a_limit
-from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, differentiate, horner
+from planner.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
@@ -128,7 +124,7 @@ class _SplineTiming(_Timing):
         """By the search for the shortest spline."""
         limits = self.path.limits.of(self.segments)
         try:
-            return timed_spline(self.positions, limits, self.asked, self.degree).durations
+            return timed_spline(self.positions, limits, self.asked, self.degree).lengths
         except NothingLimits:
             raise no_duration_error(self.run.first) from None
         except DurationsTooShort as short:
@@ -144,8 +140,7 @@ class _SplineTiming(_Timing):
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """One polynomial a segment."""
-        coefficients = interpolating_spline(self.positions, durations, self.degree)
-        return SegmentedPolynomial(durations, coefficients, self.segments)
+        return interpolating_spline(self.positions, durations, self.degree).of_segments(self.segments)
 
 
 class _CurveTiming(_Timing):
@@ -196,12 +191,10 @@ class _CurveTiming(_Timing):
     def _single(self) -> SegmentedPolynomial:
         """One law from rest to rest over the whole run, in 1 s, in its intervals."""
         ends = np.array([[0.0], [self.places[-1]]])
-        law = PiecewisePolynomial(np.ones(1), interpolating_spline(ends, np.ones(1), self.degree))
-        return broken_at(law, self.places[1:-1], self.segments)
+        return broken_at(interpolating_spline(ends, np.ones(1), self.degree), self.places[1:-1], self.segments)
 
     def _law(self, durations: FloatArray) -> SegmentedPolynomial:
-        coefficients = interpolating_spline(self.places[:, None], durations, self.degree)
-        return SegmentedPolynomial(durations, coefficients, self.segments)
+        return interpolating_spline(self.places[:, None], durations, self.degree).of_segments(self.segments)
 
     def _samples(self, durations: FloatArray) -> tuple[FloatArray, float]:
         """From samples of the law: for each interval the factor on its time that its limits ask; the least speed."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,8 +9,6 @@ import numpy as np
 from planner.backends.splines.interpolation import Degree, interpolate
 from planner.backends.splines.shortest_durations import search_durations
 from planner.backends.splines.spline_limits import (
-    DurationsTooShort,
-    PositionOvershoot,
     SplineAgainstLimits,
     hold_against_limits,
 )
@@ -19,47 +16,17 @@ from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits
+    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
-
-__all__ = [
-    "DurationsTooShort",
-    "NothingLimits",
-    "PositionOvershoot",
-    "Spline",
-    "interpolating_spline",
-    "timed_spline",
-]
-
-
-@dataclass(frozen=True, eq=False)
-class Spline:
-    """Pieces of polynomials in local time.
-
-    Attributes:
-        durations: (segments,), s.
-        coefficients: (segments, joints, degree + 1), ascending powers of local time.
-    """
-
-    durations: FloatArray
-    coefficients: FloatArray
 
 
 class NothingLimits(Exception):
     """Free durations, and no limit, or no travel, that would set one."""
 
 
-def interpolating_spline(positions: FloatArray, durations: FloatArray, degree: Degree) -> FloatArray:
-    """Coefficients (segments, joints, degree + 1) of the spline at rest at both ends; ascending, local time.
-
-    Args:
-        positions: (segments + 1, joints).
-        durations: (segments,), s, positive.
-        degree: 3 (C2, velocity 0 at both ends) or 5 (C4, velocity and acceleration 0 at both ends).
-    """
-    return interpolate(positions, durations, degree).coefficients
-
-
-def timed_spline(positions: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree) -> Spline:
+def timed_spline(
+    positions: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree
+) -> PiecewisePolynomial:
     """The spline at the asked durations, and the shortest for the others, that keeps the limits.
 
     The shortest is a local minimum. Between waypoints within the position limits the spline may overshoot them;
@@ -93,7 +60,7 @@ def timed_spline(positions: FloatArray, limits: SegmentLimits, asked: FloatArray
         motion = assess(motion.durations * factor)
     elif factor > 1.0 + DURATION_TOLERANCE:
         raise motion.too_short()
-    return Spline(motion.durations, motion.spline.coefficients)
+    return motion.spline.curve
 
 
 def _first_guess(positions: FloatArray, limits: SegmentLimits, degree: Degree) -> FloatArray:

@@ -11,15 +11,10 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly, CubicSpline, PPoly, make_interp_spline
 from scipy.optimize import minimize
 
-from planner.backends.splines.interpolation import interpolate
+from planner.backends.splines.interpolation import interpolate, interpolating_spline
 from planner.backends.splines.shortest_durations import shortest_durations
-from planner.backends.splines.timed_spline import (
-    DurationsTooShort,
-    NothingLimits,
-    PositionOvershoot,
-    interpolating_spline,
-    timed_spline,
-)
+from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
+from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.limits import SegmentLimits
 
 DEGREES = (3, 5)
@@ -47,21 +42,22 @@ def reference(positions, durations, degree) -> PPoly:
     return make_interp_spline(times, positions, k=5, bc_type=(rest, rest))
 
 
-def samples(coefficients, durations, order=0, count=201):
+def samples(spline, order=0, count=201):
     """Derivative of that order at unit times 0 to 1 of each segment; (segments, count, joints)."""
+    coefficients = spline.coefficients
     for _ in range(order):
         coefficients = coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
-    tau = np.linspace(0.0, 1.0, count) * durations[:, None]
+    tau = np.linspace(0.0, 1.0, count) * spline.lengths[:, None]
     return np.einsum("njk,nuk->nuj", coefficients, tau[:, :, None] ** np.arange(coefficients.shape[-1]))
 
 
 def excess(spline, limits, degree):
     """Worst of sampled |derivative| / limit, brought to first order, and of the overshoot; by segment."""
-    worst = np.zeros(len(spline.durations))
+    worst = np.zeros(len(spline.lengths))
     for order, quantity in enumerate(("velocity", "acceleration", "jerk")[: (degree + 1) // 2], start=1):
-        values = np.abs(samples(spline.coefficients, spline.durations, order)).max(axis=1)
+        values = np.abs(samples(spline, order)).max(axis=1)
         worst = np.maximum(worst, ((values / getattr(limits, quantity)) ** (1.0 / order)).max(axis=1))
-    positions = samples(spline.coefficients, spline.durations)
+    positions = samples(spline)
     return worst, max((positions - limits.upper).max(), (limits.lower - positions).max())
 
 
@@ -100,7 +96,7 @@ def test_the_spline_is_scipys(segments, spread, degree) -> None:
     rng = np.random.default_rng(segments)
     positions = rng.uniform(-3.0, 3.0, (segments + 1, 4))
     durations = spread ** rng.uniform(0.0, 1.0, segments)
-    values = samples(interpolating_spline(positions, durations, degree), durations, count=9)
+    values = samples(interpolating_spline(positions, durations, degree), count=9)
     starts = np.concatenate([[0.0], np.cumsum(durations)[:-1]])
     times = starts[:, None] + np.linspace(0.0, 1.0, 9) * durations[:, None]
     expected = reference(positions, durations, degree)(times)
@@ -116,13 +112,13 @@ def test_the_spline_is_scipys(segments, spread, degree) -> None:
 def test_the_spline_meets_its_waypoints_smoothly_and_rests_at_its_ends(degree, durations, seed) -> None:
     durations = np.array(durations)
     positions = np.random.default_rng(seed).uniform(-3.0, 3.0, (len(durations) + 1, 3))
-    spline = interpolate(positions, durations, degree)
-    values = samples(spline.coefficients, durations, count=2)
-    size = np.abs(spline.unit).max()
+    spline = interpolating_spline(positions, durations, degree)
+    values = samples(spline, count=2)
+    size = np.abs(interpolate(positions, durations, degree).unit).max()
     assert np.array_equal(values[:, 0], positions[:-1])
     assert np.abs(values[:, 1] - positions[1:]).max() <= 1e-13 * size
     for order in range(1, degree):
-        values = samples(spline.coefficients, durations, order)
+        values = samples(spline, order)
         jumps = np.abs(values[1:, 0] - values[:-1, -1])
         # The rounding of a position shows in its derivatives, the more so on a short segment.
         tolerance = 1e-9 * np.abs(values).max() + 1e-13 * size / durations.min() ** order
@@ -140,7 +136,7 @@ def test_sensitivities_to_durations_are_those_of_differences(degree, seed, segme
     order, u = rng.integers(degree, size=8), rng.uniform(0.0, 1.0, 8)
 
     def values(durations):
-        coefficients = interpolating_spline(positions, durations, degree)
+        coefficients = interpolating_spline(positions, durations, degree).coefficients
         return [
             np.polynomial.Polynomial(coefficients[i, j]).deriv(k)(at * durations[i])
             if k
@@ -164,7 +160,7 @@ def test_one_segment_is_the_law_from_rest_to_rest(degree) -> None:
     limits = spline_limits(*np.full((2, 2), INF) * [[-1], [1]], *(np.full((1, 2), x) for x in (5.0, 3.0, 40.0)))
     peaks = (1.5, 6.0) if degree == 3 else (15.0 / 8.0, 10.0 / sqrt(3.0), 60.0)
     needed = max(1.2 * peaks[0] / 5.0, sqrt(1.2 * peaks[1] / 3.0), cbrt(1.2 * peaks[2] / 40.0) if degree == 5 else 0.0)
-    assert timed_spline(positions, limits, free(1), degree).durations == pytest.approx([needed], rel=1e-12)
+    assert timed_spline(positions, limits, free(1), degree).lengths == pytest.approx([needed], rel=1e-12)
 
 
 @fewer
@@ -182,7 +178,7 @@ def test_the_shortest_spline_uses_its_limits_up_and_breaks_none(problem, degree)
     assert worst.max() <= 1.0 + 1e-9
     assert worst.max() >= 0.999
     assert overshoot <= 1e-9
-    values = samples(spline.coefficients, spline.durations, count=2)
+    values = samples(spline, count=2)
     assert np.abs(values - np.stack([positions[:-1], positions[1:]], axis=1)).max() <= 1e-12
 
 
@@ -205,7 +201,7 @@ def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed, deg
             ]
         )
 
-    start = timed_spline(positions, limits, free(segments), degree).durations
+    start = timed_spline(positions, limits, free(segments), degree).lengths
     rng = np.random.default_rng(seed)
     totals = []
     for _ in range(3):
@@ -233,9 +229,9 @@ def test_there_and_back_take_as_long(problem, degree) -> None:
     rates = (limits.velocity, limits.acceleration, limits.jerk)
     there = timed_spline(positions, spline_limits(-unbounded, unbounded, *rates), free(len(positions) - 1), degree)
     mirrored = spline_limits(-unbounded, unbounded, *(rate[::-1] for rate in rates))
-    back = timed_spline(positions[::-1], mirrored, there.durations[::-1], degree)
-    forwards = samples(there.coefficients, there.durations)
-    assert np.abs(samples(back.coefficients, back.durations)[::-1, ::-1] - forwards).max() <= 1e-9
+    back = timed_spline(positions[::-1], mirrored, there.lengths[::-1], degree)
+    forwards = samples(there)
+    assert np.abs(samples(back)[::-1, ::-1] - forwards).max() <= 1e-9
 
 
 @pytest.mark.parametrize("degree", DEGREES)
@@ -292,7 +288,7 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
         with pytest.raises(DurationsTooShort):
             timed_spline(positions, limits, error.durations * (1.0 - 1e-6), degree)
         return
-    assert np.array_equal(spline.durations[given_ones], asked[given_ones])
+    assert np.array_equal(spline.lengths[given_ones], asked[given_ones])
     worst, overshoot = excess(spline, limits, degree)
     assert worst.max() <= 1.0 + 1e-9
     assert overshoot <= 1e-9
@@ -303,7 +299,7 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
 @pytest.mark.parametrize("seed", range(7))
 def test_a_free_duration_beside_an_asked_one_is_the_shortest_of_all(seed, share, degree) -> None:
     positions, limits = random_problem(seed, 2, 2)
-    asked = share * timed_spline(positions, limits, free(2), degree).durations[0]
+    asked = share * timed_spline(positions, limits, free(2), degree).lengths[0]
     bounds = [limits.velocity, limits.acceleration, limits.jerk][: (degree + 1) // 2]
 
     def worst(other):
@@ -324,7 +320,7 @@ def test_a_free_duration_beside_an_asked_one_is_the_shortest_of_all(seed, share,
         assert error.factor <= 1.1 * excesses.min()
     else:
         shortest = others[excesses <= 1.0].min(initial=INF)
-        assert spline.durations[1] <= 1.02 * shortest
+        assert spline.lengths[1] <= 1.02 * shortest
 
 
 # Position limits.
@@ -388,7 +384,7 @@ def test_durations_found_by_ratios_alone_are_nearly_as_short(degree) -> None:
         evaluate = ratios_of(positions, limits, degree)
         durations, ratios = shortest_durations(evaluate, np.ones(1 + seed), free(1 + seed))
         assert ratios.max() == pytest.approx(1.0, abs=1e-9)
-        longer.append(durations.sum() / timed_spline(positions, limits, free(1 + seed), degree).durations.sum())
+        longer.append(durations.sum() / timed_spline(positions, limits, free(1 + seed), degree).lengths.sum())
     assert np.median(longer) <= 1.01
     assert max(longer) <= 1.1
 
