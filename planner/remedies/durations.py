@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.base import enforced
-from planner.backends.shared.along_curve import RATES
 from planner.backends.shared.assembly import sampled
+from planner.backends.shared.time_scaling import RATES
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes

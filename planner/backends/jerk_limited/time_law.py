@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.jerk_limited.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
-from planner.backends.shared.along_curve import broken_at, follow_curve, in_its_time
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
+from planner.backends.shared.time_laws import follow_curve, split_at_knots
+from planner.backends.shared.time_scaling import scaled_to_duration
 from planner.dynamics import inverse_dynamics
 from planner.guarantees import QUANTITIES
 from planner.kinematics.forward import tool_speeds
@@ -61,7 +62,7 @@ def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     asked = duration_of_run(path, run)
-    return in_its_time(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
+    return scaled_to_duration(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
 
 
 def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
@@ -92,7 +93,7 @@ def _quintic(run: Run) -> PiecewisePolynomial:
     places = run.curve.breakpoints
     inner = places[1:-1]
     whole = PiecewisePolynomial(np.ones(1), places[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
-    law = broken_at(whole, inner, np.zeros(len(inner) + 1, dtype=int))
+    law = split_at_knots(whole, inner, np.zeros(len(inner) + 1, dtype=int))
     law.coefficients[1:, 0, 0] = inner
     return law
 

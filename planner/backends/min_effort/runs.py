@@ -13,13 +13,9 @@ from planner.backends.min_effort.cost import Cost, use_of_rates
 from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.terms import Layout
-from planner.backends.shared.along_curve import (
-    follow_curve,
-    in_its_time,
-    slowest,
-    time_scalings,
-)
 from planner.backends.shared.sampled_limits import SampledLimits
+from planner.backends.shared.time_laws import follow_curve
+from planner.backends.shared.time_scaling import scaled_to_duration, slowest, time_scalings
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.runs import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
@@ -119,7 +115,7 @@ class OnCurve(Optimum):
             known[0] = known[0].stretched(self.options.slowdown)
         if self.free.all() or len(self.asked) == 1:
             pieces = follow_curve(self.run, law)
-            fastest = in_its_time(self.path, self.run, float(self.asked[0]), pieces, self.enforced)
+            fastest = scaled_to_duration(self.path, self.run, float(self.asked[0]), pieces, self.enforced)
             if self.free.all() and self.options.time_weight is None:
                 fastest = fastest.stretched(max(float(known[0].lengths.sum() / fastest.lengths.sum()), 1.0))
             known.insert(0, fastest)

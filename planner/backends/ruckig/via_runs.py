@@ -12,10 +12,10 @@ from planner.backends.jerk_limited.s_curves import s_curves
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import ViaProblem
 from planner.backends.ruckig.via_states import pass_waypoints
-from planner.backends.shared.along_curve import time_scalings
 from planner.backends.shared.assembly import largest_speeds
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.straight_lines import NOTICED
+from planner.backends.shared.time_scaling import time_scalings
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.guarantees import END_OPTIONS
 from planner.polynomials import SegmentedPolynomial, joined
@@ -24,7 +24,7 @@ from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
     from planner.backends.ruckig.via_problem import ViaMotion
-    from planner.backends.shared.along_curve import TimeScaling
+    from planner.backends.shared.time_scaling import TimeScaling
     from planner.guarantees import EndStates
     from planner.paths import JointPath
     from planner.spatial import FloatArray

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.along_curve import TimeScaling, ToolSpeeds, broken_at, follow_curve, time_scalings
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
+from planner.backends.shared.time_laws import ToolSpeeds, follow_curve, split_at_knots
+from planner.backends.shared.time_scaling import TimeScaling, time_scalings
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.shortest_durations import shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
@@ -191,7 +192,7 @@ class _CurveTiming(_Timing):
     def _single(self) -> SegmentedPolynomial:
         """One law from rest to rest over the whole run, in 1 s, in its intervals."""
         ends = np.array([[0.0], [self.places[-1]]])
-        return broken_at(interpolating_spline(ends, np.ones(1), self.degree), self.places[1:-1], self.segments)
+        return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.places[1:-1], self.segments)
 
     def _law(self, durations: FloatArray) -> SegmentedPolynomial:
         return interpolating_spline(self.places[:, None], durations, self.degree).of_segments(self.segments)

@@ -11,12 +11,13 @@ import numpy as np
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
-from planner.backends.shared.along_curve import MOST_HALVINGS, slowest, time_scalings
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.refusals import duration_of_run, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.shared.smooth_curve import smooth_curve, smoothed
 from planner.backends.shared.straight_lines import time_lines
+from planner.backends.shared.time_laws import MOST_HALVINGS
+from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.backends.toppra.intervals import FEWEST, cut, law_limits
 from planner.backends.toppra.reachability import fastest_law
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
@@ -27,7 +28,7 @@ from planner.tolerances import DURATION_TOLERANCE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.backends.shared.along_curve import TimeScaling
+    from planner.backends.shared.time_scaling import TimeScaling
     from planner.backends.toppra.intervals import Intervals
     from planner.paths import JointPath, Run
     from planner.polynomials import PiecewisePolynomial

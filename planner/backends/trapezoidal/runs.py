@@ -6,15 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.shared.along_curve import (
-    TimeScaling,
-    ToolSpeeds,
-    broken_at,
-    follow_curve,
-    in_its_time,
-    slowest,
-    time_scalings,
-)
 from planner.backends.shared.refusals import (
     RAMPS,
     BindingLimit,
@@ -22,6 +13,8 @@ from planner.backends.shared.refusals import (
     infeasible_duration_error,
     ramps_error,
 )
+from planner.backends.shared.time_laws import ToolSpeeds, follow_curve, split_at_knots
+from planner.backends.shared.time_scaling import TimeScaling, scaled_to_duration, slowest, time_scalings
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
@@ -57,7 +50,7 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPo
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     asked = duration_of_run(path, run)
-    return in_its_time(path, run, asked, follow_curve(run, _fastest(path, run)), enforced)
+    return scaled_to_duration(path, run, asked, follow_curve(run, _fastest(path, run)), enforced)
 
 
 def time_run_with_ramps(
@@ -83,7 +76,7 @@ def time_run_with_ramps(
     def at(duration: float) -> tuple[SegmentedPolynomial, TimeScaling]:
         law = law_of(duration)
         whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
-        pieces = follow_curve(run, broken_at(whole, places, run.segments))
+        pieces = follow_curve(run, split_at_knots(whole, places, run.segments))
         return pieces, slowest(time_scalings(path, pieces, enforced).values())
 
     duration = ramps if np.isnan(asked) else max(asked, ramps)

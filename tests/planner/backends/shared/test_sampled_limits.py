@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
-from planner.backends.shared.along_curve import time_scalings
 from planner.backends.shared.assembly import sampled
+from planner.backends.shared.time_scaling import time_scalings
 from planner.dynamics import inverse_dynamics
 from planner.errors import LimitsUnsatisfiable
 from planner.kinematics import tool_speeds

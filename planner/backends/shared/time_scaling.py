@@ -1,0 +1,101 @@
+"""Motions scaled in time: the factor on the time of each segment with which it just keeps its limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
+from planner.backends.shared.sampled_limits import SampledLimits
+from planner.extrema import derivatives_on_unit_time, largest_magnitudes
+from planner.tolerances import DURATION_TOLERANCE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from planner.paths import JointPath, Run
+    from planner.polynomials import SegmentedPolynomial
+
+RATES = ("position", "velocity", "acceleration", "jerk")
+"""The derivatives of a motion, by their order."""
+
+
+class TimeScaling(NamedTuple):
+    """The factor on all times with which a segment just keeps its limits, and the limit that sets it.
+
+    Attributes:
+        factor: Less than 1 where the segment could be faster.
+        binding: The limit that sets the factor.
+    """
+
+    factor: float
+    binding: BindingLimit
+
+
+def slowest(needed: Iterable[TimeScaling]) -> TimeScaling:
+    """The one with the largest factor."""
+    return max(needed, key=lambda scaling: scaling.factor)
+
+
+def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: frozenset[str]) -> dict[int, TimeScaling]:
+    """How each segment of some pieces is to be scaled in time, so that it just keeps its limits.
+
+    Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
+
+    Args:
+        path: With the limits.
+        pieces: Of whole segments.
+        guarantees: The quantities that have to be kept.
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
+    """
+    segments, groups = np.unique(pieces.segments, return_inverse=True)
+    worst = [TimeScaling(0.0, BindingLimit())] * len(segments)
+
+    def note(group: int, factor: float, binding: BindingLimit) -> None:
+        if factor > worst[group].factor:
+            worst[group] = TimeScaling(factor, binding)
+
+    orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
+    derivatives = derivatives_on_unit_time(pieces, len(RATES))
+    for order in orders:
+        limit = getattr(path.limits, RATES[order])[pieces.segments]
+        found = largest_magnitudes(derivatives[order], limit, groups)
+        factors = (np.abs(found.values) / limit[found.pieces, found.joints]) ** (1.0 / order)
+        for group, (factor, joint) in enumerate(zip(factors.tolist(), found.joints.tolist(), strict=True)):
+            note(group, factor, BindingLimit(RATES[order], path.robot.joint_names[joint]))
+    sampled = SampledLimits(path.robot, path.limits)
+    if sampled.limited[segments].any():
+        asked = sampled.stretch(pieces, pieces.segments, groups)
+        for group, (factor, limit) in enumerate(zip(*(values.tolist() for values in asked), strict=True)):
+            note(group, factor, sampled.each[limit])
+    return dict(zip(segments.tolist(), worst, strict=True))
+
+
+def scaled_to_duration(
+    path: JointPath, run: Run, asked: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
+) -> SegmentedPolynomial:
+    """The motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
+
+    Args:
+        path: With limits and durations.
+        run: Of the path.
+        asked: Its duration, s; NaN: the shortest.
+        pieces: Its motion, in any time.
+        enforced: The quantities whose limits are kept.
+
+    Raises:
+        InfeasibleDuration: The asked duration is too short.
+        LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
+    """
+    own = float(pieces.lengths.sum())
+    scaling = slowest(time_scalings(path, pieces, enforced).values())
+    if not np.isnan(asked):
+        if asked < scaling.factor * own * (1.0 - DURATION_TOLERANCE):
+            raise infeasible_duration_error(asked, {run.first: scaling.factor * own}, scaling.binding)
+        return pieces.stretched(asked / own)
+    if scaling.factor <= 0.0:
+        raise no_duration_error(run.first)
+    return pieces.stretched(scaling.factor)
