@@ -25,6 +25,8 @@ from planner.spatial import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.fields import FieldPath
+
 
 def to_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
     """The planning problem of a plan request."""
@@ -105,18 +107,18 @@ def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
             )
 
 
-def to_vector(values: Sequence[float], length: int, pointer: str) -> FloatArray:
+def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatArray:
     """One value a joint as an array (length,).
 
     Raises:
         InvalidProblem: There are more, or fewer.
     """
     if len(values) != length:
-        raise InvalidProblem([(pointer, f"{len(values)} values for {length} joints")])
+        raise InvalidProblem([(field, f"{len(values)} values for {length} joints")])
     return np.array(values, dtype=np.float64)
 
 
-def to_matrix(rows: Sequence[Sequence[float]], columns: int, pointer: str) -> FloatArray:
+def to_matrix(rows: Sequence[Sequence[float]], columns: int, field: FieldPath) -> FloatArray:
     """Rows (N, columns) as an array.
 
     Raises:
@@ -124,7 +126,7 @@ def to_matrix(rows: Sequence[Sequence[float]], columns: int, pointer: str) -> Fl
     """
     wrong = [i for i, row in enumerate(rows) if len(row) != columns]
     if wrong:
-        raise InvalidProblem([(f"{pointer}/{i}", f"{len(rows[i])} values for {columns} joints") for i in wrong])
+        raise InvalidProblem([((*field, i), f"{len(rows[i])} values for {columns} joints") for i in wrong])
     return np.array(rows, dtype=np.float64)
 
 

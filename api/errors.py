@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import orjson
 
 from planner.errors import InvalidProblem, InvalidRobotModel, PlanningError
+from planner.fields import KIND
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pydantic import ValidationError
+
+    from planner.errors import Remedy
+    from planner.fields import FieldPath
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -168,7 +172,7 @@ def problem(error: PlanningError | ServiceError, instance: str) -> tuple[int, by
         "type": f"urn:trajectory-planner:problem:{error.code}",
         "title": error.title,
         "status": int(status),
-        "detail": error.message,
+        "detail": _detail(error),
         "instance": instance,
         "code": error.code,
         **(error.details if isinstance(error, ServiceError) else _planning_fields(error)),
@@ -180,14 +184,47 @@ def _planning_fields(error: PlanningError) -> dict[str, Any]:
     names = ("waypoint", "segment", "joint", "value", "limit", "time")
     document: dict[str, Any] = {name: getattr(error, name) for name in names if getattr(error, name) is not None}
     if error.remedies:
-        document["remedies"] = [asdict(remedy) for remedy in error.remedies]
+        document["remedies"] = list(map(_remedy, error.remedies))
     if isinstance(error, InvalidProblem):
         document["errors"] = [
-            {"pointer": pointer, "message": message} for pointer, message in error.faults[:MOST_FAULTS]
+            {"pointer": pointer_of(fault.field), "message": fault.message} for fault in error.faults[:MOST_FAULTS]
         ]
     if isinstance(error, InvalidRobotModel):
         document["findings"] = [asdict(finding) for finding in error.findings[:MOST_FAULTS]]
-    return document | error.details
+    if error.nearest is not None:
+        from api.answers import nearest_answer
+
+        document["nearest"] = nearest_answer(error.nearest)
+    if error.path_point is not None:
+        from api.answers import path_point_answer
+
+        document["place"] = path_point_answer(error.path_point)
+    return document
+
+
+def _remedy(remedy: Remedy) -> dict[str, Any]:
+    from api.answers import value_answer
+
+    return {
+        "change": pointer_of(remedy.field),
+        "value": value_answer(remedy.value),
+        "explanation": remedy.explanation,
+    }
+
+
+def _detail(error: PlanningError | ServiceError) -> str:
+    if isinstance(error, InvalidProblem):
+        return "; ".join(f"{pointer_of(fault.field)}: {fault.message}" for fault in error.faults)
+    return error.message
+
+
+NAMES = {"inverse_kinematics": "ik", KIND: "kind"}
+"""The steps of a library's field path that a request calls by another name."""
+
+
+def pointer_of(field: FieldPath) -> str:
+    """JSON pointer (RFC 6901) into the request to a field of the library's values."""
+    return "".join(f"/{NAMES.get(str(step), step)}" for step in field)
 
 
 def invalid_request(error: ValidationError, document: Any) -> InvalidRequest:

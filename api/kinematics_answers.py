@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.kinematics import forward_kinematics, manipulability, pose_errors, poses_as_dicts
+from api.answers import pose_answer
+from planner.kinematics import forward_kinematics, manipulability, pose_errors
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +38,7 @@ def nearest_answer(result: InverseKinematicsResult) -> dict[str, Any]:
     """The nearest that the robot gets to a pose that it cannot reach."""
     return {
         "position": result.position,
-        "pose": poses_as_dicts([result.pose])[0],
+        "pose": pose_answer(result.pose),
         "position_error": result.position_error,
         "orientation_error": result.orientation_error,
     }

@@ -99,7 +99,7 @@ def show_poses() -> None:
         try:
             plan(PlanningProblem(published, (position_only, JointWaypoint(position=(0.0,) * 6))))
         except UnreachableWaypoint as refusal:
-            short = 1000.0 * refusal.details["nearest"]["position_distance"]
+            short = 1000.0 * refusal.nearest.position_error if refusal.nearest else float("nan")
             print(f"  P{i + 1:<4} {waypoint.solutions:>9} {error:>10} {distance:6.1f} mm {short:6.1f} mm")
 
 

@@ -1,27 +1,85 @@
-"""What can be wrong with a planning problem; one class a kind, fields on each, no HTTP."""
+"""What can be wrong with a planning problem: one class a kind, with fields; and what would help."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
+
+from planner.fields import BACK_END, FieldPath, field_name, with_field
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
+
+    from planner.spatial import FloatArray, Pose
+
+T = TypeVar("T")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Remedy:
-    """A change to the request that would make it feasible.
+    """A change that would make a problem feasible.
 
     Attributes:
-        change: JSON pointer (RFC 6901) into the request, as `/waypoints/1/duration`.
-        value: What to put there.
+        field: Where the change is made, in the `PlanningProblem` or, with `"backend"` first, in the back end.
+        value: What to put there, as the library has it: a number, a `Pose`, a `BlendTransition`.
         explanation: Why that helps, for a person.
     """
 
-    change: str
+    field: FieldPath
     value: Any
     explanation: str
+
+    def applied_to(self, problem: T) -> T:
+        """The planning problem with this change; the same one if the change is one of the back end."""
+        return problem if self.field[0] == BACK_END else with_field(problem, self.field, self.value)
+
+    def applied_to_backend(self, backend: T) -> T:
+        """The back end with this change; the same one if the change is one of the problem."""
+        return with_field(backend, self.field[1:], self.value) if self.field[0] == BACK_END else backend
+
+
+class Fault(NamedTuple):
+    """What is wrong with one field.
+
+    Attributes:
+        field: Where it is, in the `PlanningProblem` or in the arguments of the function that was called.
+        message: What is wrong, for a person.
+    """
+
+    field: FieldPath
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class NearestPose:
+    """The nearest that an arm comes to a pose that it cannot reach.
+
+    Attributes:
+        pose: Of the tool, in the base frame; without a rotation if none was asked.
+        position: (joints,), rad or m, where the tool has this pose.
+        position_error: m, from the pose asked.
+        orientation_error: rad, from the pose asked; None: no orientation was asked.
+    """
+
+    pose: Pose
+    position: FloatArray
+    position_error: float
+    orientation_error: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class PathPoint:
+    """The point up to which the joints can follow a motion of the tool.
+
+    Attributes:
+        fraction: Share of the way, from 0 to 1.
+        pose: Of the tool there, in the base frame.
+        position: (joints,), rad or m, there.
+    """
+
+    fraction: float
+    pose: Pose
+    position: FloatArray
 
 
 class PlanningError(Exception):
@@ -29,14 +87,17 @@ class PlanningError(Exception):
 
     Attributes:
         code: Stable name of the kind, in snake case.
+        title: The kind in a few words, for a person.
+        message: What is wrong, for a person.
         waypoint: Index of the waypoint at fault.
         segment: Index of the segment at fault; segment i goes from waypoint i to waypoint i + 1.
         joint: Name of the joint at fault.
         value: The value that breaks the limit (rad, m, s, ... as the message says).
         limit: The limit that it breaks.
         time: Where on the trajectory, s.
+        nearest: The nearest pose found to one that cannot be reached.
+        path_point: The point up to which a motion of the tool can be followed.
         remedies: Changes that would make the problem feasible.
-        details: Further facts that belong to one kind only, ready for JSON.
     """
 
     code: ClassVar[str] = "planning_error"
@@ -52,8 +113,9 @@ class PlanningError(Exception):
         value: float | None = None,
         limit: float | None = None,
         time: float | None = None,
+        nearest: NearestPose | None = None,
+        path_point: PathPoint | None = None,
         remedies: Iterable[Remedy] = (),
-        details: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
@@ -63,24 +125,26 @@ class PlanningError(Exception):
         self.value = value
         self.limit = limit
         self.time = time
+        self.nearest = nearest
+        self.path_point = path_point
         self.remedies = tuple(remedies)
-        self.details = dict(details or {})
 
 
 class InvalidProblem(PlanningError):
     """The problem contradicts itself or its robot; every fault found is listed.
 
     Attributes:
-        faults: Pairs of a JSON pointer into the request and a message.
-        remedies: As of every error.
+        faults: What is wrong, by field.
+        remedies: Changes that would make the problem feasible.
     """
 
     code = "invalid_request"
     title = "The request is not valid"
 
-    def __init__(self, faults: Sequence[tuple[str, str]], remedies: Iterable[Remedy] = ()) -> None:
-        super().__init__("; ".join(f"{pointer}: {message}" for pointer, message in faults), remedies=remedies)
-        self.faults = tuple(faults)
+    def __init__(self, faults: Iterable[tuple[FieldPath, str]], remedies: Iterable[Remedy] = ()) -> None:
+        self.faults = tuple(Fault(*fault) for fault in faults)
+        message = "; ".join(f"{field_name(fault.field)}: {fault.message}" for fault in self.faults)
+        super().__init__(message, remedies=remedies)
 
 
 class UnknownRobot(PlanningError):
@@ -102,7 +166,7 @@ class InvalidRobotModel(PlanningError):
 
 
 class UnreachableWaypoint(PlanningError):
-    """No joint position reaches the pose; `details["nearest"]` is the nearest pose found."""
+    """No joint position reaches the pose; `nearest` is the nearest pose found."""
 
     code = "unreachable_waypoint"
     title = "A waypoint cannot be reached"

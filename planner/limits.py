@@ -7,11 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import JointPositionLimit, Remedy
-
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -108,19 +104,4 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         upper=robot.limit("upper"),
         **{quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES},
         **{quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES},
-    )
-
-
-def passes_a_limit(
-    waypoints: Sequence[int], segment: int, joint: str, value: float, limit: float
-) -> JointPositionLimit:
-    """The refusal where passing one of some waypoints without stopping takes a joint beyond its limit."""
-    remedies = [Remedy(f"/waypoints/{k}/transition", {"kind": "stop"}, "come to rest there") for k in waypoints]
-    return JointPositionLimit(
-        f"passing waypoint {waypoints[0]} without stopping would take {joint} beyond its limit {limit:.6g}",
-        segment=segment,
-        joint=joint,
-        value=value,
-        limit=limit,
-        remedies=remedies,
     )

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.limits import Limits
+from planner.limits import Limits, segment_limits
 from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.robots.payload import Payload
 
@@ -208,6 +209,10 @@ class PlanningProblem:
     def __post_init__(self) -> None:
         """Keep the waypoints in a tuple, which cannot change."""
         object.__setattr__(self, "waypoints", tuple(self.waypoints))
+
+    def segment_limits(self) -> SegmentLimits:
+        """The limits in force on each segment."""
+        return segment_limits(self.robot, self.limits, tuple(waypoint.limits for waypoint in self.waypoints[1:]))
 
     @property
     def all_limits(self) -> tuple[Limits, ...]:

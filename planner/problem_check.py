@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.errors import InvalidProblem, MissingDynamics
+import numpy as np
+
+from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
+from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, MovesAtItsEnds, end_states
 from planner.limits import JOINT_QUANTITIES
-from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
+from planner.problem import BlendTransition, JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from planner.fields import FieldPath
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.limits import Limits
     from planner.problem import AnyWaypoint, PlanningProblem
     from planner.robots import Robot
+    from planner.spatial import FloatArray
 
 
 def check_problem(problem: PlanningProblem, backend: object) -> None:
@@ -31,47 +36,57 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
     Raises:
         InvalidProblem: With every fault found.
         MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        LimitsUnsatisfiable: The motion asked at the ends breaks a limit.
     """
-    faults = [*_faults(problem), *_end_faults(problem, backend)]
+    faults = list(_faults(problem))
+    if isinstance(backend, MovesAtItsEnds):
+        faults += _end_faults(problem, backend)
     if faults:
         raise InvalidProblem(faults)
     if problem.payload is None:
         refuse_unknown_torques(problem.robot, problem.all_limits)
+    if isinstance(backend, MovesAtItsEnds):
+        _refuse_impossible_ends(problem, backend)
 
 
 def waypoint_faults(
     robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
-) -> Iterator[tuple[str, str]]:
-    """What keeps the list from saying where the robot is to go: JSON pointers and messages."""
+) -> Iterator[tuple[FieldPath, str]]:
+    """What keeps the list from saying where the robot is to go."""
     for i, waypoint in enumerate(waypoints):
         if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
             count = len(waypoint.position)
-            yield f"/waypoints/{i}/position", f"{count} values for the {robot.dof} joints of {robot.id}"
+            yield ("waypoints", i, "position"), f"{count} values for the {robot.dof} joints of {robot.id}"
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
-        yield "/waypoints/0/kind", "the first waypoint cannot be relative: there is none before it"
+        yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
     if options.reference is not None and len(options.reference) != robot.dof:
-        yield "/ik/reference", f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}"
+        yield (
+            ("inverse_kinematics", "reference"),
+            f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}",
+        )
 
 
-def limit_faults(robot: Robot, limits: Limits, pointer: str) -> Iterator[tuple[str, str]]:
+def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
     """What is wrong with limits asked by a caller: their length, or being wider than the robot's.
 
-    Yields:
-        Pairs of a JSON pointer below `pointer` and a message.
+    Args:
+        robot: Its limits are the widest there are.
+        limits: What is asked.
+        field: Where the limits stand.
     """
     for quantity in JOINT_QUANTITIES:
         asked = getattr(limits, quantity)
         if asked is None:
             continue
         if len(asked) != robot.dof:
-            yield f"{pointer}/{quantity}", f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+            yield (*field, quantity), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
             continue
         for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
             if not value > 0.0:
-                yield f"{pointer}/{quantity}/{i}", "a limit must be greater than 0"
+                yield (*field, quantity, i), "a limit must be greater than 0"
             elif value > own:
                 yield (
-                    f"{pointer}/{quantity}/{i}",
+                    (*field, quantity, i),
                     f"{value:g} is wider than the robot's own {quantity} limit of {robot.joint_names[i]}, {own:.10g}",
                 )
 
@@ -88,39 +103,90 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
         )
 
 
-def _faults(problem: PlanningProblem) -> Iterator[tuple[str, str]]:
+def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     robot, waypoints = problem.robot, problem.waypoints
     if len(waypoints) < 2:
-        yield "/waypoints", "a trajectory needs at least two waypoints"
+        yield ("waypoints",), "a trajectory needs at least two waypoints"
     yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)
     for i, waypoint in enumerate(waypoints):
         if waypoint.limits is not None:
-            yield from limit_faults(robot, waypoint.limits, f"/waypoints/{i}/limits")
+            yield from limit_faults(robot, waypoint.limits, ("waypoints", i, "limits"))
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
-            yield f"/waypoints/{i}/dwell", "the robot rests only at a waypoint where it stops"
+            yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):
-            yield f"/waypoints/{i}/transition", "the robot starts and ends at rest"
+            yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
     if waypoints and not isinstance(waypoints[0].motion, JointMotion):
-        yield "/waypoints/0/motion", "the first waypoint ends no segment: there is no motion to it"
+        yield ("waypoints", 0, "motion"), "the first waypoint ends no segment: there is no motion to it"
     if waypoints and waypoints[0].duration is not None:
-        yield "/waypoints/0/duration", "the first waypoint ends no segment: it has no duration"
+        yield ("waypoints", 0, "duration"), "the first waypoint ends no segment: it has no duration"
     if waypoints and waypoints[0].limits is not None:
-        yield "/waypoints/0/limits", "the first waypoint ends no segment: it has no limits"
-    yield from limit_faults(robot, problem.limits, "/limits")
+        yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
+    yield from limit_faults(robot, problem.limits, ("limits",))
 
 
-def _end_faults(problem: PlanningProblem, backend: object) -> Iterator[tuple[str, str]]:
-    robot = problem.robot
-    if not isinstance(backend, MovesAtItsEnds):
-        return
+def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:
+    """What contradicts the motion asked at the ends."""
+    robot, waypoints = problem.robot, problem.waypoints
     asked = {name: rates for name in END_OPTIONS if (rates := getattr(backend, name)) is not None}
     wrong = [name for name, rates in asked.items() if len(rates) != robot.dof]
     for name in wrong:
-        yield f"/backend/{name}", f"{len(asked[name])} values for the {robot.dof} joints of {robot.id}"
-    if wrong or not problem.waypoints:
+        yield (BACK_END, name), f"{len(asked[name])} values for the {robot.dof} joints of {robot.id}"
+    if wrong or len(waypoints) < 2:
         return
-    ends = end_states(backend, robot.dof)
-    for moving, i in ((ends.starts_moving, 0), (ends.ends_moving, len(problem.waypoints) - 1)):
-        if moving and problem.waypoints[i].dwell > 0.0:
-            yield f"/waypoints/{i}/dwell", "the robot cannot rest where it is asked to be in motion"
+    stops = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
+    after_start = waypoints[1 : min([k for k in stops if k > 0], default=len(waypoints)) + 1]
+    before_end = waypoints[max([k for k in stops if k < len(waypoints) - 1], default=0) + 1 :]
+    for names, index, passed in ((END_OPTIONS[:2], 0, after_start), (END_OPTIONS[2:], -1, before_end)):
+        moving = [name for name in names if any(asked.get(name, ()))]
+        if moving and waypoints[index].dwell > 0.0:
+            field = "waypoints", index % len(waypoints), "dwell"
+            yield field, "the robot cannot rest where it is asked to be in motion"
+        if not all(map(_is_free_in_joint_space, passed)):
+            for name in moving:
+                yield (
+                    (BACK_END, name),
+                    "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it",
+                )
+
+
+def _is_free_in_joint_space(waypoint: AnyWaypoint) -> bool:
+    """Whether a back end may shape the motion to a waypoint, and past it, in joint space."""
+    return isinstance(waypoint.motion, JointMotion) and not isinstance(waypoint.transition, BlendTransition)
+
+
+def _refuse_impossible_ends(problem: PlanningProblem, backend: MovesAtItsEnds) -> None:
+    """Hold the motion asked at the ends against the limits of the first and the last segment.
+
+    Raises:
+        LimitsUnsatisfiable: It breaks one, or is bound to: an acceleration a leads to the velocity v + a |a| / (2 j)
+            while the jerk limit j brings it to nought.
+    """
+    limits, ends = problem.segment_limits(), end_states(backend, problem.robot.dof)
+    velocity, acceleration = ends.initial_velocity, ends.initial_acceleration
+    bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk[0])
+    for option, quantity, segment, values, where in (
+        ("initial_velocity", "velocity", 0, velocity, "at the start"),
+        ("initial_acceleration", "acceleration", 0, acceleration, "at the start"),
+        ("initial_acceleration", "velocity", 0, bound_for, "that its initial acceleration leads to"),
+        ("final_velocity", "velocity", len(limits.velocity) - 1, ends.final_velocity, "at the end"),
+    ):
+        limit: FloatArray = getattr(limits, quantity)[segment]
+        beyond = np.flatnonzero(np.abs(values) > limit)
+        if not len(beyond):
+            continue
+        if values is bound_for:
+            remedy = Remedy((BACK_END, option), None, "begin without acceleration")
+        else:
+            kept = tuple(np.clip(values, -limit, limit).tolist())
+            remedy = Remedy((BACK_END, option), kept, "what the limits allow")
+        joint = int(beyond[0])
+        name, value = problem.robot.joint_names[joint], float(values[joint])
+        raise LimitsUnsatisfiable(
+            f"the {quantity} of {name} {where} is {value:.6g}, beyond its limit {limit[joint]:.6g}",
+            segment=segment,
+            joint=name,
+            value=value,
+            limit=float(limit[joint]),
+            remedies=[remedy],
+        )

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike
 
 FloatArray = NDArray[np.float64]
@@ -105,16 +103,3 @@ def quaternion(rotation: FloatArray) -> FloatArray:
     """Quaternion (4,) x, y, z, w of a rotation (3, 3); of the two that there are, the one with w >= 0."""
     xyzw: FloatArray = pin.Quaternion(rotation).coeffs()
     return -xyzw if xyzw[3] < 0.0 else xyzw
-
-
-def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
-    """Poses in the form that requests and answers use: quaternions, or null where any orientation will do."""
-    return [
-        {
-            "position": pose.position.tolist(),
-            "orientation": None
-            if pose.rotation is None
-            else {"kind": "quaternion", "xyzw": quaternion(pose.rotation).tolist()},
-        }
-        for pose in poses
-    ]

@@ -25,9 +25,9 @@ def inverse_dynamics(work: Work) -> Reply:
         robot = work.robot(request)
         if request.payload is not None:
             robot = robot.with_payload(to_payload(request.payload))
-        positions = to_matrix(request.positions, robot.dof, "/positions")
+        positions = to_matrix(request.positions, robot.dof, ("positions",))
         velocities, accelerations = (
-            np.zeros_like(positions) if rows is None else to_matrix(rows, robot.dof, f"/{name}")
+            np.zeros_like(positions) if rows is None else to_matrix(rows, robot.dof, (name,))
             for name, rows in (("velocities", request.velocities), ("accelerations", request.accelerations))
         )
         faults = [

@@ -19,12 +19,13 @@ MOST_SOLUTIONS = 64
 def forward_kinematics(work: Work) -> Reply:
     """POST /v1/kinematics/forward."""
     from api.conversion import to_matrix, with_tool
-    from planner.kinematics import forward_kinematics, poses_as_dicts
+    from planner.export.json import poses_as_dicts
+    from planner.kinematics import forward_kinematics
 
     with work.stage("validate"):
         request = work.request(schemas.ForwardKinematicsRequest)
         robot = with_tool(work.robot(request), request.tool)
-        positions = to_matrix(request.positions, robot.dof, "/positions")
+        positions = to_matrix(request.positions, robot.dof, ("positions",))
     with work.stage("plan"):
         poses = forward_kinematics(robot, positions)
     return work.reply({"poses": poses_as_dicts(poses)})
@@ -42,7 +43,7 @@ def inverse_kinematics(work: Work) -> Reply:
         robot = with_tool(work.robot(request), request.tool)
         reference = None
         if request.reference is not None:
-            reference = to_vector(request.reference, robot.dof, "/reference")
+            reference = to_vector(request.reference, robot.dof, ("reference",))
         options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
     with work.stage("plan"):
         results: list[dict[str, Any]] = []
@@ -87,7 +88,7 @@ def jacobian(work: Work) -> Reply:
     with work.stage("validate"):
         request = work.request(schemas.JacobianRequest)
         robot = with_tool(work.robot(request), request.tool)
-        position = to_vector(request.position, robot.dof, "/position")
+        position = to_vector(request.position, robot.dof, ("position",))
     with work.stage("plan"):
         answer = {
             "jacobian": jacobian(robot, position),

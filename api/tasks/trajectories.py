@@ -76,9 +76,9 @@ def validate_trajectory(work: Work) -> Reply:
     with work.stage("validate"):
         request = work.request(requests.ValidateRequest)
         robot, samples = work.robot(request), request.samples
-        times, position = np.array(samples.time), to_matrix(samples.position, robot.dof, "/samples/position")
+        times, position = np.array(samples.time), to_matrix(samples.position, robot.dof, ("samples", "position"))
         velocity, acceleration = (
-            None if values is None else to_matrix(values, robot.dof, f"/samples/{name}")
+            None if values is None else to_matrix(values, robot.dof, ("samples", name))
             for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
         )
     with work.stage("plan"):

@@ -51,10 +51,10 @@ def certify(
         raise ValueError(f"{', '.join(sorted(unknown))}: the quantities are {', '.join(QUANTITIES)}")
     if not (np.isfinite(trajectory.coefficients).all() and (trajectory.lengths > 0.0).all()):
         raise ValueError("the trajectory cannot be checked: not all of its coefficients are numbers, or a length is 0")
-    faults = list(limit_faults(robot, limits, "/limits"))
+    faults = list(limit_faults(robot, limits, ("limits",)))
     joints = trajectory.coefficients.shape[1]
     if joints != robot.dof:
-        faults.append(("/trajectory", f"{joints} joints, but {robot.id} has {robot.dof}"))
+        faults.append((("trajectory",), f"{joints} joints, but {robot.id} has {robot.dof}"))
     if faults:
         raise InvalidProblem(faults)
     refuse_unknown_torques(robot, (limits,))

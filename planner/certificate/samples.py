@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from planner.certificate.checks import Certificate
+    from planner.fields import FieldPath
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -52,7 +53,7 @@ def certify_samples(
     """
     times, q = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
     v, a = (None if rates is None else np.asarray(rates, dtype=np.float64) for rates in (velocity, acceleration))
-    faults = [*limit_faults(robot, limits, "/limits"), *_sample_faults(robot, times, q, v, a)]
+    faults = [*limit_faults(robot, limits, ("limits",)), *_sample_faults(robot, times, q, v, a)]
     if faults:
         raise InvalidProblem(faults)
     refuse_unknown_torques(robot, (limits,))
@@ -76,24 +77,24 @@ def _sample_faults(
     position: FloatArray,
     velocity: FloatArray | None,
     acceleration: FloatArray | None,
-) -> list[tuple[str, str]]:
-    faults = []
+) -> list[tuple[FieldPath, str]]:
+    faults: list[tuple[FieldPath, str]] = []
     if time.ndim != 1 or len(time) < 2:
-        return [("/samples/time", "at least two samples are needed")]
+        return [(("samples", "time"), "at least two samples are needed")]
     if not np.isfinite(time).all():
-        faults.append(("/samples/time", "not all of them are numbers"))
+        faults.append((("samples", "time"), "not all of them are numbers"))
     backwards = np.flatnonzero(np.diff(time) <= 0.0)
     if len(backwards):
-        faults.append((f"/samples/time/{backwards[0] + 1}", "time must increase strictly"))
+        faults.append((("samples", "time", int(backwards[0]) + 1), "time must increase strictly"))
     for name, values in (("position", position), ("velocity", velocity), ("acceleration", acceleration)):
         if values is not None and values.shape != (len(time), robot.dof):
             shape = " x ".join(map(str, values.shape))
             message = f"{shape} values for {len(time)} times and the {robot.dof} joints of {robot.id}"
-            faults.append((f"/samples/{name}", message))
+            faults.append((("samples", name), message))
         elif values is not None and not np.isfinite(values).all():
-            faults.append((f"/samples/{name}", "not all of them are numbers"))
+            faults.append((("samples", name), "not all of them are numbers"))
     if acceleration is not None and velocity is None:
-        faults.append(("/samples/acceleration", "accelerations need velocities beside them"))
+        faults.append((("samples", "acceleration"), "accelerations need velocities beside them"))
     return faults
 
 

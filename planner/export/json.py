@@ -7,11 +7,28 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from planner.export.base import ExportOptions, Format, sample
-from planner.kinematics import manipulability, poses_as_dicts
+from planner.kinematics import manipulability
+from planner.spatial import quaternion
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.result import Plan
+    from planner.spatial import Pose
     from planner.trajectory import Trajectory
+
+
+def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
+    """Poses in the form of the answer: quaternions, or null where any orientation will do."""
+    return [
+        {
+            "position": pose.position.tolist(),
+            "orientation": None
+            if pose.rotation is None
+            else {"kind": "quaternion", "xyzw": quaternion(pose.rotation).tolist()},
+        }
+        for pose in poses
+    ]
 
 
 def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:

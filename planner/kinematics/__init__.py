@@ -18,7 +18,7 @@ from planner.kinematics.inverse import (
 from planner.kinematics.search import is_isolated, pose_errors
 from planner.kinematics.turns import with_whole_turns
 from planner.kinematics.workspace import Extreme, Workspace, workspace
-from planner.spatial import FloatArray, Pose, poses_as_dicts, quaternion
+from planner.spatial import FloatArray, Pose, quaternion
 
 __all__ = [
     "Extreme",
@@ -33,7 +33,6 @@ __all__ = [
     "jacobian",
     "manipulability",
     "pose_errors",
-    "poses_as_dicts",
     "quaternion",
     "singular_values",
     "solution_layers",

@@ -100,7 +100,7 @@ def workspace(robot: Robot, samples: int = DRAWS, seed: int = 0) -> Workspace:
     """
     endless = [joint.name for joint in robot.joints if not joint.is_angle and not np.isfinite(joint.upper)]
     if endless:
-        raise InvalidProblem([("/robot", f"{name} slides without limits: no workspace") for name in endless])
+        raise InvalidProblem([(("robot",), f"{name} slides without limits: no workspace") for name in endless])
     limited = np.isfinite(robot.limit("lower"))
     lower = np.where(limited, robot.limit("lower"), -np.pi)
     upper = np.where(limited, robot.limit("upper"), np.pi)

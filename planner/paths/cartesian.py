@@ -10,6 +10,7 @@ from planner.errors import (
     ConfigurationChange,
     InvalidProblem,
     JointPositionLimit,
+    PathPoint,
     PlanningError,
     Remedy,
     SingularPath,
@@ -21,7 +22,7 @@ from planner.kinematics.inverse import all_solutions, inverse_kinematics
 from planner.paths.follow import Lost, follow
 from planner.paths.pose_paths import Arc, Line
 from planner.problem import CircularMotion, JointMotion, JointWaypoint
-from planner.spatial import Pose, poses_as_dicts
+from planner.spatial import Pose
 from planner.waypoints.targets import pose_remedy
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ class CartesianMotions:
         try:
             return Arc.through(before, motion.via, after)
         except ValueError as error:
-            raise InvalidProblem([(f"/waypoints/{index}/motion/via", str(error))]) from None
+            raise InvalidProblem([(("waypoints", index, "motion", "via"), str(error))]) from None
 
     def _follow(self, index: int, start: FloatArray, path: PosePath) -> PiecewisePolynomial:
         waypoint = self.waypoints[index]
@@ -137,8 +138,7 @@ class CartesianMotions:
         else:
             return curve
         error.segment, error.waypoint = index - 1, index
-        place = poses_as_dicts([tool_pose(self.robot, position)])[0]
-        error.details["place"] = {"fraction": u, "pose": place, "position": position.tolist()}
+        error.path_point = PathPoint(u, tool_pose(self.robot, position), position)
         self._refused.append((error, index, start, path))
         raise error
 
@@ -178,17 +178,18 @@ class CartesianMotions:
 
     def _remedies(self, index: int, start: FloatArray, path: PosePath, error: PlanningError) -> Iterator[Remedy]:
         """Changes after which this motion can be done."""
-        waypoint, before = self.waypoints[index], self.waypoints[index - 1]
+        waypoint, before, stuck = self.waypoints[index], self.waypoints[index - 1], error.path_point
+        assert stuck is not None  # noqa: S101 - every refusal of a motion says where it ends
         if isinstance(error, ConfigurationChange):
             explanation = "the joint position in which the motion ends"
-            yield Remedy(f"/waypoints/{index}/position", error.details["place"]["position"], explanation)
+            yield Remedy(("waypoints", index, "position"), tuple(stuck.position.tolist()), explanation)
         elif isinstance(before, JointWaypoint) and (index == 1 or isinstance(before.motion, JointMotion)):
             other = self._other_start(index, start, path)
             if other is not None:
                 explanation = "the same pose in another configuration, from which the motion can be done"
-                yield Remedy(f"/waypoints/{index - 1}/position", other.tolist(), explanation)
-        yield Remedy(f"/waypoints/{index}/motion", {"kind": "joint"}, "a joint motion to the same waypoint")
-        kept = SHORTENED * error.details["place"]["fraction"]
+                yield Remedy(("waypoints", index - 1, "position"), tuple(other.tolist()), explanation)
+        yield Remedy(("waypoints", index, "motion"), JointMotion(), "a joint motion to the same waypoint")
+        kept = SHORTENED * stuck.fraction
         if not isinstance(path, Line) or kept < 1.0 - SHORTENED or isinstance(error, ConfigurationChange):
             return
         explanation = f"the first {kept:.1%} of the line"

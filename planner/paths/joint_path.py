@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem, PlanningError
-from planner.limits import SegmentLimits, segment_limits
 from planner.paths.cartesian import CartesianMotions
 from planner.paths.runs import Run, build_run, straight_run
 from planner.problem import JointMotion, StopTransition
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 
 if TYPE_CHECKING:
+    from planner.limits import SegmentLimits
     from planner.paths.pose_paths import PosePath
     from planner.problem import PlanningProblem
     from planner.robots import Robot
@@ -129,7 +129,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         motions.add_remedies(error)
         raise
     _refuse_standing_still(solved)
-    limits = segment_limits(robot, problem.limits, tuple(waypoint.limits for waypoint in waypoints[1:]))
+    limits = problem.segment_limits()
     durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]
     rests = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
     runs = tuple(
@@ -156,4 +156,4 @@ def _refuse_standing_still(solved: tuple[SolvedWaypoint, ...]) -> None:
     still = np.flatnonzero(np.abs(travels).max(axis=1) < SAME_POSITION)
     if len(still):
         message = "the same joint position as the waypoint before; to rest there, use that waypoint's dwell"
-        raise InvalidProblem([(f"/waypoints/{i + 1}", message) for i in still])
+        raise InvalidProblem([(("waypoints", i + 1), message) for i in still.tolist()])

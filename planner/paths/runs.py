@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
-from planner.limits import counted_velocity, passes_a_limit
+from planner.limits import counted_velocity
 from planner.paths.blends import blend, ways_within
 from planner.paths.cartesian import first_beyond
+from planner.paths.errors import passing_error
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 
@@ -143,7 +144,7 @@ def build_run(
         waypoint_knots.append(len(piece_segments))
     whole = joined(parts).of_segments(np.array(piece_segments))
     if (beyond := first_beyond(robot, whole)) is not None:
-        raise _leaves_the_limits(robot, waypoints, whole, *beyond)
+        raise _leaves_limits_error(robot, waypoints, whole, *beyond)
     inner = waypoints[first + 1 : last]
     return Run(
         first=first,
@@ -220,12 +221,12 @@ class _Builder:
                 "the tool cannot pass this waypoint without stopping: its path has a corner or a sudden bend here; "
                 "blend it, or stop"
             )
-            pointer = f"/waypoints/{segment}/transition"
+            field = "waypoints", segment, "transition"
             remedies = [
-                Remedy(pointer, {"kind": "blend", "radius": RADIUS}, "cut the corner within this radius, m"),
-                Remedy(pointer, {"kind": "stop"}, "come to rest at the waypoint"),
+                Remedy(field, BlendTransition(RADIUS), "cut the corner within this radius, m"),
+                Remedy(field, StopTransition(), "come to rest at the waypoint"),
             ]
-            raise InvalidProblem([(pointer, message)], remedies)
+            raise InvalidProblem([(field, message)], remedies)
         return curve.stretched(factor)
 
 
@@ -237,7 +238,7 @@ def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
     return np.clip(harmonic, -steepest, steepest)
 
 
-def _leaves_the_limits(
+def _leaves_limits_error(
     robot: Robot,
     waypoints: Sequence[AnyWaypoint],
     curve: SegmentedPolynomial,
@@ -250,7 +251,7 @@ def _leaves_the_limits(
     lower, upper = robot.joints[joint].lower, robot.joints[joint].upper
     limit = lower if value < (lower + upper) / 2.0 else upper
     ends = [k for k in (segment, segment + 1) if not isinstance(waypoints[k].transition, StopTransition)]
-    return passes_a_limit(ends, segment, name, value, limit)
+    return passing_error(ends, segment, name, value, limit)
 
 
 def _joint_tolerance(waypoints: Sequence[AnyWaypoint]) -> float:

@@ -20,8 +20,8 @@ def remedies_for(
 ) -> list[Remedy]:
     """Remedies for what a back end refuses.
 
-    Those that begin alike (`/waypoints/../duration`, `/limits`, `/payload`) belong together; each such group is a way
-    by itself.
+    Those that change durations belong together, so do those that change limits, and the payload; each such group is a
+    way by itself.
 
     Args:
         refusal: Of the back end.

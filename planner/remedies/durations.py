@@ -16,14 +16,15 @@ from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES, Limits
-from planner.remedies.higher_limits import limit_of, with_higher_limits
-from planner.remedies.lighter_payload import with_lighter_payload
-from planner.remedies.proved import first_proved, plan_again
+from planner.remedies.higher_limits import higher_limits, limit_of
+from planner.remedies.lighter_payload import lighter_payload
+from planner.remedies.proved import first_proved, plan_with
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator
 
     from planner.backends.base import BackEnd
+    from planner.fields import FieldPath
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
     from planner.polynomials import SegmentedPolynomial
@@ -58,15 +59,15 @@ def duration_remedies(
     longer = _longer_durations(refusal, problem, backend)
     if longer is None:
         return []
-    told, plan = longer
+    remedies, plan = longer
     limits, kept = path.limits, enforced(backend)
     faster = _faster(plan.trajectory, path)
     needs = faster.needs(limits, kept)
     others = (motion.needs(limits, kept) for motion in _within_own_limits(problem, backend))
-    told += _higher_limits(problem, limits, chain([needs], others), backend)
+    remedies += _higher_limits(problem, limits, chain([needs], others), backend)
     if {quantity for quantity, *_ in needs} == {"torque"}:
-        told += first_proved(_lighter_payload(problem, limits, faster), backend)
-    return told
+        remedies += first_proved(_lighter_payload(problem, limits, faster), problem, backend)
+    return remedies
 
 
 def _longer_durations(
@@ -74,33 +75,29 @@ def _longer_durations(
 ) -> tuple[list[Remedy], Plan] | None:
     """The durations that back ends name, until there is a plan; where they do not help, none asked."""
     asked = [k for k, waypoint in enumerate(problem.waypoints) if waypoint.duration is not None]
-    told: dict[int, Remedy] = {}
+    longer: dict[FieldPath, Remedy] = {}
     while True:
-        named = {int(remedy.change.split("/")[2]): remedy for remedy in refusal.remedies}
-        if not named.keys() - told.keys():
+        named = {remedy.field: remedy for remedy in refusal.remedies}
+        if not named.keys() - longer.keys():
             break
-        told |= named
+        longer |= named
         try:
-            return list(told.values()), plan_again(_with_durations(problem, told), backend)
+            return list(longer.values()), plan_with(longer.values(), problem, backend)
         except InfeasibleDuration as another:
             refusal = another
         except PlanningError:
             break
-    for left_out in (list(told), asked):
-        told = {k: Remedy(f"/waypoints/{k}/duration", None, "as fast as the limits allow") for k in left_out}
+    for left_out in (list(longer), [_duration(k) for k in asked]):
+        free = [Remedy(field, None, "as fast as the limits allow") for field in left_out]
         try:
-            return list(told.values()), plan_again(_with_durations(problem, told), backend)
+            return free, plan_with(free, problem, backend)
         except PlanningError:
             continue
     return None
 
 
-def _with_durations(problem: PlanningProblem, told: Mapping[int, Remedy]) -> PlanningProblem:
-    waypoints = (
-        replace(waypoint, duration=told[k].value) if k in told else waypoint
-        for k, waypoint in enumerate(problem.waypoints)
-    )
-    return replace(problem, waypoints=tuple(waypoints))
+def _duration(waypoint: int) -> FieldPath:
+    return "waypoints", waypoint, "duration"
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +156,7 @@ def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_
     """The motion that is asked, but for the limits that are asked; none where the robot's own are too narrow for it."""
     waypoints = tuple(replace(waypoint, limits=None) for waypoint in problem.waypoints)
     try:
-        plan = plan_again(replace(problem, limits=Limits(), waypoints=waypoints), backend)
+        plan = plan_with([], replace(problem, limits=Limits(), waypoints=waypoints), backend)
     except PlanningError:
         return
     yield _Motion(plan.path.robot, plan.trajectory)
@@ -170,16 +167,16 @@ def _higher_limits(
 ) -> list[Remedy]:
     """What the first of some motions needs that can be had, and if it suffices, a smaller part of that."""
     for all_of_it in needs:
-        changes = with_higher_limits(problem, all_of_it, SHARES, LIMITS_EXPLAINED)
-        enough = first_proved(changes, backend)
+        changes = higher_limits(problem, all_of_it, SHARES, LIMITS_EXPLAINED)
+        enough = first_proved(changes, problem, backend)
         if not enough:
             continue
         too_little, sufficient = 0.0, 1.0
         for _ in range(HALVINGS):
             part = (too_little + sufficient) / 2.0
             less = {key: part * value + (1.0 - part) * limit_of(limits, *key) for key, value in all_of_it.items()}
-            changes = with_higher_limits(problem, less, (1.0,), LIMITS_EXPLAINED)
-            if smaller := first_proved(changes, backend):
+            changes = higher_limits(problem, less, (1.0,), LIMITS_EXPLAINED)
+            if smaller := first_proved(changes, problem, backend):
                 enough, sufficient = smaller, part
             else:
                 too_little = part
@@ -189,4 +186,4 @@ def _higher_limits(
 
 def _lighter_payload(problem: PlanningProblem, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
     limit = np.repeat(limits.torque[motion.pieces.segments], SAMPLES, axis=0)
-    return with_lighter_payload(problem, motion.torques, limit, SHARES, PAYLOAD_EXPLAINED)
+    return lighter_payload(problem, motion.torques, limit, SHARES, PAYLOAD_EXPLAINED)

@@ -1,4 +1,4 @@
-"""Limits of a request raised to what a motion needs, and how to say it."""
+"""Limits of a problem raised to what a motion needs."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from planner.limits import JOINT_QUANTITIES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from planner.fields import FieldPath
     from planner.limits import Limits, SegmentLimits
     from planner.problem import PlanningProblem
 
 Needs = dict[tuple[str, int, int], float]
 """The value that a limit must have, by quantity, segment and joint (of the tool's speeds: 0)."""
 
-Change = tuple["PlanningProblem", list[Remedy]]
-"""A changed problem, and how to say it: remedies to be applied together."""
+Change = list[Remedy]
+"""Remedies to be applied together."""
 
 ROUNDING = 1e-9
 """Relative excess over the robot's own limit that is none."""
@@ -31,10 +32,10 @@ def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> 
     return float(rows.reshape(len(rows), -1)[segment, joint])
 
 
-def with_higher_limits(
+def higher_limits(
     problem: PlanningProblem, needs: Needs, shares: Sequence[float], explanation: str
 ) -> Iterator[Change]:
-    """The problem with the limits that it asks raised as far as needed, for each share; none if those do not suffice.
+    """The limits that a problem asks raised as far as needed, for each share; nothing if those do not suffice.
 
     A scale is raised before the values that it scales, and what is asked at a waypoint before what is asked of all.
 
@@ -44,35 +45,31 @@ def with_higher_limits(
         shares: Of the limits, what the needs may take, as far as the robot's own limits allow.
         explanation: Of each remedy.
     """
-    asked = {"/limits": problem.limits}
-    asked |= {_at(k): waypoint.limits for k, waypoint in enumerate(problem.waypoints) if waypoint.limits is not None}
+    asked: dict[FieldPath, Limits] = {("limits",): problem.limits}
+    asked |= {_field(k): waypoint.limits for k, waypoint in enumerate(problem.waypoints) if waypoint.limits is not None}
     for share in shares:
         raised = dict(asked)
         for (quantity, segment, joint), least in needs.items():
             own = float(problem.robot.limit(quantity)[joint]) if quantity in JOINT_QUANTITIES else float("inf")
             if least > own * (1.0 + ROUNDING):
                 return
-            holders = [holder for holder in (_at(segment + 1), "/limits") if holder in raised]
+            holders = [holder for holder in (_field(segment + 1), ("limits",)) if holder in raised]
             _raise(raised, holders, quantity, joint, min(least / share, own), own)
         if raised == asked:
             return
-        waypoints = tuple(replace(waypoint, limits=raised.get(_at(k))) for k, waypoint in enumerate(problem.waypoints))
-        yield (
-            replace(problem, limits=raised["/limits"], waypoints=waypoints),
-            [
-                Remedy(holder + field, value, explanation)
-                for holder, limits in raised.items()
-                for field, value in _differences(vars(asked[holder]), vars(limits))
-            ],
-        )
+        yield [
+            Remedy((*holder, *field), value, explanation)
+            for holder, limits in raised.items()
+            for field, value in _differences(vars(asked[holder]), vars(limits))
+        ]
 
 
-def _at(waypoint: int) -> str:
-    return f"/waypoints/{waypoint}/limits"
+def _field(waypoint: int) -> FieldPath:
+    return "waypoints", waypoint, "limits"
 
 
 def _raise(
-    limits: dict[str, Limits], holders: Sequence[str], quantity: str, joint: int, needed: float, own: float
+    limits: dict[FieldPath, Limits], holders: Sequence[FieldPath], quantity: str, joint: int, needed: float, own: float
 ) -> None:
     """Raise one limit, which the first of the holders that asks it gives and the scales of all narrow, in place."""
     scaled = f"{quantity}_scale"
@@ -93,11 +90,11 @@ def _raise(
         limits[asked] = replace(limits[asked], **changed)
 
 
-def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[FieldPath, float]]:
     for name, value in new.items():
         if isinstance(value, tuple):
             for joint, (before, after) in enumerate(zip(old[name], value, strict=True)):
                 if after != before:
-                    yield f"/{name}/{joint}", after
+                    yield (name, joint), after
         elif value != old[name]:
-            yield f"/{name}", value
+            yield (name,), value

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
-from planner.remedies.higher_limits import with_higher_limits
-from planner.remedies.lighter_payload import with_lighter_payload
+from planner.remedies.higher_limits import higher_limits
+from planner.remedies.lighter_payload import lighter_payload
 from planner.remedies.proved import first_proved
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
         needs[key] = max(float(taken[row, joint]), needs.get(key, 0.0))
     if not needs:
         return []
-    higher = first_proved(with_higher_limits(problem, needs, SHARES, MOVED), backend)
-    return higher + first_proved(with_lighter_payload(problem, gravity, limit, SHARES, HELD), backend)
+    higher = first_proved(higher_limits(problem, needs, SHARES, MOVED), problem, backend)
+    return higher + first_proved(lighter_payload(problem, gravity, limit, SHARES, HELD), problem, backend)
 
 
 def _places(path: JointPath) -> tuple[FloatArray, np.ndarray]:

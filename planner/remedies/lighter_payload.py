@@ -21,14 +21,14 @@ LEAST_LEVER = 1e-9
 """N m (N) by kg, below which a joint does not feel the payload."""
 
 
-def with_lighter_payload(
+def lighter_payload(
     problem: PlanningProblem,
     torques: Callable[[Robot], FloatArray],
     limit: FloatArray,
     shares: Sequence[float],
     explanation: str,
 ) -> Iterator[Change]:
-    """The problem with a payload as heavy as the limits allow, for each share; none where no lighter one does.
+    """A payload as heavy as the limits allow, for each share; nothing where no lighter one does.
 
     Args:
         problem: With or without a payload.
@@ -51,4 +51,4 @@ def with_lighter_payload(
         headroom = share * limit - np.sign(per_mass) * without
         most = float((headroom[felt] / np.abs(per_mass[felt])).min(initial=np.inf))
         if 0.0 < most < payload.mass:
-            yield replace(problem, payload=replace(payload, mass=most)), [Remedy("/payload/mass", most, explanation)]
+            yield [Remedy(("payload", "mass"), most, explanation)]

@@ -18,20 +18,22 @@ if TYPE_CHECKING:
     from planner.result import Plan
 
 
-def plan_again(problem: PlanningProblem, backend: BackEnd) -> Plan:
-    """The plan of a changed problem.
+def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> Plan:
+    """The plan of a problem with remedies applied to it.
 
     Raises:
         PlanningError: It has none, either.
     """
+    for remedy in remedies:
+        problem = remedy.applied_to(problem)
     return certified_plan(problem, backend, solve_path(problem))
 
 
-def first_proved(changes: Iterable[Change], backend: BackEnd) -> list[Remedy]:
-    """The remedies of the first change with a plan; none where no change has one."""
-    for changed, remedies in changes:
+def first_proved(changes: Iterable[Change], problem: PlanningProblem, backend: BackEnd) -> list[Remedy]:
+    """The first change with which the problem has a plan; none where it has one with no change."""
+    for remedies in changes:
         try:
-            plan_again(changed, backend)
+            plan_with(remedies, problem, backend)
         except PlanningError:
             continue
         return remedies

@@ -13,7 +13,7 @@ from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_fai
 from planner.kinematics.search import is_isolated
 from planner.problem import JointWaypoint, RelativeWaypoint
 from planner.problem_check import waypoint_faults
-from planner.waypoints.solve import beyond_limits, unsolved
+from planner.waypoints.solve import position_limit_error, unreachable_error
 from planner.waypoints.targets import moved_pose, wanted_poses
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def reachability(
             best = max(solutions, key=lambda q: float(_margins(robot, q).min()))
             answers.append(_reached(robot, count, best))
         else:
-            error = unsolved(robot, index, waypoint, pose, solutions, before, axes)
+            error = unreachable_error(robot, index, waypoint, pose, solutions, before, axes)
             answers.append(Reachability(error, 0, nearest=solutions))
         before = pose
     return answers
@@ -112,7 +112,7 @@ def _axes(robot: Robot, answer: Reachability) -> FloatArray | None:
 
 
 def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:
-    error = beyond_limits(robot, index, q)
+    error = position_limit_error(robot, index, q)
     if error is not None:
         return Reachability(error, None)
     return _reached(robot, None, q)

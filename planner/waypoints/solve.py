@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
-from planner.errors import JointPositionLimit, PlanningError, Remedy, UnreachableWaypoint
+from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remedy, UnreachableWaypoint
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.search import is_isolated, pose_errors
 from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint
-from planner.spatial import FloatArray, Pose, poses_as_dicts
+from planner.spatial import FloatArray, Pose
 from planner.waypoints.candidates import TURN, Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way
 from planner.waypoints.targets import moved_pose, pose_remedy, wanted_poses
@@ -163,7 +163,7 @@ class _Sequence:
             result = inverse_kinematics(robot, pose, options, near)
             before = self.wanted[index - 1] if index else None
             axes = None if before is None else before.rotation
-            raise unsolved(robot, index, self.waypoints[index], pose, result, before, axes)
+            raise unreachable_error(robot, index, self.waypoints[index], pose, result, before, axes)
         given = (np.array(w.position) for w in self.waypoints[index:] if isinstance(w, JointWaypoint))
         ahead = next(given, near)
         if is_isolated(robot, pose, solutions[0]):
@@ -206,12 +206,12 @@ def _place(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray)
 
 def _given_position(robot: Robot, index: int, waypoint: JointWaypoint) -> FloatArray:
     q = np.array(waypoint.position)
-    if (error := beyond_limits(robot, index, q)) is not None:
+    if (error := position_limit_error(robot, index, q)) is not None:
         raise error
     return q
 
 
-def beyond_limits(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:
+def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:
     """What is wrong with the joint position (joints,) of a joint waypoint; None: nothing."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     outside = (q < lower) | (q > upper)
@@ -225,11 +225,11 @@ def beyond_limits(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit
         joint=robot.joint_names[joint],
         value=float(q[joint]),
         limit=limit,
-        remedies=[Remedy(f"/waypoints/{index}/position/{joint}", limit, "the nearest position within the limits")],
+        remedies=[Remedy(("waypoints", index, "position", joint), limit, "the nearest position within the limits")],
     )
 
 
-def unsolved(
+def unreachable_error(
     robot: Robot,
     index: int,
     waypoint: AnyWaypoint,
@@ -250,14 +250,7 @@ def unsolved(
         axes: (3, 3), of the tool there, if they are known.
     """
     near = Pose(result.pose.position, None if wanted.rotation is None else result.pose.rotation)
-    details = {
-        "nearest": {
-            "pose": poses_as_dicts([near])[0],
-            "position": result.position.tolist(),
-            "position_distance": result.position_error,
-            "orientation_distance": result.orientation_error,
-        }
-    }
+    nearest = NearestPose(near, result.position, result.position_error, result.orientation_error)
     away = f"{result.position_error * 1000.0:.4g} mm"
     if result.orientation_error is not None:
         away += f" and {np.degrees(result.orientation_error):.4g} deg"
@@ -274,11 +267,11 @@ def unsolved(
             value=value,
             limit=float(limit),
             remedies=remedies,
-            details=details,
+            nearest=nearest,
         )
     return UnreachableWaypoint(
         f"no joint position of {robot.id} reaches waypoint {index}; the nearest pose found is {away} away",
         waypoint=index,
         remedies=remedies,
-        details=details,
+        nearest=nearest,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from planner.errors import Remedy
 from planner.kinematics.forward import tool_pose
 from planner.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
-from planner.spatial import FloatArray, Pose, poses_as_dicts
+from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,12 +106,10 @@ def pose_remedy(
         explanation: For a person.
     """
     if isinstance(waypoint, PoseWaypoint):
-        return [Remedy(f"/waypoints/{index}/pose", poses_as_dicts([goal])[0], explanation)]
+        return [Remedy(("waypoints", index, "pose"), goal, explanation)]
     if not isinstance(waypoint, RelativeWaypoint) or before is None:
         return []
     move = move_to(goal, before, axes, waypoint)
     if move is None:
         return []
-    made = poses_as_dicts([Pose(np.array(move.translation), move.rotation)])[0]
-    value = {"kind": "cartesian", "translation": made["position"], "orientation": made["orientation"]}
-    return [Remedy(f"/waypoints/{index}/move", value, explanation)]
+    return [Remedy(("waypoints", index, "move"), move, explanation)]

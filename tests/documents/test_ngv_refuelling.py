@@ -248,7 +248,8 @@ def test_pose_is_refused_on_the_published_arm_as_e2_says(case: str, i: int) -> N
     with pytest.raises(UnreachableWaypoint) as refusal:
         plan(PlanningProblem(load_robot("ngv_refuelling_arm_published"), waypoints))
     assert refusal.value.waypoint == 0
-    assert refusal.value.details["nearest"]["position_distance"] > 0.004
+    assert refusal.value.nearest is not None
+    assert refusal.value.nearest.position_error > 0.004
 
 
 @pytest.mark.parametrize(("case", "i"), POSES)
@@ -257,10 +258,11 @@ def test_nearest_reachable_position_is_as_far_as_e2_says(case: str, i: int) -> N
     waypoints = (PoseWaypoint(pose=position), JointWaypoint(position=(0.0,) * 6))
     with pytest.raises(UnreachableWaypoint) as refusal:
         plan(PlanningProblem(load_robot("ngv_refuelling_arm_published"), waypoints))
-    nearest = refusal.value.details["nearest"]
-    assert 1000.0 * nearest["position_distance"] == pytest.approx(DISTANCES[case][i], abs=0.0501)
-    reached = d_h_product("ngv_refuelling_arm_published", np.array(nearest["position"]))[:3, 3]
-    assert np.linalg.norm(reached - position.position) == pytest.approx(nearest["position_distance"], abs=1e-12)
+    nearest = refusal.value.nearest
+    assert nearest is not None
+    assert 1000.0 * nearest.position_error == pytest.approx(DISTANCES[case][i], abs=0.0501)
+    reached = d_h_product("ngv_refuelling_arm_published", nearest.position)[:3, 3]
+    assert np.linalg.norm(reached - position.position) == pytest.approx(nearest.position_error, abs=1e-12)
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -11,8 +11,9 @@ import pytest
 from tests.locations import ROOT
 
 LAYERS = (
-    "errors",
+    "fields",
     "spatial",
+    "errors",
     "tolerances",
     "last_used",
     "polynomials",

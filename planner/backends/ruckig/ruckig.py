@@ -13,12 +13,12 @@ from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.ruckig.state_to_state import Synchronization  # noqa: TC001 - the schema of the options is made from it
-from planner.backends.ruckig.via_runs import refuse_impossible_ends, time_joint_run
+from planner.backends.ruckig.via_runs import time_joint_run
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.smooth_curve import smoothed
 from planner.backends.shared.straight_lines import time_lines
-from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
-from planner.guarantees import ALL_HARD, END_OPTIONS, EndStates, Guarantee, end_states
+from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
+from planner.guarantees import ALL_HARD, EndStates, Guarantee, end_states
 from planner.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
@@ -69,7 +69,6 @@ class Ruckig:
     def parametrize(self, path: JointPath) -> Trajectory:
         """The fastest motion, or one of the asked durations."""
         ends = end_states(self, path.robot.dof)
-        refuse_impossible_ends(path, ends)
         lines = self._lines(path, ends)
         parts = time_lines(path, lines, along_lines, partial(time_run, path))
         on_lines = set(lines.segments.tolist())
@@ -79,7 +78,7 @@ class Ruckig:
             if run.is_spline or run.first in path.straight.segments:
                 parts.append(self._time_joint_run(path, run, ends))
             else:
-                parts.append(_time_curved_run(path, run, ends))
+                parts.append(time_run(path, run))
         return assemble(path, parts)
 
     def _time_joint_run(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
@@ -118,16 +117,3 @@ class Ruckig:
         there[motions.segments == 0] &= not ends.starts_moving
         there[motions.segments == len(path.durations) - 1] &= not ends.ends_moving
         return motions.of(there)
-
-
-def _time_curved_run(path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
-    """Motions of the tool, and blends: the fastest jerk-limited law along the run's curve, from rest to rest."""
-    faults = []
-    if ends.starts_moving and run.first == 0:
-        faults = [name for name in END_OPTIONS[:2] if getattr(ends, name).any()]
-    if ends.ends_moving and run.segments[-1] == len(path.durations) - 1:
-        faults.append(END_OPTIONS[2])
-    if faults:
-        message = "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it"
-        raise InvalidProblem([(f"/backend/{name}", message) for name in faults])
-    return time_run(path, run)

@@ -17,6 +17,7 @@ from planner.backends.shared.refusals import BindingLimit, infeasible_duration_e
 from planner.backends.shared.straight_lines import NOTICED
 from planner.backends.shared.time_scaling import time_scalings
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
+from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS
 from planner.polynomials import SegmentedPolynomial, joined
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE
@@ -254,7 +255,7 @@ class _JointRun:
         beyond = None if motion is None else self._outside(motion)
         rates = (*self.problem.start, self.problem.end.velocity)
         options = [option for option, rate in zip(END_OPTIONS, rates, strict=True) if rate.any()]
-        remedies = [Remedy(f"/backend/{option}", None, "none there") for option in options]
+        remedies = [Remedy((BACK_END, option), None, "none there") for option in options]
         if beyond is None:
             message = "with the motion at the ends no other was found that keeps the torque and tool speed limits"
             return LimitsUnsatisfiable(message, segment=int(self.segments[0]), remedies=remedies)
@@ -283,8 +284,8 @@ class _JointRun:
                 segment=segment,
                 value=float(self.asked[first]),
                 remedies=[
-                    Remedy(f"/waypoints/{self.segments[k] + 1}/duration", None, "as fast as the limits allow")
-                    for k in given
+                    Remedy(("waypoints", k + 1, "duration"), None, "as fast as the limits allow")
+                    for k in self.segments[given].tolist()
                 ],
             )
         changed = np.flatnonzero(needed > self.asked)
@@ -312,47 +313,3 @@ class _JointRun:
         if stop_times is None or not self.at_rest:
             return None
         return np.where(stop_times > self.asked, stop_times, self.asked)
-
-
-def refuse_impossible_ends(path: JointPath, ends: EndStates) -> None:
-    """Hold the motion at the ends against the limits of the first and the last segment.
-
-    Raises:
-        LimitsUnsatisfiable: It breaks one, or is bound to.
-    """
-    limits, velocity, acceleration = path.limits, ends.initial_velocity, ends.initial_acceleration
-    bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk[0])
-    most = [limits.velocity[0], limits.acceleration[0], limits.velocity[0], limits.velocity[-1]]
-    checks = (
-        ("initial_velocity", velocity, "the velocity of {} at the start", np.clip(velocity, -most[0], most[0])),
-        (
-            "initial_acceleration",
-            acceleration,
-            "the acceleration of {} at the start",
-            np.clip(acceleration, -most[1], most[1]),
-        ),
-        ("initial_acceleration", bound_for, "the velocity of {} that its initial acceleration leads to", None),
-        (
-            "final_velocity",
-            ends.final_velocity,
-            "the velocity of {} at the end",
-            np.clip(ends.final_velocity, -most[3], most[3]),
-        ),
-    )
-    for (option, values, what, allowed), limit in zip(checks, most, strict=True):
-        beyond = np.flatnonzero(np.abs(values) > limit)
-        if not len(beyond):
-            continue
-        joint = int(beyond[0])
-        name, value = path.robot.joint_names[joint], float(values[joint])
-        remedy = (
-            (None, "begin without acceleration") if allowed is None else (allowed.tolist(), "what the limits allow")
-        )
-        raise LimitsUnsatisfiable(
-            f"{what.format(name)} is {value:.6g}, beyond its limit {limit[joint]:.6g}",
-            segment=len(path.durations) - 1 if option == "final_velocity" else 0,
-            joint=name,
-            value=value,
-            limit=float(limit[joint]),
-            remedies=[Remedy(f"/backend/{option}", *remedy)],
-        )

@@ -66,7 +66,7 @@ def infeasible_duration_error(
         limit=needed,
         remedies=[
             Remedy(
-                f"/waypoints/{k + 1}/duration", seconds, "the shortest duration of this segment that keeps the limits"
+                ("waypoints", k + 1, "duration"), seconds, "the shortest duration of this segment that keeps the limits"
             )
             for k, seconds in too_short.items()
         ],
@@ -78,7 +78,7 @@ def no_duration_error(segment: int) -> LimitsUnsatisfiable:
     return LimitsUnsatisfiable(
         f"segment {segment} has neither a duration nor a velocity or acceleration limit that would set one",
         segment=segment,
-        remedies=[Remedy(f"/waypoints/{segment + 1}/duration", 1.0, "any duration will do")],
+        remedies=[Remedy(("waypoints", segment + 1, "duration"), 1.0, "any duration will do")],
     )
 
 
@@ -123,5 +123,5 @@ def duration_of_run(path: JointPath, run: Run) -> float:
     asked = path.durations[run.segments]
     if len(asked) > 1 and not np.isnan(asked).all():
         message = "this back end cannot give a duration to a segment that is passed without stopping; leave it out"
-        raise InvalidProblem([(f"/waypoints/{run.first + k + 1}/duration", message) for k in np.flatnonzero(asked > 0)])
+        raise InvalidProblem([(("waypoints", k + 1, "duration"), message) for k in run.segments[asked > 0].tolist()])
     return float(asked[0])

@@ -16,7 +16,7 @@ from planner.backends.splines.shortest_durations import shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import InfeasibleDuration, Remedy
-from planner.limits import passes_a_limit
+from planner.paths.errors import passing_error
 from planner.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
@@ -137,7 +137,7 @@ class _SplineTiming(_Timing):
             name = self.path.robot.joint_names[overshoot.joint]
             segment = self.run.first + overshoot.segment
             ends = [k for k in (segment, segment + 1) if self.run.first < k <= self.run.segments[-1]]
-            raise passes_a_limit(ends, segment, name, overshoot.value, overshoot.limit) from None
+            raise passing_error(ends, segment, name, overshoot.value, overshoot.limit) from None
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """One polynomial a segment."""
@@ -226,5 +226,7 @@ class _CurveTiming(_Timing):
             waypoint=segment + 1,
             segment=segment,
             value=float(self.path.durations[segment]),
-            remedies=[Remedy(f"/waypoints/{k + 1}/duration", None, "as fast as the limits allow") for k in given],
+            remedies=[
+                Remedy(("waypoints", k + 1, "duration"), None, "as fast as the limits allow") for k in given.tolist()
+            ],
         )

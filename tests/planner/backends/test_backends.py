@@ -154,7 +154,7 @@ def test_a_duration_too_short_is_refused_with_a_remedy_that_works(kind: str) -> 
     error = refusal.value
     assert (error.waypoint, error.segment, error.value) == (1, 0, 0.05)
     assert error.joint in problem.robot.joint_names
-    assert [remedy.change for remedy in error.remedies] == ["/waypoints/1/duration", "/waypoints/3/duration"]
+    assert [remedy.field for remedy in error.remedies] == [("waypoints", 1, "duration"), ("waypoints", 3, "duration")]
     mended = list(hurried)
     for remedy, i in zip(error.remedies, (1, 3), strict=True):
         mended[i] = replace(mended[i], duration=remedy.value)
@@ -245,7 +245,7 @@ def test_a_segment_that_nothing_limits_needs_a_duration() -> None:
     for backend in (Cubic(), Quintic(), Trapezoidal()):
         with pytest.raises(LimitsUnsatisfiable) as refusal:
             plan(PlanningProblem(unlimited, waypoints), backend)
-        assert refusal.value.remedies[0].change == "/waypoints/1/duration"
+        assert refusal.value.remedies[0].field == ("waypoints", 1, "duration")
         timed = (waypoints[0], replace(waypoints[1], duration=refusal.value.remedies[0].value))
         assert plan(PlanningProblem(unlimited, timed), backend).trajectory.duration == 1.0
 

@@ -11,6 +11,7 @@ from planner.backends import Quintic
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.samples import certify_samples
 from planner.errors import InvalidProblem
+from planner.fields import FieldPath
 from planner.limits import Limits
 from planner.planning import plan
 from planner.robots import load_robot
@@ -61,21 +62,21 @@ def test_positions_alone_are_run_as_straight_lines() -> None:
 
 
 @pytest.mark.parametrize(
-    ("time", "position", "pointer"),
+    ("time", "position", "field"),
     [
-        ([0.0], [[0, 0, 0]], "/samples/time"),
-        ([0.0, 1.0, 1.0], [[0, 0, 0]] * 3, "/samples/time/2"),
-        ([0.0, 1.0], [[0, 0, 0]] * 3, "/samples/position"),
-        ([0.0, 1.0], [[0, 0]] * 2, "/samples/position"),
-        ([0.0, np.nan], [[0, 0, 0]] * 2, "/samples/time"),
-        ([0.0, np.inf], [[0, 0, 0]] * 2, "/samples/time"),
-        ([0.0, 1.0], [[0, 0, 0], [0, np.nan, 0]], "/samples/position"),
+        ([0.0], [[0, 0, 0]], ("samples", "time")),
+        ([0.0, 1.0, 1.0], [[0, 0, 0]] * 3, ("samples", "time", 2)),
+        ([0.0, 1.0], [[0, 0, 0]] * 3, ("samples", "position")),
+        ([0.0, 1.0], [[0, 0]] * 2, ("samples", "position")),
+        ([0.0, np.nan], [[0, 0, 0]] * 2, ("samples", "time")),
+        ([0.0, np.inf], [[0, 0, 0]] * 2, ("samples", "time")),
+        ([0.0, 1.0], [[0, 0, 0], [0, np.nan, 0]], ("samples", "position")),
     ],
 )
-def test_samples_that_do_not_fit_are_refused(time: list[float], position: list[list[float]], pointer: str) -> None:
+def test_samples_that_do_not_fit_are_refused(time: list[float], position: list[list[float]], field: FieldPath) -> None:
     with pytest.raises(InvalidProblem) as refusal:
         certify_samples(load_robot("three_dof_arm"), np.array(time), np.array(position, float))
-    assert refusal.value.faults[0][0] == pointer
+    assert refusal.value.faults[0][0] == field
 
 
 def test_limits_wider_than_the_robot_are_refused() -> None:
@@ -83,6 +84,6 @@ def test_limits_wider_than_the_robot_are_refused() -> None:
     wide = tuple((2.0 * problem.robot.limit("velocity")).tolist())
     with pytest.raises(InvalidProblem) as refusal:
         plan(replace(problem, limits=Limits(velocity=wide, jerk=(1.0,))))
-    assert [pointer for pointer, _ in refusal.value.faults] == [f"/limits/velocity/{i}" for i in range(6)] + [
-        "/limits/jerk"
+    assert [field for field, _ in refusal.value.faults] == [("limits", "velocity", i) for i in range(6)] + [
+        ("limits", "jerk")
     ]

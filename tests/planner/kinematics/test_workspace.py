@@ -121,7 +121,7 @@ def test_a_joint_that_slides_for_ever_has_no_workspace() -> None:
     endless = planar(link(0.4, -1.0, 1.0), DHJoint(kind="prismatic", theta=0.0, d=0.0, a=0.0, alpha=0.0, velocity=1.0))
     with pytest.raises(InvalidProblem) as raised:
         workspace(endless, 10)
-    assert raised.value.faults == (("/robot", "joint_2 slides without limits: no workspace"),)
+    assert raised.value.faults == ((("robot",), "joint_2 slides without limits: no workspace"),)
 
 
 @pytest.mark.parametrize("robot_id", ARMS)

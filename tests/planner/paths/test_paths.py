@@ -215,47 +215,15 @@ def test_a_corner_cannot_be_passed_and_both_remedies_work(robot: Robot) -> None:
     ]
     with pytest.raises(InvalidProblem) as refusal:
         planned(robot, waypoints)
-    assert refusal.value.faults[0][0] == "/waypoints/1/transition"
-    assert [remedy.value["kind"] for remedy in refusal.value.remedies] == ["blend", "stop"]
-    blended = replace(waypoints[1], transition=BlendTransition(refusal.value.remedies[0].value["radius"]))
-    for mended in (blended, replace(waypoints[1], **STOP)):
-        assert planned(robot, [waypoints[0], mended, waypoints[2]]).certificate.satisfied
+    assert refusal.value.faults[0][0] == ("waypoints", 1, "transition")
+    assert [remedy.value for remedy in refusal.value.remedies] == [BlendTransition(0.01), StopTransition()]
+    for remedy in refusal.value.remedies:
+        assert plan(remedy.applied_to(PlanningProblem(robot, tuple(waypoints)))).certificate.satisfied
 
 
-def pose_of(value: dict[str, object]) -> Pose:
-    """A pose from a remedy."""
-    position, orientation = value["position"], value["orientation"]
-    assert isinstance(position, list)
-    if orientation is None:
-        return Pose(np.array(position))
-    assert isinstance(orientation, dict)
-    return Pose(np.array(position), pin.Quaternion(np.array(orientation["xyzw"])).matrix())
-
-
-def applied(waypoints: Sequence[AnyWaypoint], refusal: PlanningError, index: int) -> list[AnyWaypoint]:
-    """The waypoints with one remedy of a refusal applied."""
-    remedy = refusal.remedies[index]
-    _, _, number, *field = remedy.change.split("/")
-    k, mended = int(number), list(waypoints)
-    waypoint = mended[k]
-    match field:
-        case ["motion"]:
-            assert remedy.value == {"kind": "joint"}
-            mended[k] = replace(waypoint, motion=JointMotion())
-        case ["position"]:
-            assert isinstance(waypoint, JointWaypoint)
-            mended[k] = replace(waypoint, position=tuple(remedy.value))
-        case ["pose"]:
-            assert isinstance(waypoint, PoseWaypoint)
-            mended[k] = replace(waypoint, pose=pose_of(remedy.value))
-        case ["move"]:
-            assert isinstance(waypoint, RelativeWaypoint)
-            moved = pose_of({"position": remedy.value["translation"], "orientation": remedy.value["orientation"]})
-            x, y, z = moved.position
-            mended[k] = replace(waypoint, move=CartesianMove((x, y, z), moved.rotation))
-        case _:
-            raise AssertionError(remedy.change)
-    return mended
+def fraction_followed(error: PlanningError) -> float:
+    assert error.path_point is not None
+    return error.path_point.fraction
 
 
 def refused(robot: Robot, waypoints: Sequence[AnyWaypoint], error: type[PlanningError]) -> PlanningError:
@@ -264,11 +232,12 @@ def refused(robot: Robot, waypoints: Sequence[AnyWaypoint], error: type[Planning
         planned(robot, waypoints)
     assert refusal.value.segment == 0
     assert refusal.value.waypoint == 1
-    place = refusal.value.details["place"]
-    assert tool(robot, place["position"]).translation == pytest.approx(place["pose"]["position"], abs=1e-9)
+    point = refusal.value.path_point
+    assert point is not None
+    assert tool(robot, point.position).translation == pytest.approx(point.pose.position, abs=1e-9)
     assert refusal.value.remedies
-    for index in range(len(refusal.value.remedies)):
-        assert planned(robot, applied(waypoints, refusal.value, index)).certificate.satisfied
+    for remedy in refusal.value.remedies:
+        assert plan(remedy.applied_to(PlanningProblem(robot, tuple(waypoints)))).certificate.satisfied
     return refusal.value
 
 
@@ -279,7 +248,7 @@ def test_a_line_to_another_branch_is_a_configuration_change(robot: Robot) -> Non
     waypoints = [JointWaypoint(position=HOME), JointWaypoint(position=tuple(other.tolist()), motion=LinearMotion())]
     error = refused(robot, waypoints, ConfigurationChange)
     assert error.joint in robot.joint_names
-    assert error.details["place"]["fraction"] == 1.0
+    assert fraction_followed(error) == 1.0
 
 
 def test_a_line_through_the_wrist_singularity_is_singular(robot: Robot) -> None:
@@ -291,7 +260,7 @@ def test_a_line_through_the_wrist_singularity_is_singular(robot: Robot) -> None:
         PoseWaypoint(pose=Pose(goal.translation, goal.rotation), motion=LinearMotion()),
     ]
     error = refused(robot, waypoints, SingularPath)
-    assert error.details["place"]["fraction"] == pytest.approx(0.5, abs=0.05)
+    assert fraction_followed(error) == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_line_beyond_a_joint_limit_names_joint_limit_and_place(robot: Robot) -> None:
@@ -315,7 +284,7 @@ def test_a_line_beyond_a_joint_limit_names_joint_limit_and_place(robot: Robot) -
     joint = robot.joints[0]
     assert error.limit in {joint.lower, joint.upper}
     assert error.value == pytest.approx(error.limit, abs=1e-6)
-    assert 0.0 < error.details["place"]["fraction"] < 1.0
+    assert 0.0 < fraction_followed(error) < 1.0
 
 
 def test_a_line_through_the_hole_in_the_workspace_leaves_what_can_be_reached() -> None:
@@ -324,7 +293,7 @@ def test_a_line_through_the_hole_in_the_workspace_leaves_what_can_be_reached() -
     ends = (Pose(np.array([0.15, 0.03, 0.02])), Pose(np.array([-0.15, 0.03, 0.02])))
     waypoints = [PoseWaypoint(pose=ends[0]), PoseWaypoint(pose=ends[1], motion=LinearMotion())]
     error = refused(robot, waypoints, UnreachableWaypoint)
-    there = ends[0].position + error.details["place"]["fraction"] * (ends[1].position - ends[0].position)
+    there = ends[0].position + fraction_followed(error) * (ends[1].position - ends[0].position)
     assert np.linalg.norm(there) == pytest.approx(0.07, abs=1e-3)
 
 
@@ -339,8 +308,8 @@ def test_a_relative_line_out_of_reach_has_remedies_too(robot: Robot, frame: Fram
         with pytest.raises(UnreachableWaypoint) as refusal:
             planned(robot, waypoints)
         assert refusal.value.waypoint == 1
-        assert [remedy.change for remedy in refusal.value.remedies] == ["/waypoints/1/move"]
-        mended = applied(waypoints, refusal.value, 0)
+        assert [remedy.field for remedy in refusal.value.remedies] == [("waypoints", 1, "move")]
+        mended = refusal.value.remedies[0].applied_to(PlanningProblem(robot, tuple(waypoints))).waypoints
         assert planned(robot, [mended[0], replace(mended[1], motion=JointMotion())]).certificate.satisfied
 
 
@@ -349,7 +318,7 @@ def test_three_points_on_a_line_are_no_circle(robot: Robot) -> None:
     end = PoseWaypoint(pose=shifted(robot, (0.0, -0.3, 0.0)), motion=CircularMotion(via))
     with pytest.raises(InvalidProblem) as refusal:
         planned(robot, [JointWaypoint(position=HOME), end])
-    assert refusal.value.faults[0][0] == "/waypoints/1/motion/via"
+    assert refusal.value.faults[0][0] == ("waypoints", 1, "motion", "via")
 
 
 @pytest.mark.parametrize("backend", [Cubic(), Quintic(), Trapezoidal(), Trapezoidal(acceleration_time=0.4)])
@@ -387,10 +356,10 @@ def test_durations_of_segments_that_are_passed(robot: Robot, kind: str) -> None:
     short = [waypoints[0], *(replace(w, duration=0.2) for w in waypoints[1:])]
     with pytest.raises(InfeasibleDuration) as refusal:
         planned(robot, short, kind)
+    problem = PlanningProblem(robot, tuple(short))
     for remedy in refusal.value.remedies:
-        k = int(remedy.change.split("/")[2])
-        short[k] = replace(short[k], duration=remedy.value)
-    assert planned(robot, short, kind).certificate.satisfied
+        problem = remedy.applied_to(problem)
+    assert plan(problem, BACKENDS[kind]()).certificate.satisfied
 
 
 def test_a_dwell_needs_a_stop_and_the_ends_are_stops(robot: Robot) -> None:
@@ -402,9 +371,9 @@ def test_a_dwell_needs_a_stop_and_the_ends_are_stops(robot: Robot) -> None:
     )
     with pytest.raises(InvalidProblem) as refusal:
         planned(robot, waypoints)
-    assert {pointer for pointer, _ in refusal.value.faults} == {
-        "/waypoints/0/motion",
-        "/waypoints/0/transition",
-        "/waypoints/1/dwell",
-        "/waypoints/2/transition",
+    assert {field for field, _ in refusal.value.faults} == {
+        ("waypoints", 0, "motion"),
+        ("waypoints", 0, "transition"),
+        ("waypoints", 1, "dwell"),
+        ("waypoints", 2, "transition"),
     }

@@ -47,25 +47,15 @@ def refused(problem: PlanningProblem, kind: str) -> dict[str, list[Remedy]]:
         plan(problem, backend_of(kind))
     ways = defaultdict(list)
     for remedy in refusal.value.remedies:
-        parts = remedy.change.split("/")[1:]
-        ways[parts[2] if parts[0] == "waypoints" else parts[0]].append(remedy)
+        ways[str(remedy.field[2 if remedy.field[0] == "waypoints" else 0])].append(remedy)
     return ways
 
 
-def applied(value: Any, remedies: list[Remedy], share: float = 1.0) -> Any:
-    """A problem, or any part of it, with what the pointers of the remedies say, or a share of it."""
+def applied(problem: PlanningProblem, remedies: list[Remedy], share: float = 1.0) -> PlanningProblem:
+    """The problem with the remedies, or with a share of what they say."""
     for remedy in remedies:
-        value = _put(value, remedy.change.split("/")[1:], remedy.value and share * remedy.value)
-    return value
-
-
-def _put(holder: Any, way: list[str], value: float | None) -> Any:
-    if not way:
-        return value
-    if isinstance(holder, tuple):
-        k = int(way[0])
-        return (*holder[:k], _put(holder[k], way[1:], value), *holder[k + 1 :])
-    return replace(holder, **{way[0]: _put(getattr(holder, way[0]), way[1:], value)})
+        problem = replace(remedy, value=remedy.value and share * remedy.value).applied_to(problem)
+    return problem
 
 
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
@@ -74,7 +64,7 @@ def test_a_scale_is_raised_or_the_duration_is_longer(robot: Robot, kind: str) ->
     assert own.trajectory.duration == pytest.approx(60.0)
     slow = hurried(robot, 1.9, limits=Limits(velocity_scale=0.2))
     ways = refused(slow, kind)
-    assert [remedy.change for remedy in ways["limits"]] == ["/limits/velocity_scale"]
+    assert [remedy.field for remedy in ways["limits"]] == [("limits", "velocity_scale")]
     for remedies in ways.values():
         assert plan(applied(slow, remedies), backend_of(kind)).certificate.satisfied
     assert plan(applied(slow, ways["limits"]), backend_of(kind)).trajectory.duration == pytest.approx(1.9)
@@ -94,12 +84,12 @@ def test_one_joint_s_limit_is_raised_and_one_at_a_waypoint(robot: Robot) -> None
     narrow = Limits(velocity=tuple(velocity))
     problem = hurried(robot, 1.9, limits=narrow)
     (remedy,) = refused(problem, "cubic")["limits"]
-    assert remedy.change == "/limits/velocity/0"
+    assert remedy.field == ("limits", "velocity", 0)
     assert remedy.value == pytest.approx(1.5 / 1.9)
     waypoints = (problem.waypoints[0], replace(problem.waypoints[1], limits=narrow))
     at_waypoint = replace(problem, limits=Limits(), waypoints=waypoints)
     (remedy,) = refused(at_waypoint, "cubic")["limits"]
-    assert remedy.change == "/waypoints/1/limits/velocity/0"
+    assert remedy.field == ("waypoints", 1, "limits", "velocity", 0)
     assert plan(applied(at_waypoint, [remedy])).trajectory.duration == 1.9
 
 
@@ -108,8 +98,8 @@ def test_a_scale_goes_first_and_what_it_scales_after_it(robot: Robot) -> None:
     velocity[0] = 0.5
     problem = hurried(robot, 1.9, limits=Limits(velocity=tuple(velocity), velocity_scale=0.9))
     value, scale = refused(problem, "cubic")["limits"]
-    assert (scale.change, scale.value) == ("/limits/velocity_scale", 1.0)
-    assert (value.change, value.value) == ("/limits/velocity/0", pytest.approx(1.5 / 1.9))
+    assert (scale.field, scale.value) == (("limits", "velocity_scale"), 1.0)
+    assert (value.field, value.value) == (("limits", "velocity", 0), pytest.approx(1.5 / 1.9))
 
 
 def test_where_the_robot_s_own_limits_are_at_fault_only_the_duration_helps(robot: Robot) -> None:
@@ -133,7 +123,7 @@ def test_a_tool_speed_on_a_line(robot: Robot) -> None:
         problem = PlanningProblem(robot, (first, replace(end, duration=2.0)), limits=Limits(tcp_linear_velocity=0.1))
         ways = refused(problem, kind)
         (remedy,) = ways["limits"]
-        assert remedy.change == "/limits/tcp_linear_velocity"
+        assert remedy.field == ("limits", "tcp_linear_velocity")
         # 0.3 m in 2 s take 0.15 m/s on average, and no more than the quintic's peak.
         assert 0.15 < remedy.value <= 1.01 * 0.15 * 1.875
         assert plan(applied(problem, [remedy]), backend_of(kind)).trajectory.duration == pytest.approx(2.0)

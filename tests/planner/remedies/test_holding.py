@@ -62,7 +62,7 @@ def test_a_limit_that_gravity_exceeds_is_raised_by_one_percent_of_what_it_takes(
     needed = largest_gravity(robot, SHOULDER)
     problem = straight(robot, limits=Limits(torque=narrowed(robot, 0.7 * needed)))
     (remedy,) = refused(problem, kind)
-    assert remedy.change == f"/limits/torque/{SHOULDER}"
+    assert remedy.field == ("limits", "torque", SHOULDER)
     assert remedy.value == pytest.approx(needed / 0.99, rel=1e-3)
     assert plan(
         replace(problem, limits=Limits(torque=narrowed(robot, remedy.value))), BACKENDS[kind]()
@@ -78,7 +78,7 @@ def test_the_limit_of_a_waypoint_is_raised_there(robot: Robot) -> None:
     )
     problem = PlanningProblem(robot, waypoints)
     (remedy,) = refused(problem, "quintic")
-    assert remedy.change == f"/waypoints/1/limits/torque/{SHOULDER}"
+    assert remedy.field == ("waypoints", 1, "limits", "torque", SHOULDER)
     mended = replace(waypoints[1], limits=Limits(torque=narrowed(robot, remedy.value)))
     assert plan(replace(problem, waypoints=(waypoints[0], mended, waypoints[2])), Quintic()).certificate.satisfied
 
@@ -105,7 +105,7 @@ def test_the_payload_that_is_just_held(robot: Robot, kind: str, passing: bool) -
         waypoints = (waypoints[0], middle, waypoints[1])
     problem = straight(robot, payload=payload, waypoints=waypoints)
     (remedy,) = refused(problem, kind)
-    assert remedy.change == "/payload/mass"
+    assert remedy.field == ("payload", "mass")
     lighter = replace(payload, mass=remedy.value)
     assert plan(replace(problem, payload=lighter), BACKENDS[kind]()).certificate.satisfied
     limit = robot.limit("torque")
@@ -124,7 +124,7 @@ def test_both_are_offered_where_both_help_also_on_a_line(robot: Robot, kind: str
         limits=Limits(torque=narrowed(robot, between)),
     )
     limit, mass = refused(problem, kind)
-    assert (limit.change, mass.change) == (f"/limits/torque/{SHOULDER}", "/payload/mass")
+    assert (limit.field, mass.field) == (("limits", "torque", SHOULDER), ("payload", "mass"))
     assert plan(
         replace(problem, limits=Limits(torque=narrowed(robot, limit.value))), BACKENDS[kind]()
     ).certificate.satisfied

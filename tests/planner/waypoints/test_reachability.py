@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.errors import InvalidProblem, UnreachableWaypoint
+from planner.fields import KIND
 from planner.kinematics import Pose, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
@@ -87,8 +88,8 @@ def test_what_cannot_be_asked_is_refused() -> None:
     move = RelativeWaypoint(frame="base", move=CartesianMove((0.0, 0.0, 0.1)))
     with pytest.raises(InvalidProblem) as refusal:
         reachability(robot, [move, JointWaypoint(position=(0.1,))], InverseKinematicsOptions(reference=(0.0,)))
-    assert [pointer for pointer, _ in refusal.value.faults] == [
-        "/waypoints/1/position",
-        "/waypoints/0/kind",
-        "/ik/reference",
+    assert [field for field, _ in refusal.value.faults] == [
+        ("waypoints", 1, "position"),
+        ("waypoints", 0, KIND),
+        ("inverse_kinematics", "reference"),
     ]

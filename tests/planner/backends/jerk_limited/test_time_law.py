@@ -256,7 +256,7 @@ def test_an_asked_duration_is_kept_exactly_and_refused_below_the_shortest(kind: 
     with pytest.raises(InfeasibleDuration) as refused:
         time_run(replace(path, durations=np.array([0.99 * shortest])), run)
     (remedy,) = refused.value.remedies
-    assert remedy.change == "/waypoints/1/duration"
+    assert remedy.field == ("waypoints", 1, "duration")
     assert time_run(replace(path, durations=np.array([remedy.value])), run).lengths.sum() == pytest.approx(shortest)
 
 
@@ -266,7 +266,7 @@ def test_an_asked_duration_inside_a_run_is_refused_with_its_pointer() -> None:
     durations[1] = 100.0
     with pytest.raises(InvalidProblem) as refused:
         time_run(replace(path, durations=durations), run)
-    assert [pointer for pointer, _ in refused.value.faults] == ["/waypoints/2/duration"]
+    assert [field for field, _ in refused.value.faults] == [("waypoints", 2, "duration")]
 
 
 def test_without_any_limit_only_an_asked_duration_will_do() -> None:

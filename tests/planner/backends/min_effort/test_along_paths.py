@@ -255,7 +255,7 @@ def test_a_duration_too_short_is_refused_with_one_that_will_do(name: str) -> Non
         planned(waypoints, QUICK, asked)
     assert refused.value.segment is not None
     for remedy in refused.value.remedies:
-        asked[int(remedy.change.split("/")[2]) - 1] = remedy.value
+        asked[remedy.field[1] - 1] = remedy.value
     result = planned(waypoints, QUICK, asked)
     assert np.diff(result.trajectory.arrivals) == pytest.approx(asked, rel=1e-12)
 

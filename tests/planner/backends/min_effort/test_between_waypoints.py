@@ -226,7 +226,7 @@ def test_a_duration_that_only_the_quintic_finds_too_short() -> None:
         plan(asked, QUICK)
     assert (refused.value.segment, refused.value.joint) == (0, "joint_a4")
     remedy = refused.value.remedies[0]
-    assert remedy.change == "/waypoints/1/duration"
+    assert remedy.field == ("waypoints", 1, "duration")
     assert plan(with_durations(free, [remedy.value]), QUICK).trajectory.duration == remedy.value
 
 

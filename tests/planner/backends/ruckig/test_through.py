@@ -158,7 +158,7 @@ def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataO
         return
     except InfeasibleDuration as refusal:
         assert refusal.remedies
-        changed = {int(remedy.change.split("/")[2]): remedy.value for remedy in refusal.remedies}
+        changed = {remedy.field[1]: remedy.value for remedy in refusal.remedies}
         asked |= changed
         result = plan(with_durations(problem, changed), backend)
     assert_within_limits(result)

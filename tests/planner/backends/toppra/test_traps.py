@@ -110,7 +110,7 @@ def test_trap_a_duration_too_short_is_refused_and_the_remedy_works(kind: str) ->
     with pytest.raises(InfeasibleDuration) as refusal:
         plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
     (remedy,) = refusal.value.remedies
-    assert remedy.change == "/waypoints/1/duration"
+    assert remedy.field == ("waypoints", 1, "duration")
     waypoints[1] = replace(waypoints[1], duration=remedy.value)
     result = plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
     assert result.trajectory.arrivals[1] == pytest.approx(remedy.value, rel=1e-9)
@@ -122,7 +122,7 @@ def test_a_duration_between_waypoints_passed_is_refused() -> None:
     waypoints[2] = replace(waypoints[2], duration=9.0)
     with pytest.raises(InvalidProblem) as refusal:
         plan(replace(problem, waypoints=tuple(waypoints)), Toppra())
-    assert [pointer for pointer, _ in refusal.value.faults] == ["/waypoints/2/duration"]
+    assert [field for field, _ in refusal.value.faults] == [("waypoints", 2, "duration")]
 
 
 def test_trap_jumps_of_the_acceleration_are_told() -> None:

@@ -1,0 +1,53 @@
+"""From the library's values to the form that requests and answers have; only workers load this."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.export.json import poses_as_dicts
+from planner.problem import BlendTransition, CartesianMove, JointMotion, StopTransition
+from planner.spatial import Pose
+
+if TYPE_CHECKING:
+    from planner.errors import NearestPose, PathPoint
+
+
+def pose_answer(pose: Pose) -> dict[str, Any]:
+    """A pose: a quaternion, or null where any orientation will do."""
+    (answer,) = poses_as_dicts([pose])
+    return answer
+
+
+def nearest_answer(nearest: NearestPose) -> dict[str, Any]:
+    """The nearest pose found to one that cannot be reached."""
+    return {
+        "pose": pose_answer(nearest.pose),
+        "position": nearest.position,
+        "position_distance": nearest.position_error,
+        "orientation_distance": nearest.orientation_error,
+    }
+
+
+def path_point_answer(point: PathPoint) -> dict[str, Any]:
+    """The point up to which a motion of the tool can be followed."""
+    return {"fraction": point.fraction, "pose": pose_answer(point.pose), "position": point.position}
+
+
+def value_answer(value: Any) -> Any:
+    """What a client puts into a request for a value of the library's; numbers and lists of them as they are."""
+    match value:
+        case Pose():
+            return pose_answer(value)
+        case CartesianMove():
+            moved = pose_answer(Pose(np.array(value.translation), value.rotation))
+            return {"kind": "cartesian", "translation": moved["position"], "orientation": moved["orientation"]}
+        case JointMotion():
+            return {"kind": "joint"}
+        case StopTransition():
+            return {"kind": "stop"}
+        case BlendTransition():
+            return {"kind": "blend", "radius": value.radius}
+        case _:
+            return value

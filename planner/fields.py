@@ -1,0 +1,49 @@
+"""Paths to fields of the library's own values: what faults and remedies are about."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, TypeVar
+
+FieldPath = tuple[str | int, ...]
+"""Names of fields and indices from the outside in, as `("waypoints", 1, "duration")` of a `PlanningProblem`.
+
+A path that begins with `BACK_END` leads into the back end beside the problem, one that ends in `KIND` names the type of
+a value.
+"""
+
+BACK_END = "backend"
+"""First step of the path to an option of a back end."""
+
+KIND = "__class__"
+"""Last step of a path to the type of a value."""
+
+T = TypeVar("T")
+
+
+def field_name(path: FieldPath) -> str:
+    """A path as one writes it in Python: `waypoints[1].duration`; that to the type of a value is the value's own."""
+    steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path if step != KIND)
+    return "".join(steps).removeprefix(".")
+
+
+def with_field(holder: T, path: FieldPath, value: Any) -> T:
+    """A copy of a value in which one field has another value.
+
+    Args:
+        holder: A dataclass, or a tuple; so is everything that the path leads through.
+        path: From the holder to the field; empty: the holder itself.
+        value: What the field is to be.
+    """
+    changed: Any = value
+    if path:
+        first, *rest = path
+        if isinstance(holder, tuple) and isinstance(first, int):
+            items = list(holder)
+            items[first] = with_field(items[first], tuple(rest), value)
+            changed = tuple(items)
+        else:
+            inner = with_field(getattr(holder, str(first)), tuple(rest), value)
+            changed = replace(holder, **{str(first): inner})  # type: ignore[type-var]
+    result: T = changed
+    return result

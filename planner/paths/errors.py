@@ -1,0 +1,31 @@
+"""Errors that paths and splines make alike."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.errors import JointPositionLimit, Remedy
+from planner.problem import StopTransition
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def passing_error(waypoints: Sequence[int], segment: int, joint: str, value: float, limit: float) -> JointPositionLimit:
+    """The error where passing one of some waypoints without stopping takes a joint beyond its limit.
+
+    Args:
+        waypoints: Indices of the waypoints at the ends of the segment that are passed without stopping.
+        segment: Index of the segment.
+        joint: Name of the joint.
+        value: Where the joint would be, rad or m.
+        limit: The position limit that it breaks, rad or m.
+    """
+    return JointPositionLimit(
+        f"passing waypoint {waypoints[0]} without stopping would take {joint} beyond its limit {limit:.6g}",
+        segment=segment,
+        joint=joint,
+        value=value,
+        limit=limit,
+        remedies=[Remedy(("waypoints", k, "transition"), StopTransition(), "come to rest there") for k in waypoints],
+    )
