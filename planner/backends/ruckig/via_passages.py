@@ -129,7 +129,7 @@ class MendedPassages:
             asked = self.problem.asked[segment]
             kept = passage.duration <= asked * (1.0 + ROUNDING)
             end = Rates(*(rate[segment + 1] for rate in self.rates))
-            h, c = cubic_pieces(passage.profiles, self.problem.travels[segment], end)
+            h, c = cubic_pieces(passage.profiles, problem.travels[segment] / length, end)
             scale = (problem.asked[segment] if kept else passage.duration * time) / h.sum()
             durations.append(float(scale * h.sum()))
             lengths.append(h * scale)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.rate_limits import RateLimits
+from planner.backends.jerk_limited.rate_limits import RateLimits, least_times
 from planner.backends.ruckig.state_to_state import Rates
 
 if TYPE_CHECKING:
@@ -19,6 +19,14 @@ LATE, OUTSIDE = 30.0, 30.0
 
 ROUNDING = 1e-9
 """Relative excess of a duration, or of a position, that is rounding."""
+
+NO_TRAVEL = 1e-7
+"""Share of what a joint could travel below which its travel is none: what it is in truth takes as little of its limits,
+and is put back when the motion is found."""
+
+LEAST_TRAVEL = 1e-4
+"""Share of what a joint could travel below which its travel is not its unit of length: in such units its limits are at
+most about 3e5, and the travels that count are 1e-3 or more, far above Ruckig's tolerances of 1e-12 to 1e-8."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +58,31 @@ class ViaProblem:
         """(segments, joints)."""
         travels: FloatArray = np.diff(self.positions, axis=0)
         return travels
+
+    @property
+    def possible_travels(self) -> FloatArray:
+        """(segments, joints): how far each joint could travel from rest to rest while the slowest one does its part."""
+        t = least_times(self.travels, self.limits).max(axis=1)[:, None]
+        velocity, acceleration, jerk = self.limits
+        possible: FloatArray = np.minimum(np.minimum(velocity * t, acceleration * t**2 / 4.0), jerk * t**3 / 32.0)
+        return possible
+
+    def without_rounding(self) -> ViaProblem:
+        """The same problem, joints at rest that would move by no more than rounding."""
+        moves = (np.abs(self.travels) > NO_TRAVEL * self.possible_travels).any(axis=0)
+        moves |= np.any([rates != 0.0 for rates in (*self.start, *self.end)], axis=0)
+        return replace(self, positions=np.where(moves, self.positions, self.positions[0]))
+
+    def units(self) -> tuple[FloatArray, float]:
+        """The lengths (joints,), m or rad, and the time, s, in which the search is about 1.
+
+        They are each joint's largest travel and the mean segment. A joint that hardly moves is measured by what it
+        could travel: by its own travel, its limits would be out of all proportion.
+        """
+        reach, possible = np.abs(self.travels).max(axis=0), self.possible_travels.mean(axis=0)
+        length = np.maximum(reach, LEAST_TRAVEL * np.where(np.isfinite(possible), possible, reach.max()))
+        times = np.fmax(least_times(self.travels, self.limits).max(axis=1), self.asked)
+        return length, float(times.mean())
 
     def in_units(self, length: FloatArray, time: float) -> ViaProblem:
         """The same problem in other units: a length (joints,) for each joint, and a time."""

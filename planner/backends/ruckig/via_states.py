@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.jerk_limited.rate_limits import least_times
 from planner.backends.ruckig.state_to_state import Rates, ShortestTimes
 from planner.backends.ruckig.via_passages import MendedPassages
 from planner.backends.ruckig.via_problem import LATE, ROUNDING, ViaMotion, ViaProblem
@@ -48,13 +47,11 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
     Returns:
         None: The motions at the ends are impossible.
     """
-    reach = np.abs(problem.travels).max(axis=0)
-    length = np.where(reach > 0.0, reach, 1.0)
-    times = np.fmax(least_times(problem.travels, problem.limits).max(axis=1), problem.asked)
-    time = float(times.mean())
-    scaled = problem.in_units(length, time)
+    cleaned = problem.without_rounding()
+    length, time = cleaned.units()
+    scaled = cleaned.in_units(length, time)
     search = _Search(scaled)
-    if stopping or len(times) == 1:
+    if stopping or len(problem.asked) == 1:
         return search.passages(search.at_rest).motion(problem, length, time)
     found = search.nearest(passing_states(scaled))
     passages = search.polished(found)
