@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from planner.kinematics import all_solutions as all_solutions
     from planner.kinematics import forward_kinematics as forward_kinematics
     from planner.kinematics import inverse_kinematics as inverse_kinematics
+    from planner.kinematics import inverse_kinematics_many as inverse_kinematics_many
     from planner.kinematics import jacobian as jacobian
     from planner.kinematics import manipulability as manipulability
     from planner.kinematics import tool_pose as tool_pose
@@ -140,6 +141,7 @@ _NAMES = {
         "all_solutions",
         "forward_kinematics",
         "inverse_kinematics",
+        "inverse_kinematics_many",
         "jacobian",
         "manipulability",
         "tool_pose",

@@ -12,6 +12,7 @@ from planner.kinematics.inverse import (
     InverseKinematicsResult,
     all_solutions,
     inverse_kinematics,
+    inverse_kinematics_many,
     solution_layers,
     solutions_or_failure,
 )
@@ -29,6 +30,7 @@ __all__ = [
     "all_solutions",
     "forward_kinematics",
     "inverse_kinematics",
+    "inverse_kinematics_many",
     "is_isolated",
     "jacobian",
     "manipulability",

@@ -9,13 +9,17 @@ What comes out are candidates: the inverse kinematics polish and confirm each wi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from planner.kinematics.screws import Screws
     from planner.spatial import FloatArray
+
+    ComplexArray = NDArray[np.complex128]
 
 NEARLY = 1e-3
 """A candidate that exists but for so little (imaginary part, cosine beyond 1) is kept: polishing decides."""
@@ -28,6 +32,11 @@ FLAT = 1e-6
 
 OFFSET = 1.0
 """rad, from the angle that the tangent of the half angle cannot express: not one that arms tend to have."""
+
+IN_HALF_TANGENT = np.array(
+    [[np.cos(OFFSET), -np.sin(OFFSET), 0.0], [np.sin(OFFSET), np.cos(OFFSET), 0.0], [0.0, 0.0, 1.0]]
+) @ np.array([[1.0, 0.0, -1.0], [0.0, 2.0, 0.0], [1.0, 0.0, 1.0]])
+"""The matrix A with (1 + t^2) (cos q, sin q, 1) = A (1, t, t^2), t = tan((q - `OFFSET`) / 2)."""
 
 EPSILON = 1e-9
 """What the cosine of the angle between parallel axes lacks of 1."""
@@ -81,23 +90,32 @@ class SphericalWrist:
         self.screws = screws
         self.centre = _meeting_point(screws.axes[3:], screws.points[3:])
         self.arm = arm(screws, self.centre)
-        self.side = _frame_about(screws.axes[5])[0]
+        self.fourth, fifth, sixth = (_Axis(axis) for axis in screws.axes[3:])
+        self.last, self.side = sixth.along, sixth.across.real
+        self.last_seen = fifth.turned(self.last, self.fourth.across)
+        self.last_height = fifth.turned(self.last, self.fourth.along)
+        seen_by = self.fourth.across, self.fourth.across.conj(), self.fourth.along
+        self.sixth_seen = [fifth.turned(sixth.across, direction) for direction in seen_by]
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None) -> FloatArray:
-        """Up to eight."""
-        axes, cross = self.screws.axes, self.screws.cross
+        """Find up to eight candidates."""
         turns, centres = _moved(self.screws, self.centre, positions, rotations)
-        arm = self.arm(centres)[:, :, None]
-        angles = np.where(self.screws.is_angle[:3], arm, 0.0)
-        # The last axis, and a direction across it, as the forearm sees them.
-        last, side = (turns @ axes[5])[:, None, None], (turns @ self.side)[:, None, None]
-        for i in range(3):
-            last, side = _turned(cross[i], -angles[..., i], last), _turned(cross[i], -angles[..., i], side)
-        q5 = _angles_to_height(cross[4], axes[5], axes[3], (last @ axes[3])[..., 0])
-        q4 = _angle(cross[3], _turned(cross[4], q5, axes[5]), last)
-        q6 = _angle(cross[5], self.side, _turned(cross[4], -q5, _turned(cross[3], -q4, side)))
+        arm = self.arm(centres)
+        # The last axis and a direction across it, as the forearm sees them.
+        vectors = np.stack([turns @ self.last, turns @ self.side])[:, :, None]
+        for i in np.flatnonzero(self.screws.is_angle[:3]):
+            vectors = _turned(self.screws.cross[i], -arm[..., i], vectors)
+        (last, side), (height, side_height) = vectors @ self.fourth.across, vectors @ self.fourth.along
+        q5 = self.last_height.angles(height)
+        turn5 = np.exp(1j * q5)
+        q4 = np.angle(last[..., None] * self.last_seen(turn5).conj())
+        turn4 = np.exp(1j * q4)
+        # The sixth axis's frame, turned by the fifth and the fourth joint, sees the direction across it at angle q6.
+        ahead, back, along = (seen(turn5) for seen in self.sixth_seen)
+        around = side[..., None].conj() * turn4 * ahead + side[..., None] * turn4.conj() * back
+        q6 = np.angle(0.5 * around + side_height[..., None] * along)
         wrist = np.stack([q4, q5, q6], axis=-1)
-        both = np.concatenate([np.broadcast_to(arm, wrist.shape), wrist], axis=-1)
+        both = np.concatenate([np.broadcast_to(arm[:, :, None], wrist.shape), wrist], axis=-1)
         return both.reshape(len(positions), -1, 6)
 
 
@@ -107,36 +125,58 @@ class ThreeParallel:
     def __init__(self, screws: Screws) -> None:
         self.screws = screws
         self.centre = _meeting_point(screws.axes[4:], screws.points[4:])
-        self.side = _frame_about(screws.axes[5])[0]
+        self.first, second, _, _, fifth, sixth = (_Axis(axis) for axis in screws.axes)
+        self.h, seen = second.along, second.across
+        self.last, self.side, self.sixth = sixth.along, sixth.across.real, sixth.across
+        self.last_height, self.last_seen = fifth.turned(self.last, self.h), fifth.turned(self.last, seen)
+        self.sixth_seen = fifth.turned(sixth.across, seen), fifth.turned(sixth.across.conj(), seen)
+        self.h_seen = fifth.turned(self.h, sixth.across)
+        self.first_seen, self.first_height = self.first.seen(seen), self.first.seen(self.h)
+        self.o1, o2, o3, o4 = screws.points[:4]
+        self.to_fourth, self.to_second = (o4 - self.centre) @ seen, (o2 - self.o1) @ seen
+        self.upper, self.fore = (o3 - o2) @ seen, (o4 - o3) @ seen
+        self.bend = _Wave(self.upper.conjugate() * self.fore / 2.0, self.upper * self.fore.conjugate() / 2.0, 0.0)
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None) -> FloatArray:
-        """Up to eight."""
-        axes, cross, (o1, o2, o3, o4) = self.screws.axes, self.screws.cross, self.screws.points[:4]
-        h, about_h = axes[1], cross[1]
+        """Find up to eight candidates."""
         turns, centres = _moved(self.screws, self.centre, positions, rotations)
-        # The parallel joints leave heights along h as they are.
-        q1 = -_angles_to_height(cross[0], centres - o1, h, (self.centre - o1) @ h)[..., None]
-        centre = o1 + _turned(cross[0], -q1, (centres - o1)[:, None, None])
-        last = _turned(cross[0], -q1, (turns @ axes[5])[:, None, None])
-        q5 = _angles_to_height(cross[4], axes[5], h, (last @ h)[..., 0])
-        h_seen = np.einsum("nji,n...j->n...i", turns, _turned(cross[0], q1, h))
-        q6 = -_angle(cross[5], _turned(cross[4], -q5, h), h_seen)
-        # What the parallel joints turn together: seen on the last axis, or where that is parallel too, across it.
-        side = _turned(cross[4], q5, _turned(cross[5], q6, self.side))
-        parallel = np.abs(last @ h)[..., None] > NEARLY_PARALLEL
-        before = np.where(parallel, side, _turned(cross[4], q5, axes[5]))
-        after = np.where(parallel, _turned(cross[0], -q1, (turns @ self.side)[:, None, None]), last)
-        together = _angle(about_h, before, after)
+        # The parallel joints leave heights along their axes as they are: that of the centre tells the first joint.
+        spoke, rise = self.first.parts(centres - self.o1)
+        h, h_rise = self.first.parts(self.h)
+        height = (self.centre - self.o1) @ self.h
+        q1 = _angles_to_height(h * spoke.conj(), height - h_rise * rise)
+        back = np.exp(-1j * q1)
+        last, last_rise = self.first.parts(turns @ self.last)
+        side, side_rise = self.first.parts(turns @ self.side)
+        last, side, spoke = last[:, None] * back, side[:, None] * back, spoke[:, None] * back
+        # That of the last axis tells the fifth joint.
+        last_height = self.first_height(last, last_rise[:, None]).real
+        q5 = self.last_height.angles(last_height)
+        turn5 = np.exp(1j * q5)
+        # Where the sixth joint's frame sees h when the arm is as asked, and where before its turn.
+        h_turned = (
+            turns.transpose(0, 2, 1)[:, None]
+            @ ((h * back.conj())[..., None] * self.first.across.conj() + h_rise * self.first.along).real[..., None]
+        )
+        h_there = h_turned[..., 0] @ self.sixth
+        q6 = np.angle(self.h_seen(turn5.conj()) * h_there[..., None].conj())
+        turn6 = np.exp(1j * q6)
+        # What the parallel joints turn together: seen on the last axis and on a direction across it.
+        ahead, behind = (seen(turn5) for seen in self.sixth_seen)
+        side_before = 0.5 * (turn6.conj() * ahead + turn6 * behind)
+        last_after, side_after = self.first_seen(last, last_rise[:, None]), self.first_seen(side, side_rise[:, None])
+        both = last_after[..., None] * self.last_seen(turn5).conj() + side_after[..., None] * side_before.conj()
+        together = np.angle(both)
         # Where the fourth axis is then, and two links that reach it.
-        reach = centre + _turned(about_h, together, o4 - self.centre) - o2
-        reach = reach - (reach @ h)[..., None] * h
-        upper, fore = (link - (link @ h) * h for link in (o3 - o2, o4 - o3))
-        q3 = _angles_to_height(about_h, fore, upper, ((reach**2).sum(axis=-1) - upper @ upper - fore @ fore) / 2.0)
+        centre = self.first_seen(spoke, rise[:, None]) - self.to_second
+        reach = centre[..., None] + np.exp(1j * together) * self.to_fourth
+        squared = reach.real**2 + reach.imag**2
+        q3 = self.bend.angles((squared - abs(self.upper) ** 2 - abs(self.fore) ** 2) / 2.0)
         # Where the last axis is parallel too, another q6 may be in reach: something to start from.
-        q3 = np.where(np.isnan(q3) & (np.abs(last @ h) > 1.0 - EPSILON)[..., None], 0.0, q3)
-        q2 = _angle(about_h, upper + _turned(about_h, q3, fore), reach[..., None, :])
-        q1, q5, q6, together = q1[..., None], q5[..., None], q6[..., None], together[..., None]
-        parts = np.broadcast_arrays(q1, q2, q3, together - q2 - q3, q5, q6)
+        q3 = np.where(np.isnan(q3) & (np.abs(last_height) > 1.0 - EPSILON)[..., None, None], 0.0, q3)
+        q2 = np.angle(reach[..., None] * (self.upper + self.fore * np.exp(1j * q3)).conj())
+        q4 = together[..., None] - q2 - q3
+        parts = np.broadcast_arrays(q1[..., None, None], q2, q3, q4, q5[..., None], q6[..., None])
         return np.stack(parts, axis=-1).reshape(len(positions), -1, 6)
 
 
@@ -150,45 +190,46 @@ class ThreeJoints:
     """
 
     def __init__(self, screws: Screws, point: FloatArray) -> None:
-        self.h, self.about_h1, (o1, o2, o3) = screws.axes[:3], screws.cross[0], screws.points[:3]
-        h1, h2, h3 = self.h
+        (h1, h2, h3), (o1, o2, o3) = screws.axes[:3], screws.points[:3]
         self.d = o2 - o1 - ((o2 - o1) @ h1) * h1
         self.o2 = o2
         arm = point - o3
         along = (arm @ h3) * h3
         self.v = np.array([arm - along, screws.cross[2] @ arm, o3 - o2 + along]).T  # times (cos q3, sin q3, 1)
         self.across = _frame_about(h2)
-        self.K = np.array([h1, self.d]) @ self.across.T
+        self.first = _Axis(h1)
+        # Of u as the first axis sees it: what d gives, what the part along the second axis gives, and the part across.
+        self.d_seen, self.along_seen, self.across_seen = (v @ self.first.across for v in (self.d, h2, self.across))
+        self.left, self.values, self.right = np.linalg.svd(np.array([h1, self.d]) @ self.across.T)
+        self.is_flat = bool(self.values[1] <= FLAT * self.values[0])
+        self.v_along, self.v_across = h2 @ self.v, self.across @ self.v
+        offset, link = self.v[:, 2], self.v[:, :2]
+        squared = np.array([*(2.0 * offset @ link), offset @ offset + link[:, 0] @ link[:, 0]])  # |v|^2
+        self.g = np.array([-(h1 @ h2) * self.v_along, -0.5 * squared - (self.d @ h2) * self.v_along])
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None = None) -> FloatArray:
         """Up to four."""
-        h1, h2, _ = self.h
-        along, across = h2 @ self.v, self.across @ self.v
-        offset, link = self.v[:, 2], self.v[:, :2]
-        squared = np.array([*(2.0 * offset @ link), offset @ offset + link[:, 0] @ link[:, 0]])  # |v|^2
         from_second = positions - self.o2
         from_first = from_second + self.d
-        g = np.empty((len(positions), 2, 3))
-        g[:, 0] = -(h1 @ h2) * along
-        g[:, 1] = -0.5 * squared - (self.d @ h2) * along
-        g[:, 0, 2] += from_second @ h1
-        g[:, 1, 2] += 0.5 * ((from_first**2).sum(axis=1) - self.d @ self.d)
-        left, values, right = np.linalg.svd(self.K)
-        if values[1] > FLAT * values[0]:
-            u_of = np.linalg.solve(self.K, g)
-            q3 = _roots(u_of.transpose(0, 2, 1) @ u_of - across.T @ across)
+        g = np.repeat(self.g[None], len(positions), axis=0)
+        g[:, 0, 2] += from_second @ self.first.along
+        g[:, 1, 2] += 0.5 * ((from_first * from_first).sum(axis=1) - self.d @ self.d)
+        g = self.left.T @ g
+        if self.is_flat:
+            q3 = np.repeat(_angles_to_height(g[:, 1, 0] - 1j * g[:, 1, 1], -g[:, 1, 2]), 2, axis=1)
             x = _circle(q3)
-            u = np.einsum("nij,nkj->nki", u_of, x)
+            first = (x @ g[:, 0, :, None])[..., 0] / self.values[0]
+            second = _root(((x @ self.v_across.T) ** 2).sum(axis=-1), first**2) * np.array([1.0, -1.0, 1.0, -1.0])
+            u = np.stack([first, second], axis=-1) @ self.right
         else:
-            g = left.T @ g
-            q3 = np.repeat(_angles(g[:, 1, 0], g[:, 1, 1], -g[:, 1, 2]), 2, axis=1)
+            u_of = self.right.T @ (g / self.values[:, None])
+            q3 = _roots(u_of.transpose(0, 2, 1) @ u_of - self.v_across.T @ self.v_across)
             x = _circle(q3)
-            first = np.einsum("nj,nkj->nk", g[:, 0], x) / values[0]
-            second = _root(((x @ across.T) ** 2).sum(axis=-1), first**2) * np.array([1.0, -1.0, 1.0, -1.0])
-            u = np.stack([first, second], axis=-1) @ right
-        v = x @ across.T
+            u = x @ u_of.transpose(0, 2, 1)
+        v = x @ self.v_across.T
         q2 = np.arctan2(u[..., 1], u[..., 0]) - np.arctan2(v[..., 1], v[..., 0])
-        q1 = _angle(self.about_h1, self.d + (x @ along)[..., None] * h2 + u @ self.across, from_first[:, None])
+        seen = self.d_seen + (x @ self.v_along) * self.along_seen + u @ self.across_seen
+        q1 = np.angle((from_first @ self.first.across)[:, None] * seen.conj())
         return np.stack([q1, q2, q3], axis=-1)
 
 
@@ -216,6 +257,57 @@ class TurnAndSlides:
         far = -half[:, None] + _root(half**2, rest)[:, None] * np.array([1.0, -1.0])
         q1 = _angle(self.about, start[:, None] + far[..., None] * way, wanted[:, None])
         return np.concatenate([q1[..., None], shift[:, None] + far[..., None] * level], axis=-1)
+
+
+class _Axis:
+    """A joint's axis. Vectors are a complex number across it and a height along it; a turn multiplies the number.
+
+    Attributes:
+        across: (3,), complex: x + i y of a right-handed frame whose z is the axis.
+        along: (3,): the axis.
+    """
+
+    def __init__(self, axis: FloatArray) -> None:
+        x, y = _frame_about(axis)
+        self.across, self.along = x + 1j * y, axis
+
+    def parts(self, vectors: FloatArray) -> tuple[ComplexArray, FloatArray]:
+        """The numbers and the heights (...) of vectors (..., 3)."""
+        return vectors @ self.across, vectors @ self.along
+
+    def seen(self, direction: ComplexArray | FloatArray) -> _Wave:
+        """The product of a direction (3,), real or complex, with vectors that are given by number and height."""
+        number, conjugate = 0.5 * self.across.conj() @ direction, 0.5 * self.across @ direction
+        return _Wave(number, conjugate, complex(self.along @ direction))
+
+    def turned(self, vector: ComplexArray | FloatArray, direction: ComplexArray | FloatArray) -> _Wave:
+        """The product of a direction (3,) with a vector (3,) that the joint turns by q, as a function of exp(i q)."""
+        wave = self.seen(direction)
+        number, conjugate = vector @ self.across, vector @ self.across.conj()
+        return _Wave(wave.number * number, wave.conjugate * conjugate, wave.constant * complex(vector @ self.along))
+
+
+class _Wave(NamedTuple):
+    """The function a z + b conj(z) + c h of a complex number z and a height h.
+
+    Attributes:
+        number: The factor a.
+        conjugate: The factor b.
+        constant: The factor c.
+    """
+
+    number: complex
+    conjugate: complex
+    constant: complex
+
+    def __call__(self, number: ComplexArray, height: FloatArray | float = 1.0) -> ComplexArray:
+        """The value (...)."""
+        value: ComplexArray = self.number * number + self.conjugate * number.conj() + self.constant * height
+        return value
+
+    def angles(self, value: FloatArray) -> FloatArray:
+        """(..., 2): the angles q at which a function that is real has a value (...) at z = exp(i q), h = 1."""
+        return _angles_to_height(2.0 * self.number, value - complex(self.constant).real)
 
 
 def _moved(
@@ -256,19 +348,15 @@ def _angle(cross: FloatArray, before: FloatArray, after: FloatArray) -> FloatArr
     return angle
 
 
-def _angles(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """(..., 2): the solutions of a cos q + b sin q = c."""
+def _angles_to_height(number: ComplexArray | complex, height: FloatArray) -> FloatArray:
+    """(..., 2): the angles q with Re(number exp(i q)) = height."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        cosine = c / np.hypot(a, b)
-    half = np.arccos(np.clip(np.where(np.abs(cosine) < 1.0 + NEARLY, cosine, np.nan), -1.0, 1.0))
-    middle = np.arctan2(b, a)
-    return np.stack([middle + half, middle - half], axis=-1)
-
-
-def _angles_to_height(cross: FloatArray, vectors: FloatArray, up: FloatArray, height: FloatArray) -> FloatArray:
-    """(..., 2): turns about an axis that bring vectors (..., 3) to a height along `up`."""
-    b, a = vectors @ cross.T @ up, -(vectors @ cross.T @ cross.T @ up)
-    return _angles(a, b, height - (vectors @ up - a))
+        cosine = height / np.abs(number)
+    half = np.arccos(np.minimum(np.maximum(np.where(np.abs(cosine) < 1.0 + NEARLY, cosine, np.nan), -1.0), 1.0))
+    middle = -np.angle(number)
+    angles = np.empty((*half.shape, 2))
+    angles[..., 0], angles[..., 1] = middle + half, middle - half
+    return angles
 
 
 def _root(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -283,10 +371,7 @@ def _circle(angle: FloatArray) -> FloatArray:
 
 def _roots(forms: FloatArray) -> FloatArray:
     """(N, 4), angles q with x^T Q x = 0, x = (cos q, sin q, 1), for quadratic forms Q (N, 3, 3)."""
-    c, s = np.cos(OFFSET), np.sin(OFFSET)
-    shift = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    in_t = shift @ np.array([[1.0, 0.0, -1.0], [0.0, 2.0, 0.0], [1.0, 0.0, 1.0]])  # (1 + t^2) x = in_t (1, t, t^2)
-    Q = in_t.T @ forms @ in_t
+    Q = IN_HALF_TANGENT.T @ forms @ IN_HALF_TANGENT
     least = np.maximum(LEAST * np.abs(Q).max(axis=(1, 2)), np.finfo(float).tiny)
     leading = np.where(np.abs(Q[:, 2, 2]) < least, least, Q[:, 2, 2])
     companion = np.zeros((len(Q), 4, 4))

@@ -25,6 +25,25 @@ DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-13, 1e12
 LONGEST_STEP = 1.5
 """rad or m, the norm of a step: the Jacobian says nothing of what lies further away."""
 
+MOST_SLIDES = 20
+"""Steps along a continuum: about three are needed."""
+
+SLID = 0.03
+"""Share of the way to the reference that a continuum may still have in its tangent space: 5e-4 of the distance."""
+
+LEAST_SHARE = 3e-3
+"""Share of a step along a continuum that is tried last, each being a third of the one before."""
+
+STEADY_SLIDE = {"patience": 2, "most": 10}
+"""The descent that brings the tool back after a step along a continuum."""
+
+SOLVED = 1e-9
+"""Error (m, rad) up to which that has succeeded."""
+
+AT_LIMIT = 1e-6
+"""rad or m, from a limit: a joint that a step presses against it is held."""
+
+
 SLOW = 0.5
 """A step is slow when more than this share of the squared error is left."""
 
@@ -84,6 +103,67 @@ class Descent:
             if slow >= patience or damping > MOST_DAMPING:
                 break
         return squared**0.5, q
+
+    def miss(self, q: FloatArray) -> float:
+        """How far the tool is from the pose at `q`, m and rad alike."""
+        error = self._error(q)
+        return float(np.sqrt(error.dot(error)))
+
+    def slide(
+        self, start: FloatArray, reference: FloatArray, velocity: FloatArray, lower: FloatArray, upper: FloatArray
+    ) -> FloatArray:
+        """Move along a continuum of solutions to where no small motion on it comes nearer to the reference.
+
+        Minimises |(q - reference) / velocity| over the joint positions that leave the tool where it is: each step
+        follows what the solutions' tangent space has of the way to the reference, and a descent brings the tool back.
+        Where there is no continuum, nothing moves.
+
+        Args:
+            start: (joints,), a solution.
+            reference: (joints,).
+            velocity: (joints,), that distances are divided by.
+            lower: (joints,), of the box.
+            upper: (joints,).
+        """
+        q, share, missing = start, 1.0, (reference - start) / velocity
+        distance = float(missing.dot(missing)) ** 0.5
+        for _ in range(MOST_SLIDES):
+            self._error(q)
+            step = self._tangent(q, missing, velocity, lower, upper)
+            if float(step.dot(step)) ** 0.5 <= SLID * distance:
+                break
+            step *= velocity
+            # Up to the first limit in the way: there the joint is held from then on.
+            ahead = np.where(step > 0.0, upper - q, q - lower)
+            over = float((np.abs(step) / np.maximum(ahead, AT_LIMIT)).max())
+            step /= max(1.0, over, float(np.abs(step).max()) / LONGEST_STEP)
+            while share > LEAST_SHARE:
+                trial = np.minimum(np.maximum(q + share * step, lower), upper)
+                error, trial = self(trial, lower, upper, **STEADY_SLIDE)
+                missing_there = (reference - trial) / velocity
+                distance_there = float(missing_there.dot(missing_there)) ** 0.5
+                if error < SOLVED and distance_there < distance:
+                    break
+                share /= 3.0
+            else:
+                break
+            q, missing, distance, share = trial, missing_there, distance_there, min(1.0, 2.0 * share)
+        return q
+
+    def _tangent(
+        self, q: FloatArray, missing: FloatArray, velocity: FloatArray, lower: FloatArray, upper: FloatArray
+    ) -> FloatArray:
+        """What the motions that leave the tool still have of `missing` (joints,), both in time at the velocities."""
+        J, held = self._jacobian() * velocity, np.zeros(len(q), dtype=bool)
+        while True:
+            J, way = np.where(held, 0.0, J), np.where(held, 0.0, missing)
+            normal = J.dot(J.T)
+            normal.flat[:: len(J) + 1] += LEAST_DAMPING * (1.0 + normal.diagonal().max())
+            step: FloatArray = way - J.T.dot(LDLT(normal).solve(J.dot(way)).reshape(-1))
+            pressing = ((q <= lower + AT_LIMIT) & (step < 0.0)) | ((q >= upper - AT_LIMIT) & (step > 0.0))
+            if not pressing.any():
+                return step
+            held |= pressing
 
     def _error(self, q: FloatArray) -> FloatArray:
         """(3,) or (6,), linear over angular, in the tool's axes; leaves the Jacobians at `q` in Pinocchio's data."""

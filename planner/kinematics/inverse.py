@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from planner.kinematics.forward import manipulability, tool_pose
+from planner.kinematics.nearest import nearest_in_turn, nearest_solution
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.kinematics.search import QUICK, Search, pose_errors, search_all
+from planner.kinematics.search import Search, pose_errors, search_all
 from planner.kinematics.turns import by_distance
 
 if TYPE_CHECKING:
@@ -21,9 +23,6 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray, Pose
 
 Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
-
-JUMP = 0.5
-"""rad or m: a descent from the reference that moves no joint by more has found the solution that goes with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +58,8 @@ def inverse_kinematics(
 ) -> InverseKinematicsResult:
     """Solve for a joint position that brings the tool to `pose`; with a reference, for the one nearest to it.
 
-    Nearest counts in time: the joints' distances are divided by their velocity limits. What a descent from the
-    reference reaches without a jump is taken as the nearest, else all solutions are compared. The answer is verified
-    by forward kinematics and depends on nothing but the arguments.
+    Nearest counts in time: the joints' distances are divided by their velocity limits. `nearest_solution` says what is
+    promised for which arm. The answer is verified by forward kinematics and depends on nothing but the arguments.
 
     Args:
         robot: With its tool.
@@ -75,8 +73,41 @@ def inverse_kinematics(
     search = Search(robot, pose, options)
     if reference is None and options.reference is not None:
         reference = np.array(options.reference)
-    solution = search.first() if reference is None else _nearest(search, np.asarray(reference, dtype=np.float64))
+    solution = (
+        search.first() if reference is None else nearest_solution(search, np.asarray(reference, dtype=np.float64))
+    )
     return _failure(search) if solution is None else _result(robot, pose, solution, "solved")
+
+
+def inverse_kinematics_many(
+    robot: Robot,
+    poses: Sequence[Pose],
+    options: InverseKinematicsOptions = InverseKinematicsOptions(),
+    reference: ArrayLike | None = None,
+) -> list[InverseKinematicsResult]:
+    """Solve a sequence of poses, each for the joint position nearest to that of the pose before it.
+
+    The answers are those of `inverse_kinematics`, one pose after the other, each with the last solution as its
+    reference. Of an arm with a closed form, many poses take a fraction of the time of as many calls.
+
+    Args:
+        robot: With its tool.
+        poses: In the base frame; without a rotation, the position alone counts.
+        options: Tolerances, reference and seed.
+        reference: (joints,), of the first pose; None: `options.reference`. Without either the first solution found is
+            the first answer.
+    """
+    if reference is None and options.reference is not None:
+        reference = np.array(options.reference)
+    near = None if reference is None else np.asarray(reference, dtype=np.float64)
+    results: list[InverseKinematicsResult] = []
+    for _, group in groupby(poses, key=lambda pose: pose.rotation is None):
+        searches = [Search(robot, pose, options) for pose in group]
+        solutions = nearest_in_turn(searches, near)
+        answers = _results(robot, searches, solutions)
+        results += answers
+        near = next((answer.position for answer in reversed(answers) if answer.status == "solved"), near)
+    return results
 
 
 def all_solutions(
@@ -122,15 +153,6 @@ def _layers(searches: list[Search], reference: FloatArray | None) -> list[tuple[
     return [tuple(by_distance(robot, found, reference)) for found in search_all(searches, reference)]
 
 
-def _nearest(search: Search, reference: FloatArray) -> FloatArray | None:
-    """The solution nearest to the reference."""
-    solution = search.solve(np.clip(reference, search.lower, search.upper), **QUICK)
-    if solution is not None and np.abs(solution - reference).max() <= JUMP:
-        return solution
-    solutions = search_all([search], reference)[0]
-    return by_distance(search.robot, solutions, reference)[0] if solutions else None
-
-
 def _failure(search: Search) -> InverseKinematicsResult:
     """Why there is no solution, and the nearest pose found."""
     robot, pose, beyond, nearest = search.robot, search.pose, search.beyond_the_limits(), search.nearest()
@@ -138,6 +160,23 @@ def _failure(search: Search) -> InverseKinematicsResult:
         return _result(robot, pose, nearest, "unreachable_waypoint")
     joint = int(np.argmax(np.maximum(search.lower - beyond, beyond - search.upper)))
     return _result(robot, pose, nearest, "joint_position_limit", robot.joint_names[joint], float(beyond[joint]))
+
+
+def _results(
+    robot: Robot, searches: Sequence[Search], solutions: Sequence[FloatArray | None]
+) -> list[InverseKinematicsResult]:
+    """Answers with the poses, by Pinocchio's forward kinematics, and the manipulability that belong to solutions."""
+    solved = [k for k, solution in enumerate(solutions) if solution is not None]
+    measures = iter(manipulability(robot, np.array([solutions[k] for k in solved])) if solved else ())
+    results = []
+    for search, q in zip(searches, solutions, strict=True):
+        if q is None:
+            results.append(_failure(search))
+            continue
+        reached = tool_pose(robot, q)
+        errors = pose_errors(search.pose, reached)
+        results.append(InverseKinematicsResult("solved", q, reached, *errors, float(next(measures))))
+    return results
 
 
 def _result(

@@ -1,9 +1,10 @@
-"""An arm as screws: its poses and Jacobians at many joint positions in a few array operations."""
+"""An arm as screws: its poses, Jacobians and twists at many joint positions in a few array operations."""
 
 from __future__ import annotations
 
+from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -16,31 +17,72 @@ if TYPE_CHECKING:
 class Screws:
     """The arm's tip as a product of exponentials, T(q) = exp(S1 q1) ... exp(Sn qn) T(0) (Brockett 1984).
 
-    Read from the Pinocchio model at joint position 0, in the base's axes.
-
     Attributes:
         axes: (joints, 3): unit vectors along which the joints turn or slide.
         points: (joints, 3), m: on each axis the point nearest to the base; 0 where the joint slides.
         is_angle: (joints,), bool.
-        position: (3,), m: of the tip.
-        rotation: (3, 3), of the tip.
-        cross: (joints, 3, 3), the matrices of the cross products with the axes: cross @ v = axis x v.
+        position: (3,), m: of the tip at joint position 0.
+        rotation: (3, 3), of the tip at joint position 0.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        model, data = robot.model, robot.data
-        twists = pin.computeJointJacobians(model, data, np.zeros(robot.dof)).reshape(6, robot.dof).T
-        self.is_angle = robot.is_angle
-        self.axes = np.where(self.is_angle[:, None], twists[:, 3:], twists[:, :3])
-        self.points = np.where(self.is_angle[:, None], np.cross(twists[:, 3:], twists[:, :3]), 0.0)
-        self.cross = np.cross(self.axes[:, None], np.eye(3)).transpose(0, 2, 1)
-        placement = pin.updateFramePlacement(model, data, robot.tip_frame_id)
-        self.position, self.rotation = placement.translation.copy(), placement.rotation.copy()
+    def __init__(
+        self,
+        axes: FloatArray,
+        points: FloatArray,
+        is_angle: np.ndarray,
+        position: FloatArray,
+        rotation: FloatArray,
+    ) -> None:
+        self.axes, self.points, self.is_angle = axes, points, is_angle
+        self.position, self.rotation = position, rotation
         # Frames along the arm whose z is the joint's axis: a turn mixes two columns, all else is constant.
-        frames = [np.eye(3), *(_with_z(axis) for axis in self.axes), self.rotation]
-        origins = [np.zeros(3), *self.points, self.position]
+        frames = [np.eye(3), *(_with_z(axis) for axis in axes), rotation]
+        origins = [np.zeros(3), *points, position]
         self._turns = [after.T @ before for before, after in pairwise(frames)]
         self._shifts = [(b - a) @ frame for frame, (a, b) in zip(frames, pairwise(origins), strict=False)]
+
+    @classmethod
+    def of(cls, robot: Robot) -> Screws:
+        """Read the robot's screws from its Pinocchio model at joint position 0, in the base's axes."""
+        model, data, is_angle = robot.model, robot.data, robot.is_angle
+        twists = pin.computeJointJacobians(model, data, np.zeros(robot.dof)).reshape(6, robot.dof).T
+        axes = np.where(is_angle[:, None], twists[:, 3:], twists[:, :3])
+        points = np.where(is_angle[:, None], np.cross(twists[:, 3:], twists[:, :3]), 0.0)
+        placement = pin.updateFramePlacement(model, data, robot.tip_frame_id)
+        return cls(axes, points, is_angle, placement.translation.copy(), placement.rotation.copy())
+
+    @cached_property
+    def cross(self) -> FloatArray:
+        """(joints, 3, 3), the matrices of the cross products with the axes: cross @ v = axis x v."""
+        return np.cross(self.axes[:, None], np.eye(3)).transpose(0, 2, 1)
+
+    def reach_within(self, lower: FloatArray, upper: FloatArray) -> float:
+        """A bound on the tip's distance from the points on the axes, m; infinite where a joint may slide for ever.
+
+        Args:
+            lower: (joints,), position limits.
+            upper: (joints,).
+        """
+        slides = np.maximum(np.abs(lower), np.abs(upper))[~self.is_angle]
+        return float(sum(np.linalg.norm(shift) for shift in self._shifts[1:]) + slides.sum())
+
+    def without_first(self) -> Screws:
+        """The same arm with its first joint held at 0."""
+        return Screws(self.axes[1:], self.points[1:], self.is_angle[1:], self.position, self.rotation)
+
+    def backwards(self) -> Screws:
+        """The arm seen from its tip: with joint positions -q in reverse order it takes T(0) T(q)^-1 for its pose."""
+        return Screws(self.axes[::-1], self.points[::-1], self.is_angle[::-1], np.zeros(3), np.eye(3))
+
+    def poses(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where a point of the tip frame is (N, 3), and how the tip is turned (N, 3, 3), in the base's axes.
+
+        Args:
+            positions: (N, joints).
+            point: (3,), in the tip frame.
+        """
+        chain = self._along(positions, point)
+        return chain.reached.T, chain.turned
 
     def reach(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Where a point of the tip frame is, how the tip is turned, and the Jacobian of both.
@@ -52,6 +94,27 @@ class Screws:
         Returns:
             (N, 3), (N, 3, 3) and (N, 6, joints), linear over angular, all in the base's axes.
         """
+        chain = self._along(positions, point)
+        count, joints = positions.shape
+        J = np.empty((6, joints, count))
+        J[:3] = chain.linear.transpose(1, 0, 2)
+        J[3:] = np.where(self.is_angle[:, None], chain.axes.transpose(1, 0, 2), 0.0)
+        return chain.reached.T, chain.turned, np.ascontiguousarray(J.transpose(2, 0, 1))
+
+    def twists(self, positions: FloatArray, velocities: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Velocity of a point of the tip frame (N, 3), m/s, and of the tip's turning (N, 3), rad/s, in the base's axes.
+
+        Args:
+            positions: (N, joints).
+            velocities: (N, joints).
+            point: (3,), in the tip frame.
+        """
+        chain, rates = self._along(positions, point), velocities.T[:, None]
+        turning = np.where(self.is_angle[:, None, None], rates, 0.0)
+        return (chain.linear * rates).sum(axis=0).T, (chain.axes * turning).sum(axis=0).T
+
+    def _along(self, positions: FloatArray, point: FloatArray) -> _Chain:
+        """The axes and what they do to a point of the tip frame, all of N configurations at once."""
         count, joints = positions.shape
         slides = np.tile(positions.T, 3)
         cosine, sine = np.cos(slides), np.sin(slides)
@@ -71,14 +134,28 @@ class Screws:
         columns = self._turns[-1] @ columns
         reached = origin + point @ columns
         axes, arms = axes.reshape(joints, 3, count), (reached - anchors).reshape(joints, 3, count)
-        J = np.empty((6, joints, count))
+        linear = np.empty((joints, 3, count))
         for k, (a, b) in enumerate(((1, 2), (2, 0), (0, 1))):
-            J[k] = axes[:, a] * arms[:, b] - axes[:, b] * arms[:, a]
-            J[3 + k] = axes[:, k]
+            linear[:, k] = axes[:, a] * arms[:, b] - axes[:, b] * arms[:, a]
         slide = ~self.is_angle
-        J[:3, slide], J[3:, slide] = axes[slide].transpose(1, 0, 2), 0.0
-        turned = columns.reshape(3, 3, count).transpose(2, 1, 0)
-        return reached.reshape(3, count).T, turned, np.ascontiguousarray(J.transpose(2, 0, 1))
+        linear[slide] = axes[slide]
+        return _Chain(axes, linear, reached.reshape(3, count), columns.reshape(3, 3, count).transpose(2, 1, 0))
+
+
+class _Chain(NamedTuple):
+    """What joints do to a point of the tip frame in N configurations, in the base's axes.
+
+    Attributes:
+        axes: (joints, 3, N): unit vectors along the joints' axes.
+        linear: (joints, 3, N): velocity of the point by velocity of each joint.
+        reached: (3, N), m: where the point is.
+        turned: (N, 3, 3): how the tip is turned.
+    """
+
+    axes: FloatArray
+    linear: FloatArray
+    reached: FloatArray
+    turned: FloatArray
 
 
 def _with_z(axis: FloatArray) -> FloatArray:

@@ -54,6 +54,11 @@ class Search:
         self.best: tuple[float, FloatArray] = (np.inf, robot.middle)
 
     @property
+    def rows(self) -> int:
+        """Number of equations that the pose sets: 6, or 3 where any orientation will do."""
+        return 3 if self.pose.rotation is None else 6
+
+    @property
     def tip(self) -> pin.SE3:
         """Where the tip frame is to be, with a rotation."""
         return pin.SE3(self.pose.rotation, self.pose.position) * self.robot.tool_in_tip.inverse()
@@ -154,7 +159,7 @@ def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
 
 def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, list[FloatArray]]:
     """What a closed form finds; nothing where the arm has none."""
-    robot, target = group[0].robot, _targets(group)
+    robot, target = group[0].robot, targets(group)
     form = seed_table(robot).form(target)
     if form is None:
         return {}
@@ -196,7 +201,7 @@ def _misses_some(search: Search, reached: FloatArray) -> bool:
 
 def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) -> bool:
     """Whether at some solution the joints can move and the tool stay."""
-    rows = 3 if search.pose.rotation is None else 6
+    rows = search.rows
     if len(solutions) == 0 or search.robot.dof > rows:
         return len(solutions) > 0
     J = np.array([jacobian(search.robot, q)[:rows] for q in solutions])
@@ -206,7 +211,7 @@ def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) 
 def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, FloatArray]:
     """Of every search, where descents from its starts reach the pose; in the order of the starts."""
     (count, joints), lower, upper = starts[0].shape, group[0].lower, group[0].upper
-    target, screws = _targets(group).repeated(count), seed_table(group[0].robot).screws
+    target, screws = targets(group).repeated(count), seed_table(group[0].robot).screws
     errors, ends = descend_many(screws, target, np.vstack(starts), lower, upper, **STEADY)
     reached = {}
     for search, error, end in zip(group, errors.reshape(-1, count), ends.reshape(-1, count, joints), strict=True):
@@ -215,8 +220,8 @@ def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, Floa
     return reached
 
 
-def _targets(group: list[Search]) -> Target:
-    """Of the tip with a rotation, of the tool's point without."""
+def targets(group: Sequence[Search]) -> Target:
+    """Where the searches are to bring the tip; without rotations, where they are to bring the tool's point."""
     tool = group[0].robot.tool_in_tip
     if group[0].pose.rotation is None:
         return Target(np.array([search.pose.position for search in group]), None, tool.translation)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.closed_form import closed_form
+from planner.kinematics.redundant import redundant_form
 from planner.kinematics.screws import Screws
 from planner.last_used import LastUsed
 
@@ -50,9 +51,11 @@ class SeedTable:
     def __init__(self, robot: Robot) -> None:
         self.lower, self.upper = robot.limit("lower"), robot.limit("upper")
         self.configurations = random_configurations(robot, ROWS, seed=0)
-        self.screws = Screws(robot)
+        self.screws = Screws.of(robot)
         self.positions, self.rotations, jacobians = self.screws.reach(self.configurations, np.zeros(3))
         self._closed_form = closed_form(self.screws, None)
+        self.reach = self.screws.reach_within(self.lower, self.upper)
+        self.redundant_form = redundant_form(self.screws)
         reach = float(np.sqrt(self.positions.var(axis=0).sum()))
         reach = reach if reach > LEAST_REACH else 1.0
         # |p - p*|^2 / reach^2 + (0.5 |R - R*|_F)^2, without the terms that are the same in every row
@@ -97,11 +100,15 @@ def seed_table(robot: Robot) -> SeedTable:
 
 
 def random_configurations(robot: Robot, count: int, seed: int) -> FloatArray:
-    """(count, joints) within the limits: of angles one turn at most, of open lengths 1 m to either side."""
+    """(count, joints), evenly at random within the limits and one turn."""
+    return np.random.default_rng(seed).uniform(*searched_box(robot), (count, robot.dof))
+
+
+def searched_box(robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Bounds (joints,) within which solutions are looked for: of angles one turn at most, of open lengths 1 m about."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     reach = np.where(robot.is_angle, np.pi, np.where(np.isfinite(upper - lower), np.inf, 1.0))
-    low, high = np.maximum(lower, robot.middle - reach), np.minimum(upper, robot.middle + reach)
-    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
+    return np.maximum(lower, robot.middle - reach), np.minimum(upper, robot.middle + reach)
 
 
 def _errors_per_pose(positions: FloatArray, rotations: FloatArray) -> FloatArray:

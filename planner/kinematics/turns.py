@@ -27,12 +27,22 @@ def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> 
     """
     lower, upper = robot.limit("lower"), robot.limit("upper")
     turns = np.round((reference - positions) / TURN)
-    with np.errstate(invalid="ignore"):
-        fewest = np.ceil((lower - positions) / TURN - ROUNDING)
-        most = np.floor((upper - positions) / TURN + ROUNDING)
-    turned = positions + TURN * np.where(robot.is_angle, np.minimum(np.maximum(turns, fewest), most), 0.0)
+    fewest, most = turns_within(robot, positions)
+    turned = positions + TURN * np.minimum(np.maximum(turns, fewest), most)
     within = np.minimum(np.maximum(turned, lower), upper)
     return np.where(np.abs(turned - within) <= TURN * ROUNDING, within, turned)
+
+
+def turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fewest and most whole turns (..., joints) that keep positions (..., joints) within the limits; 0 of lengths.
+
+    Fewest is more than most for an angle that no turn brings within its limits.
+    """
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    with np.errstate(invalid="ignore"):
+        fewest = np.where(robot.is_angle, np.ceil((lower - positions) / TURN - ROUNDING), 0.0)
+        most = np.where(robot.is_angle, np.floor((upper - positions) / TURN + ROUNDING), 0.0)
+    return fewest, most
 
 
 def with_whole_turns(
@@ -61,10 +71,15 @@ def by_distance(robot: Robot, solutions: Sequence[FloatArray] | FloatArray, refe
     """Nearest to the reference first, in time at the velocity limits."""
     if len(solutions) == 0:
         return []
-    velocity = robot.limit("velocity")
-    weights = 1.0 / counted_velocity(velocity)
-    times = np.linalg.norm((np.array(solutions) - reference) * weights, axis=1)
+    times = travel_times(robot, np.array(solutions), reference)
     return [solutions[i] for i in np.argsort(times, kind="stable")]
+
+
+def travel_times(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:
+    """(...), s: norms of the times that joints take at their velocity limits from positions (..., joints)."""
+    away = (positions - reference) / counted_velocity(robot.limit("velocity"))
+    times: FloatArray = np.sqrt((away * away).sum(axis=-1))
+    return times
 
 
 def distances(robot: Robot, positions: FloatArray, others: FloatArray) -> FloatArray:

@@ -181,7 +181,10 @@ class Robot(RobotDescription):
         tip = model.frames[self.tip_frame_id]
         rotation = np.eye(3) if pose.rotation is None else pose.rotation
         placement = tip.placement * pin.SE3(rotation, pose.position)
-        model.addFrame(pin.Frame(TOOL_FRAME, tip.parentJoint, self.tip_frame_id, placement, pin.FrameType.OP_FRAME))
+        if model.existFrame(TOOL_FRAME, pin.FrameType.OP_FRAME):
+            model.frames[self.tool_frame_id].placement = placement  # another tool takes the place of the first
+        else:
+            model.addFrame(pin.Frame(TOOL_FRAME, tip.parentJoint, self.tip_frame_id, placement, pin.FrameType.OP_FRAME))
         return replace(self, model=model)
 
     def with_payload(self, payload: Payload) -> Robot:

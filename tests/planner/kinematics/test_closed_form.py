@@ -91,7 +91,7 @@ def test_six_joints_are_found_again(make: Callable[[np.random.Generator], list[R
     rng = np.random.default_rng(seed)
     rows = make(rng)
     robot = arm_of(rows)
-    assert closed_form(Screws(robot), None) is not None
+    assert closed_form(Screws.of(robot), None) is not None
     configurations = rng.uniform(-np.pi, np.pi, (4, 6)) * np.where(robot.is_angle, 1.0, 0.5)
     configurations = [q for q in configurations if np.linalg.svd(jacobian(robot, q), compute_uv=False)[-1] > 1e-3]
     placements = [plain_product(rows, q) for q in configurations]
@@ -126,7 +126,7 @@ def test_an_arm_with_an_offset_wrist_has_no_closed_form_and_is_solved_by_descent
     rows = spherical_wrist(rng)
     rows[4] = ("continuous", 0.0, 0.08, rows[4][3])
     robot = arm_of(rows)
-    assert closed_form(Screws(robot), None) is None
+    assert closed_form(Screws.of(robot), None) is None
     for q in rng.uniform(-np.pi, np.pi, (5, 6)):
         T = plain_product(rows, q)
         solutions = all_solutions(robot, Pose(T[:3, 3], T[:3, :3]), OPTIONS)
@@ -137,7 +137,7 @@ def test_an_arm_with_an_offset_wrist_has_no_closed_form_and_is_solved_by_descent
 def test_the_screws_are_pinocchios_kinematics(robot_id: str) -> None:
     robot, rng = load_robot(robot_id), np.random.default_rng(2)
     q = np.array([random_position(robot, rng) for _ in range(5)])
-    positions, rotations, jacobians = Screws(robot).reach(q, np.zeros(3))
+    positions, rotations, jacobians = Screws.of(robot).reach(q, np.zeros(3))
     for i, pose in enumerate(forward_kinematics(robot, q)):
         assert positions[i] == pytest.approx(pose.position, abs=1e-12)
         assert rotations[i] == pytest.approx(pose.rotation, abs=1e-12)

@@ -1,0 +1,285 @@
+"""The solution nearest to a reference: by a closed form where the arm has one, along the continuum where there is one.
+
+Nearest counts in time: the joints' distances are divided by their velocity limits.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.kinematics.descent import Target, descend_many
+from planner.kinematics.forward import jacobian, singular_values
+from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
+from planner.kinematics.seeds import searched_box, seed_table
+from planner.kinematics.turns import TURN, by_distance, nearest_turn, travel_times, turns_within
+from planner.limits import counted_velocity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.kinematics.closed_form import ClosedForm
+    from planner.kinematics.search import Search
+    from planner.spatial import FloatArray
+
+JUMP = 0.5
+"""rad or m: where no closed form tells all isolated solutions, what a descent from the reference finds without moving a
+joint by more counts as the nearest."""
+
+CLOSE = 0.05
+"""m and rad: where the reference misses the pose by more, no descent from it can prove that it found the nearest."""
+
+FAR = 1.0
+"""m and rad: where the reference misses the pose by more, a descent from it rarely ends without a jump."""
+
+CANDIDATE_ERROR = 0.05
+"""rad or m, by which a descent from a candidate of a closed form may move a joint: most where two branches meet."""
+
+NEARLY_SINGULAR = 1e-5
+"""Magnitude of the Jacobian's determinant (m and rad alike) below which a candidate may belong to a continuum."""
+
+SAMPLES_ALONG = 9
+"""Joint positions on the line that touches a continuum at a candidate, over two turns of the joint that moves most."""
+
+FOLLOWED = 5
+"""Starts, apart from each other, from which the nearest solution of a continuum is looked for at an isolated pose."""
+
+FAMILIES = 2
+"""The same for an arm that has a continuum of solutions for every pose."""
+
+APART = 0.5
+"""rad or m, in some joint, by which such starts differ."""
+
+FURTHER = 1.2
+"""A start that is as many times as far as the nearest solution so far is not followed."""
+
+CONFIRMED = 1e-5
+"""m, rad: a candidate that misses its pose by no more, and is not singular, needs no descent to be told a solution."""
+
+MANY = 8
+"""Poses from which on it pays to find the candidates of all together."""
+
+HELD_AT = 32
+"""Positions at which an end joint of a redundant arm is held, besides the reference's."""
+
+
+def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None:
+    """The solution nearest to the reference (joints,); None if none is found.
+
+    - Isolated solutions of an arm with a closed form are all compared.
+    - Of a continuum, the answer is a solution from which no small motion along the continuum comes nearer. It is looked
+      for on the parts of the continuum that come nearest by a closed form with an end joint held at many positions, or
+      by descents from a table.
+    - Of any other arm, what a descent from the reference finds without a jump is the answer; where it jumps, the
+      nearest of what descents from a table find.
+    """
+    redundant = search.robot.dof > search.rows
+    form = None if redundant else seed_table(search.robot).form(targets([search]))
+    near = _near_by(search, reference, proved=form is not None)
+    if near is not None:
+        return near
+    if form is not None:
+        return _of_closed_form(search, form, reference)
+    if redundant and (found := _with_an_end_joint_held(search, reference)) is not None:
+        return found
+    solutions = by_distance(search.robot, search_all([search], reference)[0], reference)
+    return _along_continuum(search, np.array(solutions), reference, FAMILIES) if solutions else None
+
+
+def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArray | None:
+    """What a descent from the reference finds, if it is the nearest solution: by proof, or for want of a jump."""
+    start = np.clip(reference, search.lower, search.upper)
+    if search.descend.miss(start) > (CLOSE if proved else FAR):
+        return None
+    solution = search.solve(start, **QUICK)
+    if solution is None:
+        return None
+    if proved:
+        return solution if _is_only_one_near(search, solution, reference) else None
+    return _slid(search, solution, reference) if np.abs(solution - reference).max() <= JUMP else None
+
+
+def _of_closed_form(search: Search, form: ClosedForm, reference: FloatArray) -> FloatArray | None:
+    """The nearest of all isolated solutions, and of a continuum where there seems to be one."""
+    target = targets([search])
+    candidates = form(target.positions, target.rotations)[0]
+    starts = _within_limits(search, candidates[np.isfinite(candidates).all(axis=1)], reference)
+    best, least = None, np.inf
+    slack = float(np.linalg.norm(CANDIDATE_ERROR / counted_velocity(search.robot.limit("velocity"))))
+    for start in starts:
+        if float(travel_times(search.robot, start, reference)) > least + slack:
+            break
+        solution = search.solve(start, **STEADY)
+        if solution is None:
+            continue
+        solution = nearest_turn(search.robot, solution, reference)
+        time = float(travel_times(search.robot, solution, reference))
+        if time < least:
+            best, least = solution, time
+    if not len(starts):
+        return best
+    J = np.array([jacobian(search.robot, q)[: search.rows] for q in starts])
+    singular = np.asarray(np.abs(np.linalg.det(J)) <= NEARLY_SINGULAR)
+    if not singular.any():
+        return best
+    around = _touching(search, starts[singular], J[singular], reference)
+    if best is not None:
+        around = np.vstack([best, around])
+    found = _along_continuum(search, around, reference, FOLLOWED)
+    return best if found is None else found
+
+
+def _touching(search: Search, starts: FloatArray, J: FloatArray, reference: FloatArray) -> FloatArray:
+    """Joint positions (N, joints) on the lines that touch continua at singular ones, nearest to the reference first."""
+    free = np.linalg.svd(J)[2][:, -1]
+    free = free / np.abs(free).max(axis=1, keepdims=True)
+    line = np.linspace(-np.pi, np.pi, SAMPLES_ALONG)[:, None] * free[:, None]
+    along = (starts[:, None] + line).reshape(-1, search.robot.dof)
+    turned = np.clip(nearest_turn(search.robot, along, reference), search.lower, search.upper)
+    return np.array(by_distance(search.robot, turned, reference))
+
+
+def _with_an_end_joint_held(search: Search, reference: FloatArray) -> FloatArray | None:
+    """The nearest solution of a redundant arm that has a closed form with its first or last joint held."""
+    form = seed_table(search.robot).redundant_form
+    if form is None or search.rows != 6:
+        return None
+    low, high = searched_box(search.robot)
+    values = np.linspace(low[form.held], high[form.held], HELD_AT)
+    values = np.append(values, np.clip(reference, low, high)[form.held])
+    starts = _within_limits(search, form(search.tip.translation, search.tip.rotation, values), reference)
+    return _along_continuum(search, starts, reference, FAMILIES)
+
+
+def _within_limits(search: Search, candidates: FloatArray, reference: FloatArray) -> FloatArray:
+    """The candidates (N, joints) that keep the limits, turned to lie nearest to the reference, the nearest first."""
+    turned = nearest_turn(search.robot, candidates, reference)
+    inside = np.minimum(np.maximum(turned, search.lower), search.upper)
+    inside = inside[(np.abs(turned - inside) < BEYOND).all(axis=1)]
+    return inside[np.argsort(travel_times(search.robot, inside, reference), kind="stable")]
+
+
+def _along_continuum(search: Search, starts: FloatArray, reference: FloatArray, most: int) -> FloatArray | None:
+    """The nearest solution that is found along the continuum from some of the starts, which come nearest first."""
+    best, least = None, np.inf
+    followed: list[FloatArray] = []
+    for start in starts:
+        if len(followed) == most or float(travel_times(search.robot, start, reference)) > FURTHER * least:
+            break
+        if any(np.abs(start - other).max() < APART for other in followed):
+            continue
+        followed.append(start)
+        solution = search.solve(start, **STEADY)
+        if solution is None:
+            continue
+        solution = _slid(search, nearest_turn(search.robot, solution, reference), reference)
+        time = float(travel_times(search.robot, solution, reference))
+        if time < least:
+            best, least = solution, time
+    return best
+
+
+def _slid(search: Search, solution: FloatArray, reference: FloatArray) -> FloatArray:
+    velocity = counted_velocity(search.robot.limit("velocity"))
+    return search.descend.slide(solution, reference, velocity, search.lower, search.upper)
+
+
+def _is_only_one_near(search: Search, solution: FloatArray, reference: FloatArray) -> bool:
+    """Whether no other solution can be as near to the reference.
+
+    Over a motion d from a solution, the pose changes by J d but for at most C (sum |d_i|)^2: half the arm's reach for
+    the position, 1 for the rotation. Another solution needs sigma_min |d| <= C (sum |d_i|)^2, and to be nearer
+    sum |d_i| <= 2 t |v|, t being the time from the reference and v the velocities that it is measured by.
+    """
+    velocity = counted_velocity(search.robot.limit("velocity"))
+    motion = 2.0 * float(travel_times(search.robot, solution, reference)) * float(np.linalg.norm(velocity))
+    reach = max(seed_table(search.robot).reach + float(np.linalg.norm(search.robot.tool_in_tip.translation)), 1.0)
+    bound = float(np.hypot(reach / 2.0, 1.0)) * motion * float(np.sqrt(search.robot.dof))
+    if bound > 1.0:
+        return False
+    return bool(singular_values(search.robot, solution[None])[0, -1] > bound)
+
+
+def nearest_in_turn(searches: Sequence[Search], reference: FloatArray | None) -> list[FloatArray | None]:
+    """For each search the solution nearest to that of the one before it; None where none is found.
+
+    The answers are those of `nearest_solution`, one after the other; where one fails, its reference serves the next. Of
+    an arm with a closed form the candidates of all poses are found and checked together, and the chosen ones polished.
+
+    Args:
+        searches: They are of one robot, and all with a rotation or all without one.
+        reference: (joints,), of the first; None: the first solution found is its answer.
+    """
+    solutions: list[FloatArray | None] = []
+    together = _Together(searches) if len(searches) >= MANY else None
+    chosen: list[int] = []
+    for k, search in enumerate(searches):
+        if reference is None:
+            solution = search.first()
+        elif together is not None and (candidate := together.nearest(k, reference)) is not None:
+            chosen.append(k)
+            solution = candidate
+        else:
+            solution = nearest_solution(search, reference)
+        solutions.append(solution)
+        reference = reference if solution is None else solution
+    if together is not None and chosen:
+        candidates = np.array([solutions[k] for k in chosen])
+        for k, solution in zip(chosen, together.polished(np.array(chosen), candidates), strict=True):
+            solutions[k] = solution
+    return solutions
+
+
+class _Together:
+    """The candidates of many poses at once, by the closed form of their arm.
+
+    Attributes:
+        plain: (N,), bool: whether every candidate of a pose solves it, and none is nearly singular.
+        candidates: (N, most, joints).
+        outside: (N, most): infinite for what is no candidate within the limits, else 0.
+    """
+
+    def __init__(self, searches: Sequence[Search]) -> None:
+        self.searches, self.target, self.robot = searches, targets(searches), searches[0].robot
+        self.lower, self.upper = searches[0].lower, searches[0].upper
+        self.table = seed_table(self.robot)
+        self.plain: np.ndarray = np.zeros(len(searches), dtype=bool)
+        form = None if self.robot.dof > searches[0].rows else self.table.form(self.target)
+        if form is None:
+            return
+        candidates = form(self.target.positions, self.target.rotations)
+        there = np.asarray(np.isfinite(candidates).all(axis=2))
+        owners = np.nonzero(there)[0]
+        missing, J = self.target.missing(self.table.screws, candidates[there], owners)
+        wrong = np.asarray(np.abs(missing).max(axis=1) > CONFIRMED)
+        singular = np.asarray(np.abs(np.linalg.det(J)) <= NEARLY_SINGULAR)
+        irregular = owners[np.flatnonzero(wrong | singular)]
+        self.candidates = np.where(there[..., None], candidates, 0.0)
+        self.fewest, self.most = turns_within(self.robot, self.candidates)
+        turned = self.candidates + TURN * self.fewest
+        within = (self.fewest <= self.most) & (turned >= self.lower) & (turned <= self.upper)
+        self.outside = np.where(there & within.all(axis=2), 0.0, np.inf)
+        self.plain = np.asarray(np.isfinite(self.outside).any(axis=1))
+        self.plain[irregular] = False
+        self.rates = 1.0 / counted_velocity(self.robot.limit("velocity"))
+
+    def nearest(self, k: int, reference: FloatArray) -> FloatArray | None:
+        """The candidate (joints,) of pose k that is nearest to the reference; None where a search has to tell."""
+        if not self.plain[k]:
+            return None
+        candidates = self.candidates[k]
+        turns = np.minimum(np.maximum(np.round((reference - candidates) / TURN), self.fewest[k]), self.most[k])
+        turned = candidates + TURN * turns
+        away = (turned - reference) * self.rates
+        nearest: FloatArray = turned[((away * away).sum(axis=1) + self.outside[k]).argmin()]
+        return nearest
+
+    def polished(self, rows: np.ndarray, candidates: FloatArray) -> Iterator[FloatArray | None]:
+        """The solutions (joints,) that belong to candidates (N, joints) of the poses `rows`."""
+        rotations = None if self.target.rotations is None else self.target.rotations[rows]
+        target = Target(self.target.positions[rows], rotations, self.target.point)
+        errors, ends = descend_many(self.table.screws, target, candidates, self.lower, self.upper, **STEADY)
+        for k, candidate, error, end in zip(rows, candidates, errors, ends, strict=True):
+            moved = np.abs(end - candidate).max()
+            yield end if max(error, moved) <= CONFIRMED else nearest_solution(self.searches[k], candidate)
