@@ -62,4 +62,23 @@ def trajectories(
         draw(figures, plot)
 
 
+@app.command()
+def jobs(
+    json: Annotated[bool, typer.Option("--json", help="Print the records as JSON.")] = False,
+    every: Annotated[int, typer.Option(help="Every so many of the jobs.", min=1)] = 1,
+    family: Annotated[str | None, typer.Option(help="Only this kind of work.")] = None,
+    job: Annotated[str | None, typer.Option(help="Only this job.")] = None,
+    backend: Annotated[list[str] | None, typer.Option(help="Only these back ends.")] = None,
+) -> None:
+    """Jobs as robot programmers send them through every back end; takes hours with all of them."""
+    from benchmarks.jobs import measure
+    from benchmarks.jobs_report import print_json, print_table
+    from benchmarks.jobs_verdicts import judge
+    from tests.jobs.corpus import BACK_ENDS, names
+
+    chosen = [job] if job else names(family)[::every]
+    records = judge(measure(chosen, tuple(backend or BACK_ENDS)))
+    print_json(records) if json else print_table(records)
+
+
 app()

@@ -1,0 +1,128 @@
+"""What a plan of a job must keep, looked at without the certificate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from planner.problem import BlendTransition, CircularMotion, JointWaypoint, LinearMotion, PoseWaypoint
+from planner.result import Plan
+from planner.spatial import FloatArray
+from tests.jobs.job import Job, Law
+from tests.jobs.tracing import circle, tool_at
+from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
+
+MET = 2e-6
+"""m and rad: twice the tolerance of inverse kinematics, by which a waypoint may be missed."""
+
+SNAPPED = 2e-4
+"""rad or m by which a start outside of a limit may be moved."""
+
+SAMPLES = 33
+"""Of a line or circle."""
+
+CONTINUITY = {"cubic": 1, "trapezoidal": 1, "toppra": 1, "quintic": 2, "ruckig": 2, "min_effort": 2, "auto": 2}
+"""Derivatives that are continuous."""
+
+SLOW = 1.02
+"""A duration of so many times the best known one is slow."""
+
+LAWS: dict[str, Law] = {
+    "cubic": "cubic",
+    "quintic": "quintic",
+    "trapezoidal": "trapezoidal",
+    "toppra": "trapezoidal",
+    "ruckig": "s_curve",
+    "toppra_jerk_limited": "s_curve",
+    "auto": "s_curve",
+}
+"""Whose closed form each back end is held against."""
+
+FASTEST = ("toppra", "ruckig", "toppra_jerk_limited", "auto")
+"""Back ends that are to take the least time; the others have a law of their own or minimise something else."""
+
+STEADY = (*FASTEST, "trapezoidal")
+"""Back ends that move along a line at its speed limit, but for its ends."""
+
+SHORT = 1e-6
+"""s: a closed form is met this well where it is 0."""
+
+
+def keeps_promises(plan: Plan, kind: str) -> None:
+    """Limits, continuity, waypoints met, lines and circles kept.
+
+    Raises:
+        AssertionError: Something is broken.
+    """
+    keeps_joint_limits(plan)
+    is_continuous(plan, CONTINUITY.get(kind, 2))
+    keeps_sampled_limits(plan)
+    meets_waypoints(plan)
+    keeps_to_lines(plan)
+
+
+def meets_waypoints(plan: Plan) -> None:
+    """Every waypoint that is not blended, at its arrival."""
+    robot, trajectory = plan.path.robot, plan.trajectory
+    for k, (waypoint, time) in enumerate(zip(plan.problem.waypoints, trajectory.arrivals, strict=True)):
+        if isinstance(waypoint.transition, BlendTransition):
+            continue
+        q = trajectory.evaluate([time], [0])[0][0]
+        if isinstance(waypoint, JointWaypoint):
+            assert np.abs(q - waypoint.position).max() <= (MET if k else SNAPPED), f"waypoint {k} is missed"
+        elif isinstance(waypoint, PoseWaypoint):
+            tool = tool_at(robot, q)
+            assert np.linalg.norm(tool.position - waypoint.pose.position) <= MET, f"waypoint {k} is missed"
+            if waypoint.pose.rotation is not None:
+                turned = np.linalg.norm(pin.log3(tool.rotation @ waypoint.pose.rotation.T))
+                assert turned <= MET, f"the orientation at waypoint {k} is missed"
+
+
+def keeps_to_lines(plan: Plan) -> None:
+    """The tool on its lines and circles between poses, but for blends."""
+    robot, trajectory, waypoints = plan.path.robot, plan.trajectory, plan.problem.waypoints
+    for k in range(1, len(waypoints)):
+        before, waypoint = waypoints[k - 1], waypoints[k]
+        motion = waypoint.motion
+        if not (isinstance(motion, LinearMotion | CircularMotion) and isinstance(waypoint, PoseWaypoint)):
+            continue
+        if not isinstance(before, PoseWaypoint):
+            continue
+        transitions = (before.transition, waypoint.transition)
+        radius = max((it.radius for it in transitions if isinstance(it, BlendTransition)), default=0.0)
+        times = np.linspace(trajectory.departures[k - 1], trajectory.arrivals[k], SAMPLES)
+        tools = np.array([tool_at(robot, q).position for q in trajectory.evaluate(times, [0])[0]])
+        start, end = before.pose.position, waypoint.pose.position
+        away = _from_line(tools, start, end)
+        if isinstance(motion, CircularMotion):
+            away = _from_circle(tools, start, motion.via.position, end)
+        allowed = 1.01 * motion.tolerance_position + radius
+        assert away.max() <= allowed, f"the tool is {away.max():.3g} m from its way to waypoint {k}"
+
+
+def _from_line(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    way = end - start
+    shares = np.clip((points - start) @ way / max(way @ way, 1e-300), 0.0, 1.0)
+    away: FloatArray = np.linalg.norm(start + shares[:, None] * way - points, axis=1)
+    return away
+
+
+def _from_circle(points: FloatArray, start: FloatArray, via: FloatArray, end: FloatArray) -> FloatArray:
+    center, radius, axes, _ = circle(start, via, end)
+    flat = (points - center) @ axes.T
+    height = np.linalg.norm((points - center) - flat @ axes, axis=1)
+    away: FloatArray = np.hypot(np.linalg.norm(flat, axis=1) - radius, height)
+    return away
+
+
+def takes_no_longer_than_known(plan: Plan, asked: Job, kind: str) -> None:
+    """The duration, against closed forms and length over speed."""
+    duration = plan.trajectory.duration
+    if asked.least_duration is not None:
+        assert duration >= asked.least_duration / SLOW, f"{duration:g} s is less than length over speed"
+    known = (asked.durations or {}).get(LAWS[kind]) if kind in LAWS else None
+    if known is not None:
+        assert duration <= SLOW * known + SHORT, f"{duration:g} s, in closed form {known:g} s"
+    if asked.most_duration is not None and kind in STEADY:
+        most = asked.most_duration
+        assert duration <= most, f"{duration:g} s, by length over speed at most {most:g} s"

@@ -1,0 +1,80 @@
+"""What a job is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from planner.limits import Limits
+from planner.problem import PlanningProblem
+from planner.spatial import FloatArray
+from tests.jobs.programme import Programme
+
+Law = Literal["cubic", "quintic", "trapezoidal", "s_curve"]
+"""The laws of motion whose times are known in closed form."""
+
+LEAST_BUDGET = 1.0
+"""s of processor time that any plan may take."""
+
+BUDGET_PER_WAYPOINT = 0.005
+"""s of processor time that every waypoint adds: 300 take 1.5 s, 1,000 take 5 s."""
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One request, and what is known of its answer without the planner.
+
+    Attributes:
+        name: The family, a number and the arm.
+        family: The kind of work.
+        parameters: What the family made it from.
+        problem: What is asked.
+        positions: (waypoints, joints), rad or m: joint positions of a continuous motion within all position limits that
+            does the job, found without the planner; None: unknown, or there is none.
+        durations: s, in closed form, of each law that has one.
+        least_duration: s; no motion is faster.
+        most_duration: s; a motion that takes longer has been slowed by something else than its limits.
+        infeasible: Why there is no such motion, as an independent check has found; None: there is one.
+        codes: The refusals that say so truly.
+        twin: Name of a job that takes as long: mirrored, or without a waypoint that changes nothing.
+    """
+
+    name: str
+    family: str
+    parameters: dict[str, object]
+    problem: PlanningProblem
+    positions: FloatArray | None = None
+    durations: dict[Law, float] | None = None
+    least_duration: float | None = None
+    most_duration: float | None = None
+    infeasible: str | None = None
+    codes: tuple[str, ...] = ()
+    twin: str | None = None
+
+    @property
+    def budget(self) -> float:
+        """Processor time, s, that a back end may take."""
+        return max(LEAST_BUDGET, BUDGET_PER_WAYPOINT * len(self.problem.waypoints))
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What a family makes of a place: a programme and how it is asked.
+
+    Attributes:
+        programme: With the positions that were traced.
+        parameters: What it was made from.
+        limits: Of the whole; None: the robot's.
+        carries: Share of what the arm can carry.
+        only_seams: Nothing but lines and circles at their speeds: then length over speed tells the duration.
+        twin: The number of the variant that takes as long.
+        durations: As a job's.
+    """
+
+    programme: Programme
+    parameters: dict[str, object]
+    limits: Limits | None = None
+    carries: float = 0.0
+    only_seams: bool = False
+    twin: int | None = None
+    durations: dict[Law, float] | None = None

@@ -1,0 +1,130 @@
+"""A robot programme, written move by move while the arm is traced along with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from planner.limits import Limits
+from planner.problem import (
+    AnyWaypoint,
+    BlendTransition,
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    StopTransition,
+    ThroughTransition,
+    Transition,
+)
+from planner.robots.payload import Payload
+from planner.spatial import FloatArray, Pose
+from tests.jobs.arms import PAYLOADS, Place
+from tests.jobs.tracing import circle, holds_still, on_circle, on_line, tool_at, trace
+
+STEP = 0.02
+"""Tool motion from one traced pose to the next, in lengths of a job."""
+
+STOP, THROUGH = StopTransition(), ThroughTransition()
+
+
+class Untraceable(Exception):
+    """The arm cannot do this programme at this place."""
+
+
+class Programme:
+    """Moves from a first waypoint on.
+
+    Attributes:
+        place: Where.
+        waypoints: So far.
+        positions: (joints,) of each.
+        pose: Of the tool, now.
+        seconds: What the lines and circles take at their speed limits, s.
+        seconds_cut: What blends may save of that, s.
+    """
+
+    def __init__(self, place: Place, first: Pose | FloatArray | None = None, **options: Any) -> None:
+        self.place = place
+        self.waypoints: list[AnyWaypoint] = []
+        self.positions: list[FloatArray] = []
+        self.seconds = self.seconds_cut = 0.0
+        self._q, self.pose = place.posture, place.pose
+        if isinstance(first, Pose):
+            self.to(first, **options)
+        else:
+            self.joints(place.posture if first is None else first, **options)
+
+    def blend(self, radius: float) -> Transition:
+        """A blend whose radius is given in lengths of a job."""
+        return BlendTransition(radius * self.place.size)
+
+    def joints(self, position: FloatArray, **options: Any) -> None:
+        """To a joint position (joints,)."""
+        robot = self.place.robot
+        if (position < robot.limit("lower")).any() or (position > robot.limit("upper")).any():
+            raise Untraceable
+        pose = tool_at(robot, position)
+        self._q, self.pose = position, pose if self.place.pose.rotation is not None else Pose(pose.position)
+        self._add(JointWaypoint(position=tuple(position.tolist()), **options))
+
+    def to(self, pose: Pose, **options: Any) -> None:
+        """To a pose by a joint motion."""
+        self._trace(on_line(self.pose, pose, STEP * self.place.size))
+        self._add(PoseWaypoint(pose=pose, **options))
+
+    def line(self, pose: Pose, speed: float | None = None, **options: Any) -> None:
+        """To a pose in a straight line, at a speed in m/s."""
+        self._time(float(np.linalg.norm(pose.position - self.pose.position)), speed, options.get("transition"))
+        self._trace(on_line(self.pose, pose, STEP * self.place.size))
+        self._add(PoseWaypoint(pose=pose, motion=LinearMotion(), limits=_speed(speed), **options))
+
+    def arc(self, via: FloatArray, pose: Pose, speed: float | None = None, **options: Any) -> None:
+        """To a pose on a circle by way of a position (3,)."""
+        _, radius, _, angle = circle(self.pose.position, via, pose.position)
+        self._time(radius * angle, speed, options.get("transition"))
+        self._trace(on_circle(self.pose, via, pose, STEP * self.place.size))
+        motion = CircularMotion(Pose(via))
+        self._add(PoseWaypoint(pose=pose, motion=motion, limits=_speed(speed), **options))
+
+    def pass_last(self, transition: Transition) -> None:
+        """Give the last waypoint a transition."""
+        self.waypoints[-1] = replace(self.waypoints[-1], transition=transition)
+
+    def problem(self, limits: Limits | None = None, carries: float = 0.0) -> PlanningProblem:
+        """The programme as a planning problem.
+
+        Args:
+            limits: Of the whole.
+            carries: Share of what the arm can carry.
+        """
+        robot = self.place.robot
+        self.pass_last(STOP)
+        payload = Payload(carries * PAYLOADS[robot.id], (0.0, 0.0, 0.05 * self.place.size)) if carries else None
+        if not holds_still(robot.with_payload(payload) if payload else robot, np.array(self.positions)):
+            raise Untraceable
+        return PlanningProblem(robot, tuple(self.waypoints), limits=limits or Limits(), payload=payload)
+
+    def _add(self, waypoint: AnyWaypoint) -> None:
+        self.waypoints.append(waypoint)
+        self.positions.append(self._q)
+
+    def _trace(self, poses: list[Pose]) -> None:
+        chain = trace(self.place.robot, poses, self._q)
+        if chain is None:
+            raise Untraceable
+        self._q, self.pose = chain[-1], poses[-1]
+
+    def _time(self, length: float, speed: float | None, transition: Transition | None) -> None:
+        if speed is None:
+            return
+        self.seconds += length / speed
+        if isinstance(transition, BlendTransition):
+            self.seconds_cut += 2.0 * transition.radius / speed
+
+
+def _speed(speed: float | None) -> Limits | None:
+    return None if speed is None else Limits(tcp_linear_velocity=speed)
