@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 PARTS = 8
-"""That an interval is cut into."""
+"""Parts that an interval is cut into at once: fewer need more rounds, more need larger ones."""
 
 MOST_CUTS = 16
-"""Times that intervals are cut: 8^-16 of a piece is less than the spacing of floating-point numbers allows."""
+"""How often intervals are cut, at most: 8^-16 of a piece is less than the spacing of floating-point numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def derivatives_on_unit_time(curve: PiecewisePolynomial, count: int) -> UnitPoly
 
     Args:
         curve: The polynomials of time.
-        count: Of derivatives, the polynomials themselves included.
+        count: Number of derivatives, the polynomials themselves included.
     """
     coefficients, order = curve.coefficients, curve.coefficients.shape[2]
     unit, scales = np.zeros((count, *coefficients.shape)), powers(curve.lengths[:, None], order)
@@ -80,10 +80,10 @@ class Extrema(NamedTuple):
     """The extremum of each group of pieces.
 
     Attributes:
-        pieces: (groups,), where it is.
-        joints: (groups,), whose it is.
-        units: (groups,), when, on unit time.
-        values: (groups,), of the polynomial there.
+        pieces: (groups,), index of the piece.
+        joints: (groups,), index of the joint.
+        units: (groups,), unit time on the piece.
+        values: (groups,), value of the polynomial there.
     """
 
     pieces: np.ndarray
@@ -96,7 +96,7 @@ def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tupl
     """Where |p| / measure is largest over all polynomials (pieces, joints), exactly.
 
     Args:
-        polynomials: Of every piece and joint.
+        polynomials: The polynomials of every piece and joint.
         measure: (pieces, joints), positive; infinite entries never win against finite ones.
 
     Returns:
@@ -110,19 +110,19 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
     """Where |p| / measure is largest over the pieces and joints of each group, exactly.
 
     Args:
-        polynomials: Of every piece and joint.
+        polynomials: The polynomials of every piece and joint.
         measure: (pieces, joints), positive; infinite entries never win against finite ones.
         groups: (pieces,), from 0 on without gaps.
     """
     joints, order = polynomials.bernstein.shape[1:]
-    owners = np.repeat(groups, joints)
+    group_of_row = np.repeat(groups, joints)
     best = np.full(int(groups.max()) + 1, -1.0)
     at_row, at_unit = np.zeros(len(best), dtype=int), np.zeros(len(best))
     rows, starts, width = np.arange(measure.size), np.zeros(measure.size), 1.0
     ratios = np.abs(polynomials.bernstein).reshape(-1, order) / measure.reshape(-1, 1)
     signed = polynomials.bernstein.reshape(-1, order)
     for _ in range(MOST_CUTS):
-        own = owners[rows]
+        own = group_of_row[rows]
         values = np.maximum(ratios[:, 0], ratios[:, -1])
         reached = best.copy()
         np.maximum.at(reached, own, values)
@@ -145,7 +145,7 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
 
 @lru_cache(maxsize=16)
 def _cut(order: int) -> FloatArray:
-    """(order, PARTS * order): Bernstein coefficients on [0, 1] to those on each of its parts."""
+    """The matrix (order, PARTS * order) from Bernstein coefficients on [0, 1] to those on each of its parts."""
     to_powers = np.linalg.inv(bernstein_matrix(order))
     blocks = []
     for part in range(PARTS):

@@ -36,24 +36,24 @@ class PiecewisePolynomial:
 
     @cached_property
     def breakpoints(self) -> FloatArray:
-        """(pieces + 1,), from 0 to the whole length."""
+        """The local coordinates' origins and the end: (pieces + 1,), from 0 to the whole length."""
         return cumulative_sums(self.lengths)
 
     def derivative_coefficients(self, order: int) -> FloatArray:
-        """Coefficients (pieces, joints, ...) of the derivative of that order."""
+        """Differentiate the curve so many times: coefficients (pieces, joints, ...), never none."""
         return differentiate(self.coefficients, order)
 
     def locate(self, at: FloatArray) -> tuple[np.ndarray, FloatArray]:
-        """Piece index (N,) and local coordinate (N,) of the points (N,); at a breakpoint the later piece."""
+        """Find the piece (N,) and the local coordinate (N,) of points (N,); at a breakpoint the later piece."""
         pieces = np.searchsorted(self.breakpoints[1:-1], at, side="right")
         return pieces, np.minimum(at - self.breakpoints[pieces], self.lengths[pieces])
 
     def evaluate(self, at: FloatArray, derivatives: Sequence[int] = (0, 1, 2)) -> list[FloatArray]:
-        """The asked derivatives (0: position, 1: velocity, ...) at points (N,); each (N, joints).
+        """Evaluate the curve or its derivatives at points (N,); one array (N, joints) for each order.
 
         Args:
             at: (N,), within [0, whole length].
-            derivatives: Orders of differentiation.
+            derivatives: Orders of the derivatives; 0 is the curve itself.
         """
         pieces, x = self.locate(at)
         column = x[:, None]
@@ -151,13 +151,13 @@ def shifted(coefficients: FloatArray, by: FloatArray | float) -> FloatArray:
 
 @lru_cache(maxsize=16)
 def bernstein_matrix(order: int) -> FloatArray:
-    """(order, order): rows of ascending power coefficients on [0, 1], times this, are Bernstein coefficients."""
+    """The matrix (order, order) from rows of ascending power coefficients on [0, 1] to Bernstein coefficients."""
     degree = order - 1
     return np.array([[comb(i, k) / comb(degree, k) if k <= i else 0.0 for i in range(order)] for k in range(order)])
 
 
 def cumulative_sums(lengths: FloatArray) -> FloatArray:
-    """0 and the running sums of `lengths`, summed in extended precision and rounded once."""
+    """Sum up `lengths` from 0 on, in extended precision and rounded once; one value more than there are lengths."""
     sums = np.cumsum(lengths, dtype=np.longdouble).astype(np.float64)
     return np.concatenate([[0.0], sums])
 
@@ -204,7 +204,7 @@ def quintic_hermite(lengths: FloatArray, starts: tuple[FloatArray, ...], ends: t
     Args:
         lengths: (pieces,).
         starts: Value, first and second derivative at the start of each piece; each (pieces, joints).
-        ends: The same at its end.
+        ends: Value, first and second derivative at its end; each (pieces, joints).
     """
     h = lengths[:, None]
     p0, v0, a0 = starts[0], starts[1] * h, starts[2] * h**2

@@ -21,7 +21,7 @@ class RateLimits(NamedTuple):
     jerk: FloatArray
 
     def slowed(self, factors: FloatArray) -> RateLimits:
-        """Such that the same paths in `factors` (rows,) times the time are as near to their limits as before."""
+        """The limits to which the same motions in `factors` (rows,) times the time are as near as to these."""
         k = factors[:, None]
         return RateLimits(self.velocity / k, self.acceleration / k**2, self.jerk / k**3)
 
@@ -31,14 +31,14 @@ class RateLimits(NamedTuple):
 
 
 def with_ramps(travels: FloatArray, limits: RateLimits, asked: FloatArray) -> RateLimits:
-    """The limits, with jerk limits where neither acceleration nor jerk is limited: the fastest would be a jump there.
+    """Add jerk limits where neither acceleration nor jerk is limited: the fastest motion would be a jump there.
 
     A joint with only a velocity limit reaches it in the middle of its travel, one without any limit takes as long as
     the others, or as is asked: T = 2 d / v and j = 32 d / T^3, four equal phases of jerk.
 
     Args:
         travels: (rows, joints), of any sign.
-        limits: Of each row and joint.
+        limits: The limits of each row and joint.
         asked: (rows,), s; NaN: as short as can be.
     """
     d = np.abs(travels)
@@ -55,11 +55,11 @@ def with_ramps(travels: FloatArray, limits: RateLimits, asked: FloatArray) -> Ra
 
 
 def least_times(travels: FloatArray, limits: RateLimits) -> FloatArray:
-    """(rows, joints), s: what the tightest limit by itself asks from rest to rest, a good part of the shortest time.
+    """The times (rows, joints), s, that the tightest limit alone takes from rest to rest: most of the shortest time.
 
     Args:
         travels: (rows, joints), of any sign.
-        limits: Of each row and joint.
+        limits: The limits of each row and joint.
     """
     d = np.abs(travels)
     bounds = (d / limits.velocity, 2.0 * np.sqrt(d / limits.acceleration), np.cbrt(32.0 * d / limits.jerk))

@@ -1,4 +1,4 @@
-"""From rest to rest under limits of velocity, acceleration and jerk: the seven phases in closed form."""
+"""Time laws from rest to rest under limits of velocity, acceleration and jerk: their seven phases in closed form."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
-    """The fastest laws of travel 1, and which of their limits set their time.
+    """The fastest laws from 0 to 1, and which of their limits set their time.
 
     What Ruckig computes, too, but for limits of any size: four phases of jerk, each t_j long, two of constant
     acceleration (t_a) and a cruise (t_v); Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and

@@ -15,15 +15,14 @@ if TYPE_CHECKING:
     from planner.polynomials import SegmentedPolynomial
 
 QUANTITIES = ("velocity", "acceleration", "jerk")
-"""What limits a motion, by order of differentiation."""
-
+"""The quantities that limit a motion, by their order of differentiation."""
 
 ROUNDED_UP = 1.0 + 1e-10
-"""Factor on durations, for what rounding may add to an acceleration where ramps are very short."""
+"""Factor on durations, for what rounding may add to an acceleration where phases of jerk are very short."""
 
 
 def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
-    """Straight lines from rest to rest: the path parameter runs from 0 to 1 like a joint with the tightest limits.
+    """Run straight lines from rest to rest: the path parameter goes from 0 to 1 like a joint with the tightest limits.
 
     A longer duration stretches the law evenly.
     """

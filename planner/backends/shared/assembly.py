@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 def sampled(pieces: SegmentedPolynomial, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Position, velocity, acceleration and jerk (pieces * count, joints) at even times on each piece, ends included."""
+    """Sample position, velocity, acceleration and jerk at even times on each piece, ends included.
+
+    Each is of shape (pieces * count, joints).
+    """
     tau = np.linspace(0.0, 1.0, count) * pieces.lengths[:, None]
     joints = pieces.coefficients.shape[1]
     q, v, a, j = (
@@ -28,7 +31,7 @@ def sampled(pieces: SegmentedPolynomial, count: int) -> tuple[FloatArray, FloatA
 
 
 def largest_speeds(pieces: SegmentedPolynomial) -> FloatArray:
-    """(pieces, joints), of cubic pieces: at their ends, or where the acceleration vanishes."""
+    """The largest speeds (pieces, joints) of cubic pieces: at their ends, or where the acceleration vanishes."""
     h = pieces.lengths[:, None]
     v, a = differentiate(pieces.coefficients), differentiate(pieces.coefficients, 2)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -41,8 +44,8 @@ def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajector
     """The trajectory of all segments, with the dwells at their ends.
 
     Args:
-        path: With its dwells.
-        parts: Pieces of each segment of the path, the segments in any order; s.
+        path: The path, with its dwells and the durations that are asked.
+        parts: The motions of all segments of the path, the segments in any order.
     """
     # A dwell belongs to the segment that ends there, the first to segment 0, which it precedes.
     ends = np.arange(len(path.dwells)) - 1

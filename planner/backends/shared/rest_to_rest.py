@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 MOST_STRETCHES = 50
-"""Times that a segment is lengthened for its sampled limits, each time by less."""
+"""How often a segment is lengthened, at most, for its sampled limits; each time by less."""
 
 
 def unit_laws(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPolynomial:
@@ -85,9 +85,9 @@ def _choose_durations(
     """The asked durations (segments,), s, or the shortest that keep the limits.
 
     Args:
-        motions: With asked durations, NaN where the shortest is wanted.
-        bounds: Shortest durations (segments, joints), s, that keep each joint limit of closed form.
-        laws_of: The laws of the segments at their durations (segments,).
+        motions: The motions, with asked durations, NaN where the shortest is wanted.
+        bounds: Shortest durations (motions, joints), s, that keep each joint limit of closed form.
+        laws_of: The laws of the motions on unit time at their durations (motions,).
 
     Raises:
         InfeasibleDuration: An asked duration is shorter than the shortest feasible one.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SHARES = (1.0, 0.5, 0.25, 0.0)
-"""Of the spline in a joint's curve, the first that keeps its position limits."""
+"""Shares of the spline in a joint's curve; the first one is taken with which it keeps its position limits."""
 
 
 def smoothed(path: JointPath, run: Run) -> Run:
@@ -33,15 +33,15 @@ def smooth_curve(path: JointPath, run: Run) -> SegmentedPolynomial:
     spline = natural_spline(run.curve.lengths, positions)
     coefficients = np.zeros_like(run.curve.coefficients)
     coefficients[..., : spline.shape[2]] = spline
-    level = np.zeros(positions.shape[1], dtype=int)
-    while level.max() < len(SHARES):
-        share = np.array(SHARES)[level][:, None]
+    attempt = np.zeros(positions.shape[1], dtype=int)
+    while attempt.max() < len(SHARES):
+        share = np.array(SHARES)[attempt][:, None]
         mixed = share * coefficients + (1.0 - share) * run.curve.coefficients
-        curve = replace(run.curve, coefficients=mixed if level.any() else spline)
+        curve = replace(run.curve, coefficients=mixed if attempt.any() else spline)
         beyond = first_beyond(path.robot, curve)
         if beyond is None:
             return curve
-        level[beyond[2]] += 1
+        attempt[beyond[2]] += 1
     return run.curve
 
 

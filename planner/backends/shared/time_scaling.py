@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from planner.polynomials import SegmentedPolynomial
 
 RATES = ("position", "velocity", "acceleration", "jerk")
-"""The derivatives of a motion, by their order."""
+"""Names of a motion and of its derivatives by time, by their order."""
 
 
 class TimeScaling(NamedTuple):
     """The factor on all times with which a segment just keeps its limits, and the limit that sets it.
 
     Attributes:
-        factor: Less than 1 where the segment could be faster.
+        factor: The factor, less than 1 where the segment could be faster.
         binding: The limit that sets the factor.
     """
 
@@ -45,7 +45,7 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 
     Args:
         path: With the limits.
-        pieces: Of whole segments.
+        pieces: The motion of whole segments.
         guarantees: The quantities that have to be kept.
 
     Raises:
@@ -80,10 +80,10 @@ def scaled_to_duration(
     """The motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
 
     Args:
-        path: With limits and durations.
-        run: Of the path.
-        asked: Its duration, s; NaN: the shortest.
-        pieces: Its motion, in any time.
+        path: The path, with its limits.
+        run: One of its runs.
+        asked: The duration of the run, s; NaN: the shortest.
+        pieces: The motion of the run, in any time.
         enforced: The quantities whose limits are kept.
 
     Raises:

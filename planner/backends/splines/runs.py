@@ -1,4 +1,4 @@
-"""Polynomial laws for what is passed without stopping: splines through the waypoints, or along the curve."""
+"""Splines for runs: in time through the waypoints, or as a time law s(t) along the run's curve."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SAMPLES = 24
-"""Of a law on each of its intervals while its shape is sought; the shape that is found is then checked exactly."""
+"""Samples of a law on each of its intervals while its shape is sought; the shape found is then checked exactly."""
 
 SHARES = np.linspace(0.0, 1.0, 9)
-"""By which free intervals are slowed down beside slow ones, from not at all to their pace, until the law ascends."""
+"""How far free intervals are slowed down beside slow ones until the law ascends: from not at all (0) to their pace."""
 
 LEAST_FACTOR = 1e-9
 """Factor on time that stands for none, of an interval that nothing limits."""
@@ -38,14 +38,14 @@ BACKWARDS = 1e-9
 """Speed backwards along the curve, relative to the mean speed, that is rounding of the spline's coefficients."""
 
 MOST_LENGTHENINGS = 30
-"""Times that segments without a duration are lengthened beside such with one."""
+"""How often segments without a duration are lengthened, at most, beside such with one."""
 
 UNHURRIED = 1.0005
-"""What they are lengthened by beyond their need."""
+"""Factor by which they are lengthened beyond their need, so that a few times are enough."""
 
 
 def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> SegmentedPolynomial:
-    """Between joint motions, the spline of each joint through the waypoints; else a law s(t) along the run's curve.
+    """Fit a spline in time through the waypoints of joint motions, and a time law s(t) along any other curve.
 
     Raises:
         InfeasibleDuration: An asked duration is shorter than its limits allow, or no law without a way back has it.
@@ -56,11 +56,11 @@ def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]
 
 
 class _Timing(ABC):
-    """A run whose intervals share the time somehow, and at last so that all limits are kept.
+    """A run between whose intervals the time is shared out, at last so that all limits are kept.
 
     Attributes:
         segments: (intervals,), index of the segment that each belongs to.
-        asked: (intervals,), s, duration asked of that segment; NaN: as fast as the limits allow.
+        asked: (intervals,), duration asked of that segment, s; NaN: as fast as the limits allow.
     """
 
     segments: np.ndarray
@@ -74,7 +74,7 @@ class _Timing(ABC):
         return asked
 
     def time(self) -> SegmentedPolynomial:
-        """The pieces that keep the limits."""
+        """The motion that keeps the limits."""
         durations, free = self.first_durations(), np.isnan(self.asked)
         for _ in range(MOST_LENGTHENINGS):
             pieces = self.pieces(durations)
@@ -94,7 +94,7 @@ class _Timing(ABC):
 
     @abstractmethod
     def first_durations(self) -> FloatArray:
-        """(intervals,), s: those asked, and about the shortest for the others; all free: a multiple of the shortest."""
+        """Durations (intervals,), s: those asked, and about the shortest for the others; all free: in their ratios."""
 
     @abstractmethod
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
@@ -114,7 +114,7 @@ class _Timing(ABC):
 
 
 class _SplineTiming(_Timing):
-    """Joint motions through waypoints: what lies between the waypoints is the spline's."""
+    """Joint motions through waypoints: what lies between the waypoints is up to the spline."""
 
     def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
         super().__init__(path, run, degree, enforced)
@@ -122,7 +122,7 @@ class _SplineTiming(_Timing):
         self.positions = path.positions[run.first : run.first + len(run.segments) + 1]
 
     def first_durations(self) -> FloatArray:
-        """By the search for the shortest spline."""
+        """The durations of the shortest spline that is found."""
         limits = self.path.limits.of(self.segments)
         try:
             return timed_spline(self.positions, limits, self.asked, self.degree).lengths
@@ -145,20 +145,20 @@ class _SplineTiming(_Timing):
 
 
 class _CurveTiming(_Timing):
-    """A law of the degree along the curve: the spline s(t) through the waypoints and the ends of blends.
+    """A time law of that degree along the curve: the spline s(t) through the waypoints and the ends of blends.
 
-    The intervals between them share the time so that each comes as near to its limits as it can. A single law over the
-    whole run is such a spline, too: the search begins there.
+    The intervals between these knots share the time so that each comes as near to its limits as it can. A single law
+    over the whole run is such a spline, too: the search begins there.
     """
 
     def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
         super().__init__(path, run, degree, enforced)
-        self.places = run.curve.breakpoints[run.knots]
+        self.knots = run.curve.breakpoints[run.knots]
         self.segments = run.curve.segments[run.knots[:-1]]
-        self.speeds = ToolSpeeds(path, run)
+        self.tool_speeds = ToolSpeeds(path, run)
 
     def first_durations(self) -> FloatArray:
-        """Those of the best law found; the intervals of a segment share its asked duration in proportion."""
+        """The durations of the best law found; the intervals of a segment share its asked duration in proportion."""
         free = np.isnan(self.asked)
         single = self._single.lengths
         shape = self._shortest(single, np.full(len(free), np.nan))
@@ -174,7 +174,7 @@ class _CurveTiming(_Timing):
         return next((durations for durations in paces if self._ascends(durations)), slow)
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
-        """Quintics along the curve."""
+        """The motion along the curve under the law with these durations, in quintics."""
         if self._ascends(durations):
             return follow_curve(self.run, self._law(durations))
         if np.isnan(self.asked).all():
@@ -185,33 +185,33 @@ class _CurveTiming(_Timing):
         return shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
 
     def _ascends(self, durations: FloatArray) -> bool:
-        slowest, mean = self._samples(durations)[1], self.places[-1] / durations.sum()
+        slowest, mean = self._samples(durations)[1], self.knots[-1] / durations.sum()
         return bool(slowest >= -BACKWARDS * mean)
 
     @cached_property
     def _single(self) -> SegmentedPolynomial:
         """One law from rest to rest over the whole run, in 1 s, in its intervals."""
-        ends = np.array([[0.0], [self.places[-1]]])
-        return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.places[1:-1], self.segments)
+        ends = np.array([[0.0], [self.knots[-1]]])
+        return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.knots[1:-1], self.segments)
 
     def _law(self, durations: FloatArray) -> SegmentedPolynomial:
-        return interpolating_spline(self.places[:, None], durations, self.degree).of_segments(self.segments)
+        return interpolating_spline(self.knots[:, None], durations, self.degree).of_segments(self.segments)
 
     def _samples(self, durations: FloatArray) -> tuple[FloatArray, float]:
-        """From samples of the law: for each interval the factor on its time that its limits ask; the least speed."""
+        """The factor on the time of each interval that its limits ask, and the least path velocity; by samples."""
         law, curve, limits = self._law(durations), self.run.curve, self.path.limits
         t = np.linspace(0.0, 1.0, SAMPLES) * durations[:, None]
         s, ds, dds, ddds = (horner(differentiate(law.coefficients, k), t)[..., None] for k in range(4))
-        starts, ends = self.places[:-1, None], self.places[1:, None]
+        starts, ends = self.knots[:-1, None], self.knots[1:, None]
         margin = NEGLIGIBLE_SHARE * (ends - starts)  # at its ends an interval's own derivatives count
-        places = np.clip(s[..., 0], starts + margin, ends - margin).ravel()
-        dq, ddq, dddq = (value.reshape(*t.shape, -1) for value in curve.evaluate(places, [1, 2, 3]))
+        within = np.clip(s[..., 0], starts + margin, ends - margin).ravel()
+        dq, ddq, dddq = (value.reshape(*t.shape, -1) for value in curve.evaluate(within, [1, 2, 3]))
         motion = {
             "velocity": dq * ds,
             "acceleration": ddq * ds**2 + dq * dds,
             "jerk": dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds,
         }
-        factors = [self.speeds.excess(places).reshape(t.shape) * np.abs(ds[..., 0])]
+        factors = [self.tool_speeds.shares_at(within).reshape(t.shape) * np.abs(ds[..., 0])]
         for order, (quantity, values) in enumerate(motion.items(), 1):
             if quantity in self.enforced:
                 ratios = np.abs(values) / getattr(limits, quantity)[self.segments][:, None]

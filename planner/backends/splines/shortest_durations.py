@@ -22,32 +22,35 @@ if TYPE_CHECKING:
 
     from planner.spatial import FloatArray
 
-MOST_STEPS, MOST_STEPS_TO_KEEP_LIMITS = 14, 20
-"""Quadratic programs in one search; the latter as long as limits are broken that scaling does not mend."""
+MOST_STEPS = 14
+"""Quadratic programs in one search, at most."""
+
+MOST_STEPS_TO_KEEP_LIMITS = 20
+"""Quadratic programs in one search, as long as limits are broken that scaling all durations does not mend."""
 
 LEAST_GAIN = 3e-3
-"""Decrease of the merit that the linearised limits must promise for a step to be worth it."""
+"""Decrease of the merit (of the logarithm of the total duration) that a step must promise to be worth it."""
 
 LARGEST_STEP = 0.8
-"""Trust region: how far the logarithm of a duration may change in one step."""
+"""Radius of the trust region: how far the logarithm of a duration may change in one step."""
 
 PENALTY = 20.0
-"""Weight of an excess over a limit against the logarithm of the total duration."""
+"""Weight of an excess over a limit against the logarithm of the total duration: many times what it can save."""
 
 MARGIN = 5e-4
 """Excess below 0 that is aimed at where scaling all durations does not mend a broken limit."""
 
 GAP = 0.05
-"""Share of its gain that the duality gap of a quadratic program may be where its solution ends."""
+"""Duality gap, as a share of the gain, at which a quadratic program counts as solved."""
 
 DIFFERENCE = 1e-6
-"""Relative change of a duration that its effect is measured by."""
+"""Relative change of a duration by which its effect is measured."""
 
 REACH = 7
 """Segments apart whose effects on a motion are measured at once: a spline forgets as fast as 0.43^segments."""
 
 NEAR = 0.5
-"""Measured ratios above this share of the largest are looked into."""
+"""Share of the largest ratio above which measured ratios are looked into."""
 
 
 class LinearisedLimits(NamedTuple):

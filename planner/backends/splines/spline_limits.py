@@ -18,23 +18,26 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 RATES = {3: ("velocity", "acceleration"), 5: ("velocity", "acceleration", "jerk")}
-"""What a spline of each degree has without jumps, and limits: derivatives 1, 2, ... of position."""
+"""The derivatives 1, 2, ... of position that a spline of each degree has without jumps, and whose limits it keeps."""
 
 NEAR = 0.65
-"""Rates above this share of the worst one are looked into."""
+"""Share of the worst rate (all brought to first order) above which rates are looked into."""
 
 NEAR_POSITION = 0.1
-"""Distance from a position limit, relative to the joint's travel, up to which it is looked into."""
+"""Distance from a position limit, relative to the joint's travel, up to which positions are looked into."""
 
 OVERSHOOT_TOLERANCE = 0.1 * LIMIT_TOLERANCE
 """Excess over a position limit, relative to the joint's travel, that is rounding. The certificate measures it by half
 of the joint's range, and the travel may be twice as long as that."""
 
 LEAST_LOG_RATIO = -50.0
-"""Stands for the ratio of a segment that nothing limits."""
+"""Logarithm of the ratio that stands for none, of a segment that nothing limits: far below all others, and finite."""
 
-MOST_ROOT_STEPS, ROOT_TOLERANCE = 30, 1e-6
-"""An extremum depends on the square of the error of its place."""
+MOST_ROOT_STEPS = 30
+"""Steps of Newton's method or of bisection, at most, to a root."""
+
+ROOT_TOLERANCE = 1e-6
+"""Change of a root, in unit time, that ends the search: the value of an extremum changes by the square of that."""
 
 
 @dataclass(eq=False)
@@ -44,12 +47,12 @@ class DurationsTooShort(Exception):
     All durations times a factor keep the limits: not always by the least factor that would, where some are free.
 
     Attributes:
-        segment: Where the worst excess is.
+        segment: Index of the segment with the worst excess.
         joint: Index of its joint.
         quantity: `velocity`, `acceleration` or `jerk`.
-        value: Its peak magnitude there.
-        limit: Its limit there.
-        factor: By which all durations have to be longer.
+        value: The peak magnitude of the quantity there.
+        limit: The limit of the quantity there.
+        factor: The factor by which all durations have to be longer.
         durations: (segments,), s, that keep the limits: asked ones times `factor`, free ones to go with them.
     """
 
@@ -67,7 +70,7 @@ class PositionOvershoot(Exception):
     """The spline leaves the position limits between waypoints, whatever the free durations.
 
     Attributes:
-        segment: Where the worst excess is.
+        segment: Index of the segment with the worst excess.
         joint: Index of its joint.
         value: The position there.
         limit: The limit that it breaks.
@@ -84,8 +87,8 @@ class SplineAgainstLimits:
     """A spline and its peaks: where rates and positions may come nearest to their limits.
 
     Attributes:
-        spline: At certain durations.
-        limits: Of each segment and joint.
+        spline: The spline, at certain durations.
+        limits: The limits of each segment and joint.
         segment: (peaks,).
         joint: (peaks,).
         order: (peaks,), of the derivative; 0: position.
@@ -128,12 +131,12 @@ class SplineAgainstLimits:
     def linearise(self) -> LinearisedLimits:
         """The peaks that a change of the durations could bring over their limits, and those over them."""
         near = np.where(self.order > 0, self.excess > np.log(NEAR * self.ratios.max()), self.excess > -NEAR_POSITION)
-        place = (self.segment[near], self.joint[near], self.order[near], self.u[near])
-        slopes = self.spline.sensitivities(*place) * self.weight[near, None]
+        peaks = (self.segment[near], self.joint[near], self.order[near], self.u[near])
+        slopes = self.spline.sensitivities(*peaks) * self.weight[near, None]
         return LinearisedLimits(self.excess[near], slopes, self.order[near] > 0)
 
     def refuse_overshoot(self) -> None:
-        """Raises PositionOvershoot at the worst place, if there is one."""
+        """Raise PositionOvershoot where the spline leaves the position limits by most, if it does."""
         if self.overshoot == 0.0:
             return
         positions = np.flatnonzero(self.order == 0)
@@ -142,8 +145,8 @@ class SplineAgainstLimits:
         bound = self.limits.upper if self.weight[worst] > 0.0 else self.limits.lower
         raise PositionOvershoot(int(self.segment[worst]), joint, value, float(bound[joint]))
 
-    def too_short(self) -> DurationsTooShort:
-        """The refusal that names the worst rate."""
+    def too_short_error(self) -> DurationsTooShort:
+        """The error that names the worst rate."""
         rates = np.flatnonzero(self.order > 0)
         worst = rates[np.argmax(self.excess[rates])]
         segment, joint = int(self.segment[worst]), int(self.joint[worst])

@@ -34,7 +34,7 @@ def timed_spline(
 
     Args:
         positions: (segments + 1, joints), within the position limits.
-        limits: Of each segment and joint.
+        limits: The limits of each segment and joint.
         asked: (segments,), s, positive; NaN: the shortest.
         degree: 3 or 5.
 
@@ -59,12 +59,12 @@ def timed_spline(
     if free.all():
         motion = assess(motion.durations * factor)
     elif factor > 1.0 + DURATION_TOLERANCE:
-        raise motion.too_short()
+        raise motion.too_short_error()
     return motion.spline.curve
 
 
 def _first_guess(positions: FloatArray, limits: SegmentLimits, degree: Degree) -> FloatArray:
-    """About the durations (segments,) that each segment would need in a smooth motion."""
+    """Guess the durations (segments,), s, that the segments would need in a smooth motion."""
     travels = np.abs(np.diff(positions, axis=0))
     needed = np.maximum(travels / limits.velocity, 2.0 * np.sqrt(travels / limits.acceleration))
     if degree == 5:

@@ -103,7 +103,7 @@ def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
     velocity, acceleration = (getattr(path.limits, name)[segments][:, None] for name in ("velocity", "acceleration"))
     with np.errstate(divide="ignore"):
         plain = 1.0 / np.max(first / velocity, axis=(1, 2))
-        plain = np.minimum(plain, 1.0 / ToolSpeeds(path, run).excess(at).reshape(len(lengths), SAMPLES).max(axis=1))
+        plain = np.minimum(plain, 1.0 / ToolSpeeds(path, run).shares_at(at).reshape(len(lengths), SAMPLES).max(axis=1))
         curved = 1.0 / np.max(second / acceleration, axis=(1, 2))
         straight = 1.0 / np.max(first / acceleration, axis=(1, 2))
     laws = [
