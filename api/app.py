@@ -45,8 +45,8 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     """The service as an ASGI application.
 
     Args:
-        settings: Default: from the environment.
-        pool: Workers that have been started already; default: new ones. Stopped when the application ends.
+        settings: What the operator has set; None: read from the environment.
+        pool: Workers that have been started already; None: new ones. They are stopped when the application ends.
     """
     settings = settings or Settings()
     workers = pool or WorkerPool(settings)
@@ -90,7 +90,7 @@ def _methods_at(request: Request) -> set[str]:
 
 
 async def _answer_http_exception(request: Request, error: Exception) -> Response:
-    """What the router raises: no such path, no such method."""
+    """The answer to what the router raises: there is no such path, or no such method."""
     assert isinstance(error, HTTPException)  # noqa: S101 - registered for it
     if error.status_code == 405:
         allowed = ", ".join(sorted(_methods_at(request)))

@@ -1,4 +1,4 @@
-"""Where an unexpected exception came from, for the log."""
+"""The log says where an unexpected exception came from, and nothing of what it holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From what the library found out (its values) to what is answered about poses and waypoints."""
+"""What the library found out about poses and waypoints becomes what is answered about them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def nearest_answer(result: InverseKinematicsResult) -> dict[str, Any]:
 
 
 def reachability_answer(waypoints: Sequence[AnyWaypoint], found: Sequence[Reachability]) -> dict[str, Any]:
-    """Which waypoints can be reached."""
+    """The answer of which waypoints can be reached."""
     return {
         "reachable": all(waypoint.error is None for waypoint in found),
         "waypoints": [

@@ -23,8 +23,8 @@ def read_request(text: bytes, backend: str | None = None) -> PlanRequest:
     """The request in a document of POST /v1/trajectories.
 
     Args:
-        text: JSON.
-        backend: Kind of back end in place of the document's, with its default options; None: the document's.
+        text: The document as JSON.
+        backend: The kind of back end in place of the document's, with its default options; None: the document's.
 
     Raises:
         InvalidRequest: With everything that is wrong with it.

@@ -17,11 +17,16 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 HOST = "127.0.0.1"
+"""The address that the service listens on: nobody else can reach it."""
+
 START_TIMEOUT = 60.0
-"""s, until the service must be ready."""
+"""The time that the service may take until it is ready, s; a cold file system takes a third of it."""
+
 STOP_TIMEOUT = 20.0
-"""s, that it has to end by itself after SIGTERM."""
+"""The time that the service has to end by itself after SIGTERM, s; then it is killed."""
+
 POLL_PERIOD = 0.02
+"""The time between two looks whether the service is ready, s."""
 
 
 class ServiceDidNotStart(Exception):
@@ -33,8 +38,8 @@ def local_service(log: Path, workers: int | None = None) -> Iterator[tuple[str, 
     """Run the real service on a free port until the block ends.
 
     Args:
-        log: File that its log goes to.
-        workers: None: as the settings say.
+        log: The file that its log goes to.
+        workers: The number of its workers; None: as the settings say.
 
     Yields:
         Its base URL, and its process.

@@ -1,4 +1,4 @@
-"""Around every request: an id, one line in the log, timings in a header, and problems for what nobody caught."""
+"""Every request gets an id, a line in the log, timings in a header, and a problem document for what nobody caught."""
 
 from __future__ import annotations
 
@@ -19,13 +19,16 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
+"""The request ids that are taken from callers: what can be put into any log."""
+
 TIMINGS = ("queue", "validate", "plan", "serialise")
+"""The stages of a task in the order of the `Server-Timing` header."""
 
 log = structlog.get_logger()
 
 
 class RequestContext:
-    """Pure ASGI, so that it costs microseconds."""
+    """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -81,7 +84,7 @@ def _level(status: int) -> int:
 
 
 def _request_id(scope: Scope) -> str:
-    """The caller's, where it is a sane one, else a new one."""
+    """The id that the caller gave the request, where it is a sane one, else a new one."""
     for name, value in scope["headers"]:
         if name == b"x-request-id" and SANE_ID.fullmatch(value):
             return str(value, "ascii")

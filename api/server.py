@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
 DRAIN_GRACE = 5
-"""s, on top of the longest deadline, that requests in flight have to finish once the server is told to stop."""
+"""The time that requests in flight have to finish once the server is told to stop, s on top of the longest deadline."""
 
 
 def serve(settings: Settings | None = None) -> NoReturn:

@@ -13,7 +13,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Service:
-    """One running service."""
+    """One running service.
+
+    Attributes:
+        settings: What the operator has set.
+        pool: The worker processes.
+        robots: The uploaded robots.
+    """
 
     settings: Settings
     pool: WorkerPool

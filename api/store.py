@@ -1,4 +1,4 @@
-"""Where the robots that clients add are kept: contents by their digest, and names that point at contents."""
+"""The robots that clients add are kept here: contents by their digest, and names that point at contents."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class RobotContent:
     """What a client added, whatever it is called.
 
     Attributes:
-        digest: SHA-256 of the definition, `sha256:...`: two contents with the same digest are the same.
+        digest: The SHA-256 of the definition, `sha256:...`: two contents with the same digest are the same.
         definition: The validated request that added it, without the id, as canonical JSON.
         description: The answer of GET /v1/robots/{id}, without the id, as a JSON object.
     """
@@ -28,7 +28,7 @@ class RobotContent:
 
 
 class RobotStore(Protocol):
-    """Robots by id. An id is a name: several may point at one content, which is kept once."""
+    """A store of robots by id. An id is a name: several may point at one content, which is kept once."""
 
     def get(self, robot_id: str) -> RobotContent | None:
         """The robot with this id."""
@@ -43,12 +43,12 @@ class RobotStore(Protocol):
         ...
 
     def all(self) -> list[tuple[str, RobotContent]]:
-        """Every id and its robot, in the order of the ids."""
+        """All ids with their robots, in the order of the ids."""
         ...
 
 
 class InMemoryRobotStore:
-    """Keeps up to `capacity` ids for as long as the process lives."""
+    """A store that keeps up to `capacity` ids for as long as the process lives."""
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity

@@ -24,13 +24,23 @@ if TYPE_CHECKING:
     from planner.robots import Joint, Robot
 
 NUMBERS = ("peak", "of limit", "share", "at (s)")
+"""The columns of the certificate's table that hold numbers."""
+
 BAR_WIDTH = 12
+"""The width of the bar of a share of a limit, characters."""
+
 FILE_WIDTH = 100
+"""The width of the lines that go into a file or a pipe, characters."""
+
 CLOSE_TO_LIMIT = 0.9
-"""Share of a limit from which on it is shown in yellow."""
+"""The share of a limit from which on it is shown in yellow."""
 
 ANGLE_UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³", "torque": "N m"}
+"""The units of the quantities of a joint that turns."""
+
 LENGTH_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s²", "jerk": "m/s³", "torque": "N"}
+"""The units of the quantities of a joint that slides."""
+
 TOOL_UNITS = {
     "tcp_linear_velocity": "m/s",
     "tcp_angular_velocity": "rad/s",
@@ -38,6 +48,7 @@ TOOL_UNITS = {
     "path_orientation_deviation": "rad",
     "blend_deviation": "m",
 }
+"""The units of the quantities of the tool."""
 
 
 def terminal(*, stderr: bool = False) -> Console:
@@ -72,7 +83,7 @@ def share_text(ratio: float | None) -> Text:
 
 
 def plan_summary(plan: Plan, seconds: float) -> Group:
-    """A plan for a person; `seconds` is what it took."""
+    """A plan as a person reads it; `seconds` is what it took."""
     robot, trajectory = plan.path.robot, plan.trajectory
     head = Text.assemble(
         (robot.id, "bold"),
@@ -85,7 +96,7 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
 
 
 def problem_panel(document: Mapping[str, Any]) -> Panel:
-    """A problem document (RFC 9457) for a person, with its remedies."""
+    """A problem document (RFC 9457) as a person reads it, with its remedies."""
     parts: list[RenderableType] = []
     errors = document.get("errors")
     if errors:
@@ -118,7 +129,7 @@ def problem_panel(document: Mapping[str, Any]) -> Panel:
 
 
 def robots_table(robots: Sequence[Robot]) -> Table:
-    """The catalogue."""
+    """The robots of the catalogue, one a line."""
     table = plain_table("id", "joints", "tip frame", right=["joints"])
     table.add_column("where it comes from", ratio=1)
     for robot in robots:

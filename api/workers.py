@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from api.settings import Settings
 
 RETRY_AFTER = "1"
-"""s, suggested to those whom a full queue turns away."""
+"""The time after which a caller whom a full queue turns away may try again, s; a plan usually takes less."""
 
 NO_MEMORY_FOR_A_LIBRARY = 127
-"""Exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""
+"""The exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""
 
 RESPAWN_DELAY = 1.0
-"""s, before a worker that could not even start is tried again."""
+"""The time before a worker that could not even start is started again, s; short, yet no busy loop."""
 
 READ_AHEAD = 2**22
-"""Bytes of an answer that the event loop takes in before it makes the worker wait."""
+"""The bytes of an answer that the event loop takes in before it makes the worker wait; most answers have less."""
 
 log = structlog.get_logger()
 
@@ -38,10 +38,11 @@ class Worker:
     """A worker process, started at once, and the channel to it, connected once there is an event loop.
 
     Attributes:
-        tasks: How many it has been given.
-        warm: Whether it has solved its first problems.
-        ended: Set when the process has ended.
-        exit_code: Of the process, once it has ended.
+        pid: The id of its process.
+        tasks: The number of tasks that it has been given.
+        warm: Whether it has said that it is ready for tasks.
+        ended: An event that is set when the process has ended.
+        exit_code: The exit code of the process, once it has ended.
     """
 
     def __init__(self, caps: Caps) -> None:
@@ -140,7 +141,7 @@ class WorkerPool:
         self._keepers = [asyncio.create_task(self._keep(place)) for place in range(self._size)]
 
     async def detach(self) -> None:
-        """Look after them no longer."""
+        """Look after the workers no longer."""
         for keeper in self._keepers:
             keeper.cancel()
         await asyncio.gather(*self._keepers, return_exceptions=True)
@@ -152,12 +153,12 @@ class WorkerPool:
 
     @property
     def warm_workers(self) -> int:
-        """How many workers have solved their first problems and are alive."""
+        """The number of workers that are ready for tasks and alive."""
         return sum(worker.warm and not worker.ended.is_set() for worker in self._workers)
 
     @property
     def ready(self) -> bool:
-        """All workers have been warm, and at least one is.
+        """Whether all workers have been warm, and at least one is.
 
         One that was killed or recycled is back within a second: no reason to send the others' requests away.
         """

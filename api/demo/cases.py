@@ -15,15 +15,15 @@ class Case:
     """One case.
 
     Attributes:
-        name: Of its request file, without `.json`, and of its picture.
-        title: For a person.
+        name: The name of its request file, without `.json`, and of its picture.
+        title: What it is called in what a person sees.
     """
 
     name: str
     title: str
 
     def request(self) -> dict[str, Any]:
-        """Its plan request."""
+        """The plan request of the case."""
         document: dict[str, Any] = orjson.loads((examples_folder() / f"{self.name}.json").read_bytes())
         return document
 

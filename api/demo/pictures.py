@@ -21,13 +21,16 @@ if TYPE_CHECKING:
     from planner.kinematics import FloatArray
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#5D3A9B")
-"""One a joint, in turn; told apart by colour-blind eyes (Okabe and Ito)."""
+"""The colours of the joints, in turn; colour-blind eyes tell them apart (Okabe and Ito)."""
 
 QUANTITIES = ("position", "velocity", "acceleration")
+"""The quantities that are drawn, one row each."""
+
 UNITS = {True: ("°", "°/s", "°/s²"), False: ("mm", "mm/s", "mm/s²")}
-"""Of the three quantities, by whether the joint turns."""
+"""The units of the three quantities, by whether the joint turns."""
 
 KEY = "grey bars: from the lower to the upper limit, colour: used; dashed: a limit near the curves; shaded: at rest"
+"""The explanation below a picture."""
 
 ROOM_FOR_LIMIT = 1.25
 """A limit is drawn among the curves when that makes their axis no taller than this many times."""

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 COLUMNS = ("case", "back end", "duration", "velocity", "accel.", "error", "certificate", "computed")
+"""The columns of the table."""
+
 NUMBERS = ("duration", "velocity", "accel.", "error", "computed")
+"""The columns that hold numbers."""
+
 LEGEND = """
 velocity, accel.  largest share of a joint's limit
 error             at the waypoints: of the tool (m) where poses are asked,

@@ -77,7 +77,7 @@ class ProblemDocument(Answer):
     nearest: Any = Field(
         default=None,
         description="With `unreachable_waypoint`: the nearest that the tool gets, as `position` (joints, rad or m), "
-        "`pose` (m, quaternion), `position_error` (m) and `orientation_error` (rad).",
+        "`pose` (m, quaternion), `position_distance` (m) and `orientation_distance` (rad).",
     )
     place: Any = Field(
         default=None,

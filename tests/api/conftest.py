@@ -105,6 +105,28 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService
         yield running
 
 
+@pytest.fixture(scope="session")
+def _one_worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
+    settings = {"workers": 1, "queue_size": 3, "max_robots": 2, "worker_memory_mib": 384, "max_samples": 100_000_000}
+    with running_service(tmp_path_factory.mktemp("one_worker") / "log.jsonl", **settings) as running:
+        yield running
+
+
+@pytest.fixture
+def one_worker(_one_worker: RunningService) -> Iterator[RunningService]:
+    """A service whose only worker may be killed; another one is ready when the next test begins."""
+    yield _one_worker
+    _one_worker.wait_ready()
+
+
+@pytest.fixture
+def two_workers(service: RunningService) -> Iterator[RunningService]:
+    """The service of all tests, for those that kill its workers; others are ready when the next test begins."""
+    yield service
+    service.wait_ready()
+    wait_until(lambda: len(service.workers()) == 2)
+
+
 @pytest.fixture
 def start_service(tmp_path: Path) -> Iterator[Callable[..., RunningService]]:
     """Start a service of one's own, with settings."""

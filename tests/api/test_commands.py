@@ -8,12 +8,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-import httpx
 import pytest
 from typer.testing import CliRunner, Result
 
 from api.cli import app
-from api.local_service import local_service
+from tests.api.conftest import RunningService
 from tests.locations import ROOT
 
 EXAMPLES = ROOT / "examples"
@@ -74,11 +73,10 @@ def test_plan_writes_json(request_file: Path, tmp_path: Path) -> None:
     assert answer["samples"]["position"][2] == pytest.approx([0.25, 0.75, 0.75])
 
 
-def test_plan_writes_what_the_service_answers(tmp_path: Path) -> None:
+def test_plan_writes_what_the_service_answers(service: RunningService, tmp_path: Path) -> None:
     request = EXAMPLES / "three_joint_arm_first.json"
     assert planner("plan", request, "-o", tmp_path / "out.json").exit_code == 0
-    with local_service(tmp_path / "service.log", workers=1) as (url, _):
-        answer = httpx.post(f"{url}/v1/trajectories", content=request.read_bytes()).raise_for_status()
+    answer = service.client.post("/v1/trajectories", content=request.read_bytes()).raise_for_status()
     assert (tmp_path / "out.json").read_bytes() == answer.content
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import orjson
 import pytest
 from pydantic import BaseModel
 
+from api.execution import execute
+from api.messages import Caps, Reply, Task
 from api.schemas import answers, dynamics, kinematics, robots
 from tests.api.requests import (
     dh_joint,
@@ -24,8 +28,6 @@ from tests.api.requests import (
 from tests.documents.published import document
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from httpx import Response
 
     from tests.api.conftest import RunningService
@@ -280,13 +282,18 @@ def test_workspace_of_the_published_arm(service: RunningService) -> None:
     assert tool["maximum_height"]["value"] == pytest.approx(1.55, abs=1e-9)
 
 
-def test_a_cloud_is_no_larger_than_any_other_answer(start_service: Callable[..., RunningService]) -> None:
-    service = start_service(workers=1, max_samples=1000)
-    request = {"robot": "three_dof_arm", "samples": 333}
-    assert len(service.post("/v1/kinematics/workspace", request).json()["points"]) == 333
-    refused = service.post("/v1/kinematics/workspace", request | {"samples": 334})
-    assert refused.status_code == 422
-    assert refused.json()["errors"][0]["pointer"] == "/samples"
+def test_a_cloud_is_no_larger_than_any_other_answer() -> None:
+    """What a worker of a service with narrow caps replies, without the service."""
+    caps = Caps(max_deadline=60.0, max_waypoints=10, max_samples=1000, memory_mib=1024)
+
+    def reply(samples: int) -> Reply:
+        body = orjson.dumps({"robot": "three_dof_arm", "samples": samples})
+        return execute(Task("workspace", "/v1/kinematics/workspace", time.monotonic(), math.inf, body), caps)
+
+    assert len(orjson.loads(reply(333).body)["points"]) == 333
+    refused = reply(334)
+    assert refused.status == 422
+    assert orjson.loads(refused.body)["errors"][0]["pointer"] == "/samples"
 
 
 def test_torques_hold_a_payload(service: RunningService) -> None:
