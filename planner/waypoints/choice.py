@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.errors import PlanningError
 from planner.limits import counted_velocity
+from planner.tolerances import POSITION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -95,7 +96,9 @@ class _Search:
     def __init__(self, robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float) -> None:
         lower, upper = robot.limit("lower"), robot.limit("upper")
         self.robot = robot
-        self.half_range = np.where(np.isfinite(upper - lower), (upper - lower) / 2.0, np.inf)
+        # A joint without limits is never near one, and neither is a joint that has no room to move in.
+        limited = np.isfinite(upper - lower) & (upper - lower > POSITION_TOLERANCE)
+        self.half_range = np.where(limited, (upper - lower) / 2.0, np.inf)
         self.stops, self.weight = stops, weight
         self.stages = [_Stage(start[None], np.zeros(1), np.zeros(1, dtype=np.intp))]
         self.ends: dict[tuple[int, bytes], FloatArray | None] = {}

@@ -49,6 +49,7 @@ def test_an_odd_robot_is_accepted_with_a_remark_and_does_no_harm(service: Runnin
         assert answer.status_code in (200, 422), answer.text
     assert service.client.delete(f"{ROBOTS}/{robot.id}").status_code == 204
     assert {worker.pid for worker in service.workers()} == before
+    assert service.logged(), "each line of the log is JSON: no worker has warned of its arithmetic"
 
 
 def test_a_worker_never_answers_with_the_robot_that_had_the_id_before(one_worker: RunningService) -> None:
