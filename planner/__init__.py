@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from planner.comparison import figures as figures
     from planner.dynamics import inverse_dynamics as inverse_dynamics
     from planner.errors import ConfigurationChange as ConfigurationChange
+    from planner.errors import Fault as Fault
     from planner.errors import Finding as Finding
     from planner.errors import InfeasibleDuration as InfeasibleDuration
     from planner.errors import InvalidProblem as InvalidProblem
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
     from planner.errors import JointPositionLimit as JointPositionLimit
     from planner.errors import LimitsUnsatisfiable as LimitsUnsatisfiable
     from planner.errors import MissingDynamics as MissingDynamics
+    from planner.errors import NearestPose as NearestPose
+    from planner.errors import PathPoint as PathPoint
     from planner.errors import PlanningError as PlanningError
     from planner.errors import Remedy as Remedy
     from planner.errors import SingularPath as SingularPath
@@ -84,6 +87,7 @@ if TYPE_CHECKING:
     from planner.problem import SphericalMove as SphericalMove
     from planner.problem import StopTransition as StopTransition
     from planner.problem import ThroughTransition as ThroughTransition
+    from planner.problem import Waypoint as Waypoint
     from planner.result import Plan as Plan
     from planner.result import PlanWarning as PlanWarning
     from planner.robots import DHJoint as DHJoint
@@ -119,6 +123,7 @@ _NAMES = {
     "planner.dynamics": ("inverse_dynamics",),
     "planner.errors": (
         "ConfigurationChange",
+        "Fault",
         "Finding",
         "InfeasibleDuration",
         "InvalidProblem",
@@ -126,6 +131,8 @@ _NAMES = {
         "JointPositionLimit",
         "LimitsUnsatisfiable",
         "MissingDynamics",
+        "NearestPose",
+        "PathPoint",
         "PlanningError",
         "Remedy",
         "SingularPath",
@@ -165,6 +172,7 @@ _NAMES = {
         "SphericalMove",
         "StopTransition",
         "ThroughTransition",
+        "Waypoint",
     ),
     "planner.result": ("Plan", "PlanWarning"),
     "planner.robots": ("DHJoint", "Joint", "Robot", "catalogue_ids", "load_robot"),

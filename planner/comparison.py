@@ -38,7 +38,7 @@ class Figures:
     """What a plan costs.
 
     Attributes:
-        duration: s.
+        duration: Time from start to end, s.
         peak_jerk: Largest |jerk| of any joint inside the pieces, rad/s^3 or m/s^3.
         rms_jerk: Root of the mean over time of the sum over joints of jerk^2; steps of the acceleration not counted.
         effort: Integral over time of the sum over joints of (torque / limit)^2, s; None: torques are unknown, or no

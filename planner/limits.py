@@ -17,13 +17,13 @@ TCP_QUANTITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits asked by the caller; None: the robot's own. Never wider than the robot's.
+    """Limits that are asked, none wider than the robot's; None: the robot's own, and none on the tool.
 
     Attributes:
-        velocity: Per joint, rad/s or m/s.
-        acceleration: Per joint, rad/s^2 or m/s^2.
-        jerk: Per joint, rad/s^3 or m/s^3.
-        torque: Per joint, N m or N.
+        velocity: Velocity of each joint, rad/s or m/s.
+        acceleration: Acceleration of each joint, rad/s^2 or m/s^2.
+        jerk: Jerk of each joint, rad/s^3 or m/s^3.
+        torque: Torque or force of each joint, N m or N.
         tcp_linear_velocity: Speed of the tool centre point, m/s.
         tcp_angular_velocity: Angular speed of the tool, rad/s.
         velocity_scale: Factor in (0, 1] on the velocity limits.

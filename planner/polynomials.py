@@ -36,7 +36,7 @@ class PiecewisePolynomial:
 
     @cached_property
     def breakpoints(self) -> FloatArray:
-        """The local coordinates' origins and the end: (pieces + 1,), from 0 to the whole length."""
+        """Where the pieces begin and end: (pieces + 1,), from 0 to the whole length."""
         return cumulative_sums(self.lengths)
 
     def derivative_coefficients(self, order: int) -> FloatArray:

@@ -23,7 +23,12 @@ Frame = Literal["tool", "base"]
 
 @dataclass(frozen=True)
 class CartesianMove:
-    """A translation (m) and a rotation; None keeps the orientation."""
+    """A move by a translation and a rotation.
+
+    Attributes:
+        translation: (x, y, z), m.
+        rotation: (3, 3); None keeps the orientation.
+    """
 
     translation: tuple[float, float, float]
     rotation: FloatArray | None = None
@@ -36,7 +41,13 @@ class CartesianMove:
 
 @dataclass(frozen=True)
 class CylindricalMove:
-    """Trans(0, 0, l) Rot(z, alpha) Trans(r, 0, 0): document 001, Section III.A. m and rad."""
+    """A move in cylindrical coordinates, Trans(0, 0, l) Rot(z, alpha) Trans(r, 0, 0): document 001, Section III.A.
+
+    Attributes:
+        r: Radius, m.
+        alpha: Angle about z, rad.
+        l: Height, m.
+    """
 
     r: float
     alpha: float
@@ -50,7 +61,13 @@ class CylindricalMove:
 
 @dataclass(frozen=True)
 class SphericalMove:
-    """Rot(z, gamma) Rot(y, beta) Trans(0, 0, r): document 001, Section III.A (E15 corrected). m and rad."""
+    """A move in spherical coordinates, Rot(z, gamma) Rot(y, beta) Trans(0, 0, r): document 001, Section III.A, E15.
+
+    Attributes:
+        r: Radius, m.
+        beta: Angle from the z axis, rad.
+        gamma: Angle about the z axis, rad.
+    """
 
     r: float
     beta: float
@@ -67,16 +84,16 @@ Move = CartesianMove | CylindricalMove | SphericalMove
 
 @dataclass(frozen=True)
 class JointMotion:
-    """Straight in joint space; beside a waypoint passed `through`, a curve."""
+    """A motion straight in joint space; beside a waypoint that is passed `through`, a curve."""
 
 
 @dataclass(frozen=True)
 class LinearMotion:
-    """The tool in a straight line, turning about one axis by the shortest rotation.
+    """A motion of the tool in a straight line, turning about one axis by the shortest rotation.
 
     Attributes:
-        tolerance_position: m, how far the tool may be from the line.
-        tolerance_orientation: rad, how far it may be from the orientation due there.
+        tolerance_position: How far the tool may be from the line, m.
+        tolerance_orientation: How far it may be from the orientation that belongs there, rad.
     """
 
     tolerance_position: float = 1e-4
@@ -85,12 +102,12 @@ class LinearMotion:
 
 @dataclass(frozen=True)
 class CircularMotion:
-    """The tool on the circle through a third pose, from the waypoint before by way of `via`.
+    """A motion of the tool on the circle through a third pose, from the waypoint before by way of `via`.
 
     Attributes:
-        via: On the way, in the base frame; without a rotation the shortest one from start to end is made.
-        tolerance_position: m, how far the tool may be from the circle.
-        tolerance_orientation: rad, how far it may be from the orientation due there.
+        via: A pose on the way, in the base frame; without a rotation the shortest one from start to end is made.
+        tolerance_position: How far the tool may be from the circle, m.
+        tolerance_orientation: How far it may be from the orientation that belongs there, rad.
     """
 
     via: Pose
@@ -103,20 +120,20 @@ Motion = JointMotion | LinearMotion | CircularMotion
 
 @dataclass(frozen=True)
 class StopTransition:
-    """Come to rest at the waypoint."""
+    """A transition that comes to rest at the waypoint."""
 
 
 @dataclass(frozen=True)
 class ThroughTransition:
-    """Pass the waypoint exactly, without stopping."""
+    """A transition that passes the waypoint exactly, without stopping."""
 
 
 @dataclass(frozen=True)
 class BlendTransition:
-    """Cut the corner without stopping.
+    """A transition that cuts the corner without stopping.
 
     Attributes:
-        radius: m; the tool leaves its paths to and from the waypoint only this near to it.
+        radius: How near to the waypoint the tool is where it leaves its paths to and from it, m.
     """
 
     radius: float
@@ -151,10 +168,10 @@ class JointWaypoint(Waypoint):
     """A waypoint given by a joint position.
 
     Attributes:
-        position: One value per joint, rad or m.
+        position: One value per joint, rad or m; an array will do, too.
     """
 
-    position: Sequence[float] | FloatArray
+    position: Sequence[float]
 
     def __post_init__(self) -> None:
         """Keep plain numbers, which are compared and cannot change."""

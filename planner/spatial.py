@@ -27,6 +27,10 @@ class Pose:
     position: FloatArray
     rotation: FloatArray | None = None
 
+    if TYPE_CHECKING:
+
+        def __init__(self, position: ArrayLike, rotation: ArrayLike | None = None) -> None: ...
+
     def __post_init__(self) -> None:
         """Take lists, too."""
         if not isinstance(self.position, np.ndarray):
@@ -76,12 +80,12 @@ def rotation_z(angle: float) -> FloatArray:
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """Rotation about the fixed axes x, then y, then z (URDF): Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Make a rotation (3, 3) of angles about the fixed axes x, then y, then z, rad: Rz(yaw) Ry(pitch) Rx(roll)."""
     return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
 
 
 def rotation_from_quaternion(xyzw: FloatArray) -> FloatArray:
-    """Rotation (3, 3) of the quaternion (4,) x, y, z, w, which is normalised first."""
+    """Make a rotation (3, 3) of a quaternion (4,) x, y, z, w, which is normalised first."""
     x, y, z, w = xyzw / np.linalg.norm(xyzw)
     return np.array(
         [
@@ -100,6 +104,6 @@ def project_to_rotation(matrix: FloatArray) -> FloatArray:
 
 
 def quaternion(rotation: FloatArray) -> FloatArray:
-    """Quaternion (4,) x, y, z, w of a rotation (3, 3); of the two that there are, the one with w >= 0."""
+    """Make a quaternion (4,) x, y, z, w of a rotation (3, 3); of the two that there are, the one with w >= 0."""
     xyzw: FloatArray = pin.Quaternion(rotation).coeffs()
     return -xyzw if xyzw[3] < 0.0 else xyzw

@@ -36,9 +36,11 @@ class Remark:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory(SegmentedPolynomial):
-    """Joint positions as piecewise polynomials of time; a path with time on it. Lengths are in s.
+    """Joint positions as piecewise polynomials of time; a path with time on it.
 
     Attributes:
+        lengths: (pieces,), how long each piece takes, s.
+        coefficients: (pieces, joints, order), ascending powers of the time since the start of the piece, unrounded.
         segments: (pieces,), index of the waypoint segment that each piece belongs to; the dwell at a
             waypoint belongs to the segment that ends there (at the first waypoint: to segment 0).
         arrivals: (waypoints,), s, when each waypoint is reached; one that is blended: the middle of its blend.
@@ -104,6 +106,13 @@ class Trajectory(SegmentedPolynomial):
         return self.stretched(factor)
 
     def sample_times(self, period: float) -> FloatArray:
-        """Multiples of a period (s) from 0, and last the duration itself; (N,), strictly increasing."""
+        """Make times for `evaluate`: multiples of a period from 0, and last the duration itself.
+
+        Args:
+            period: Time between samples, s.
+
+        Returns:
+            (N,), s, strictly increasing.
+        """
         steps = int(np.ceil(self.duration / period * (1.0 - 1e-9)))
         return np.append(np.arange(steps) * period, self.duration)

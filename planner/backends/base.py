@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 class BackEnd(Protocol):
-    """Puts time on a joint path. Implementations are frozen dataclasses whose fields are the options.
+    """What puts time on a joint path: a frozen dataclass whose fields are its options.
 
     Each field carries `metadata` with a `description` and, where they apply, the bounds `gt`, `ge`, `le`.
 
     Attributes:
-        kind: Its name in requests.
-        summary: One sentence for a person.
-        guarantees: For each of `QUANTITIES`.
+        kind: Its name.
+        summary: What it does, in one sentence.
+        guarantees: What it promises about each of `QUANTITIES`.
     """
 
     kind: ClassVar[str]
@@ -29,7 +29,7 @@ class BackEnd(Protocol):
     guarantees: ClassVar[Mapping[str, Guarantee]]
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The trajectory along `path`.
+        """Put time on a path.
 
         Raises:
             InfeasibleDuration: A segment's duration is shorter than its limits allow.

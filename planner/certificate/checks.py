@@ -46,10 +46,10 @@ class Check:
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was checked.
+    """The check of a trajectory against every limit.
 
     Attributes:
-        satisfied: Every enforced limit is kept.
+        satisfied: Whether every enforced limit is kept.
         waypoint_error: Largest distance of a joint from its waypoint at the waypoint's arrival, rad or m.
         continuity: `C0`, `C1`, ...: the derivatives that are continuous, counting rest before and after, or the
             motion that is asked there; `none`.

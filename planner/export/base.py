@@ -25,8 +25,8 @@ class ExportOptions:
     """How to write a plan.
 
     Attributes:
-        sample_period: s.
-        include: Of `INCLUDABLE`.
+        sample_period: Time between samples, s; the last one is at the end.
+        include: What to write besides, some of `INCLUDABLE`.
         request_hash: To be quoted in the answer; None: none.
     """
 
@@ -40,10 +40,10 @@ class Format:
     """One form that a plan can leave in.
 
     Attributes:
-        name: In `?format=`.
-        media_type: In `Accept` and `Content-Type`.
-        suffix: Of a file's name, with the dot.
-        render: Writes the plan.
+        name: The form's name.
+        media_type: The media type of a file of this form.
+        suffix: How the name of such a file ends, with the dot.
+        render: What writes a plan.
     """
 
     name: str

@@ -51,7 +51,7 @@ def jacobian(robot: Robot, position: ArrayLike) -> FloatArray:
         position: (joints,), rad or m.
 
     Returns:
-        (6, joints): the linear over the angular velocity of the tool, in the base's axes, per joint velocity.
+        The linear over the angular velocity of the tool, in the base's axes, per joint velocity, (6, joints).
     """
     axes, q = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED, np.asarray(position, dtype=np.float64)
     J: FloatArray = pin.computeFrameJacobian(robot.model, robot.data, q, robot.tool_frame_id, axes)

@@ -27,15 +27,15 @@ Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
 
 @dataclass(frozen=True, eq=False)
 class InverseKinematicsResult:
-    """What was found for one pose.
+    """What the inverse kinematics found for one pose.
 
     Attributes:
         status: `solved`, or why not.
-        position: (joints,): the solution, or the joint position of the nearest pose found.
-        pose: Of the tool at `position`, by forward kinematics.
+        position: (joints,), rad or m: the solution, or the joint position of the nearest pose found.
+        pose: The tool's pose at `position`, by forward kinematics.
         position_error: Distance of `pose` from the pose asked, m.
         orientation_error: Angle between them, rad; None: no orientation was asked.
-        manipulability: At `position`.
+        manipulability: The manipulability at `position`.
         joint: With `joint_position_limit`: the joint that would have to leave its limits.
         value: With `joint_position_limit`: where that joint would have to be, rad or m.
     """
@@ -96,6 +96,9 @@ def inverse_kinematics_many(
         options: Tolerances, reference and seed.
         reference: (joints,), of the first pose; None: `options.reference`. Without either the first solution found is
             the first answer.
+
+    Returns:
+        One result for each pose.
     """
     if reference is None and options.reference is not None:
         reference = np.array(options.reference)
@@ -116,7 +119,7 @@ def all_solutions(
     options: InverseKinematicsOptions = InverseKinematicsOptions(),
     reference: ArrayLike | None = None,
 ) -> tuple[FloatArray, ...]:
-    """All isolated solutions within the limits, nearest to the reference first; of a continuum, a spread of some.
+    """Find all isolated solutions within the limits, nearest to the reference first; of a continuum, a spread of some.
 
     Configurations that differ by whole turns of joints count once, turned to lie nearest to the reference.
 
@@ -124,7 +127,10 @@ def all_solutions(
         robot: With its tool.
         pose: In the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
-        reference: (joints,); None: `options.reference`, or the middle of the limits.
+        reference: (joints,), rad or m; None: `options.reference`, or the middle of the limits.
+
+    Returns:
+        The solutions, each (joints,), rad or m; none where the pose cannot be reached.
     """
     return solution_layers(robot, [pose], options, None if reference is None else np.asarray(reference))[0]
 

@@ -10,10 +10,10 @@ class InverseKinematicsOptions:
     """How poses are solved.
 
     Attributes:
-        tolerance_position: m.
-        tolerance_orientation: rad.
+        tolerance_position: Largest distance of the tool from its pose, m.
+        tolerance_orientation: Largest angle of the tool from its orientation, rad.
         reference: Joint position that the way through the solutions starts from; None: it may start anywhere.
-        seed: Of the random starts; the same seed gives the same answer.
+        seed: Seed of the random starts; the same seed gives the same answer.
     """
 
     tolerance_position: float = 1e-6

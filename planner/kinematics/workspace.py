@@ -38,7 +38,7 @@ class Extreme:
     """A figure of the workspace, and where it is reached.
 
     Attributes:
-        value: m.
+        value: The figure, m.
         position: (joints,), rad or m: a joint position with that value.
     """
 
@@ -52,13 +52,13 @@ class Workspace:
 
     Attributes:
         points: (N, 3), m: the tool in the base frame, at random joint positions.
-        minimum_radius: Distance from the base frame's z axis.
-        maximum_radius: Likewise.
-        minimum_height: z in the base frame.
-        maximum_height: Likewise.
-        radius_at_maximum_height: The largest, where the maximum height is reached at several.
-        minimum_reach: Distance from the base frame's origin.
-        maximum_reach: Likewise.
+        minimum_radius: Smallest distance from the base frame's z axis.
+        maximum_radius: Largest distance from the base frame's z axis.
+        minimum_height: Smallest z in the base frame.
+        maximum_height: Largest z in the base frame.
+        radius_at_maximum_height: Distance from the z axis there; the largest, where there are several.
+        minimum_reach: Smallest distance from the base frame's origin.
+        maximum_reach: Largest distance from the base frame's origin.
     """
 
     points: FloatArray
@@ -93,7 +93,7 @@ def workspace(robot: Robot, samples: int = DRAWS, seed: int = 0) -> Workspace:
     Args:
         robot: With its tool.
         samples: How many points are wanted.
-        seed: Of the random positions: uniform within the limits, over one turn where a joint has none.
+        seed: Seed of the random positions: uniform within the limits, over one turn where a joint has none.
 
     Raises:
         InvalidProblem: A joint slides without limits.

@@ -57,9 +57,9 @@ class JointPath:
     """What the joints do, without time. Its existence means: every waypoint is solved, every motion can be followed.
 
     Attributes:
-        robot: With tool and payload.
-        waypoints: Solved, in order; segment i goes from waypoint i to waypoint i + 1.
-        limits: In force on each segment.
+        robot: The arm, with tool and payload.
+        waypoints: The solved waypoints, in order; segment i goes from waypoint i to waypoint i + 1.
+        limits: The limits in force on each segment.
         durations: (segments,), s; NaN: as fast as the limits allow.
         dwells: (waypoints,), s.
         runs: What is passed without stopping, and motions of the tool; all other segments are straight joint motions

@@ -42,16 +42,33 @@ PACKAGE_ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 
 @cache
 def catalogue_ids() -> tuple[str, ...]:
-    """Ids of the robots that can be loaded, in alphabetical order."""
+    """List the robots that can be loaded.
+
+    Returns:
+        Their ids, in alphabetical order.
+
+    Examples:
+        >>> import planner
+        >>> "kuka_kr16_2" in planner.catalogue_ids()
+        True
+    """
     return tuple(sorted(_files()))
 
 
 @cache
 def load_robot(id: str) -> Robot:
-    """The robot of the catalogue with this id; read once per process.
+    """Load a robot of the catalogue; it is read once per process.
+
+    Args:
+        id: One of `catalogue_ids()`.
 
     Raises:
-        UnknownRobot: There is none.
+        UnknownRobot: There is no robot with this id; the message lists those that there are.
+
+    Examples:
+        >>> import planner
+        >>> planner.load_robot("three_dof_arm").joint_names
+        ('joint_1', 'joint_2', 'joint_3')
     """
     try:
         file, folder = _files()[id]

@@ -21,17 +21,17 @@ LIMITED_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
 
 @dataclass(frozen=True)
 class Joint:
-    """One degree of freedom. Angles in rad, lengths in m; infinite: no limit.
+    """One degree of freedom and its limits; an infinite limit is none.
 
     Attributes:
-        name: As in `Robot.joint_names`.
+        name: The joint's name, as in `Robot.joint_names`.
         kind: `continuous` is a revolute joint without position limits that may turn for ever.
-        lower: Lower position limit.
-        upper: Upper position limit.
-        velocity: rad/s or m/s.
-        acceleration: rad/s^2 or m/s^2.
-        jerk: rad/s^3 or m/s^3.
-        torque: N m or N.
+        lower: Lower position limit, rad or m.
+        upper: Upper position limit, rad or m.
+        velocity: Velocity limit, rad/s or m/s.
+        acceleration: Acceleration limit, rad/s^2 or m/s^2.
+        jerk: Jerk limit, rad/s^3 or m/s^3.
+        torque: Torque or force limit, N m or N.
         provenance: Where each of `LIMITED_QUANTITIES` comes from; no entry where there is no limit.
     """
 
@@ -84,19 +84,7 @@ class DisabledCollision:
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription:
-    """What a document says about an arm whose configuration is one number per joint, continuous joints included.
-
-    Attributes:
-        id: Its name in the catalogue or in the store of uploads.
-        source: Where the model comes from, for a person.
-        model: Pinocchio model with nq == nv == len(joints), in the order of `joints`. Not to be changed.
-        joints: In the order of every joint array.
-        tip_frame: Name of the frame at the flange.
-        geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
-        groups: Joints that belong together, of an uploaded SRDF.
-        disabled_collisions: Pairs of links that an uploaded SRDF takes out of collision checks.
-        findings: Warnings and remarks about the model, by its reader.
-    """
+    """What a document says about an arm: the fields of `Robot`, where they are explained."""
 
     id: str
     source: str

@@ -34,7 +34,7 @@ LIMITS = ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
 
 @dataclass(frozen=True)
 class DHJoint:
-    """One row of the table, SI units. None: no such limit, or not known.
+    """One row of a Denavit-Hartenberg table, with the limits of its joint; None: no such limit, or not known.
 
     Attributes:
         kind: Whether the joint adds its position to theta (revolute, continuous) or to d (prismatic).
@@ -42,16 +42,17 @@ class DHJoint:
         d: Offset along z, m.
         a: Length along x, m; in the modified convention a(i-1).
         alpha: Twist about x, rad; in the modified convention alpha(i-1).
-        lower: Position limit, rad or m.
-        upper: Position limit, rad or m.
-        velocity: rad/s or m/s.
-        acceleration: rad/s^2 or m/s^2.
-        jerk: rad/s^3 or m/s^3.
-        torque: N m or N.
-        name: None: `joint_1`, `joint_2`, ...
-        mass: Of link i, kg.
-        center_of_mass: Of link i, m, in frame i of the table: the frame that this row ends in.
-        inertia: Of link i, kg m^2, about its center of mass in the axes of frame i: ixx, ixy, ixz, iyy, iyz, izz.
+        lower: Lower position limit, rad or m.
+        upper: Upper position limit, rad or m.
+        velocity: Velocity limit, rad/s or m/s.
+        acceleration: Acceleration limit, rad/s^2 or m/s^2.
+        jerk: Jerk limit, rad/s^3 or m/s^3.
+        torque: Torque or force limit, N m or N.
+        name: The joint's name; None: `joint_1`, `joint_2`, ...
+        mass: Mass of link i, kg.
+        center_of_mass: Center of mass of link i, m, in frame i of the table: the frame that this row ends in.
+        inertia: Inertia of link i, kg m^2, about its center of mass in the axes of frame i: ixx, ixy, ixz, iyy, iyz,
+            izz.
     """
 
     kind: JointKind

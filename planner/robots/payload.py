@@ -10,8 +10,8 @@ class Payload:
     """A body carried at the robot's tip frame (the flange, whatever the tool).
 
     Attributes:
-        mass: kg.
-        center_of_mass: m, in the tip frame.
+        mass: Mass, kg.
+        center_of_mass: Center of mass in the tip frame, m.
         inertia: Principal moments (ixx, iyy, izz) about the center of mass, kg m^2.
     """
 

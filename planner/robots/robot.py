@@ -30,6 +30,17 @@ class Robot(RobotDescription):
     """A robot arm whose configuration is one number per joint, continuous joints included.
 
     Robots are immutable: `with_tool`, `with_payload` and `dataclasses.replace` make others.
+
+    Attributes:
+        id: The robot's name.
+        source: Where the model comes from, for a person.
+        model: Pinocchio model with nq == nv == len(joints), in the order of `joints`. Not to be changed.
+        joints: The degrees of freedom, in the order of every joint array.
+        tip_frame: Name of the frame at the flange.
+        geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
+        groups: Joints that belong together, as an SRDF has them.
+        disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
+        findings: Warnings and remarks about the model, by its reader.
     """
 
     @classmethod
@@ -102,21 +113,25 @@ class Robot(RobotDescription):
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom."""
+        """The number of joints that move."""
         return len(self.joints)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """In the order of every joint array."""
+        """The names of the joints, in the order of every joint array."""
         return tuple(joint.name for joint in self.joints)
 
     @cached_property
     def is_angle(self) -> np.ndarray:
-        """(joints,), bool: revolute or continuous."""
+        """Whether each joint turns rather than slides, (joints,)."""
         return np.array([joint.is_angle for joint in self.joints])
 
     def limit(self, quantity: str) -> FloatArray:
-        """(joints,): `lower`, `upper`, `velocity`, `acceleration`, `jerk` or `torque`; infinite: none."""
+        """One limit of all joints, (joints,), infinite where there is none.
+
+        Args:
+            quantity: `lower`, `upper`, `velocity`, `acceleration`, `jerk` or `torque`.
+        """
         return self._limits[quantity]
 
     @cached_property
@@ -147,7 +162,7 @@ class Robot(RobotDescription):
 
     @cached_property
     def mass(self) -> float:
-        """Of everything that moves, with the payload, kg; 0: no masses are known."""
+        """The mass of everything that moves, with the payload, kg; 0: no masses are known."""
         return float(sum(inertia.mass for inertia in self.model.inertias.tolist()[1:]))
 
     @property
@@ -169,14 +184,21 @@ class Robot(RobotDescription):
 
     @cached_property
     def middle(self) -> FloatArray:
-        """(joints,): the middle of the position limits; 0 where a side is open."""
+        """The middle of the position limits, (joints,); 0 where a side is open."""
         lower, upper = self.limit("lower"), self.limit("upper")
         bounded = np.isfinite(lower) & np.isfinite(upper)
         middle = np.where(bounded, (np.where(bounded, lower, 0.0) + np.where(bounded, upper, 0.0)) / 2.0, 0.0)
         return np.clip(middle, lower, upper)
 
     def with_tool(self, pose: Pose) -> Robot:
-        """The same robot with a tool centre point at `pose` in the tip frame."""
+        """Attach a tool.
+
+        Args:
+            pose: The tool centre point in the tip frame; without a rotation, the tool's axes are the tip frame's.
+
+        Returns:
+            The same robot with that tool, in place of any other.
+        """
         model = self.model.copy()
         tip = model.frames[self.tip_frame_id]
         rotation = np.eye(3) if pose.rotation is None else pose.rotation
@@ -188,7 +210,14 @@ class Robot(RobotDescription):
         return replace(self, model=model)
 
     def with_payload(self, payload: Payload) -> Robot:
-        """The same robot carrying `payload` at its tip frame."""
+        """Put a load on the robot.
+
+        Args:
+            payload: The body carried, in the tip frame.
+
+        Returns:
+            The same robot carrying it, beside what it carries already.
+        """
         model = self.model.copy()
         tip = model.frames[self.tip_frame_id]
         body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))

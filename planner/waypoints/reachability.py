@@ -30,8 +30,8 @@ class LimitMargin(NamedTuple):
     """How near a joint position is to the position limits.
 
     Attributes:
-        joint: Name of the nearest to one of its limits, rad and m alike.
-        value: rad or m from there to the limit.
+        joint: Name of the joint that is nearest to one of its limits, rad and m alike.
+        value: How far it is from that limit, rad or m.
     """
 
     joint: str
@@ -43,11 +43,11 @@ class Reachability:
     """Whether one waypoint can be reached, and how well.
 
     Attributes:
-        error: Why not; None: it can be reached.
+        error: Why it cannot be reached; None: it can.
         solutions: How many isolated solutions the pose has; None: a continuum, or a joint waypoint.
-        best: (joints,): of the solutions the one furthest from the limits; None: there is none.
-        limit_margin: Of `best`; None: no joint has limits, or there is no solution.
-        manipulability: At `best`.
+        best: (joints,), rad or m: the solution that is furthest from the limits; None: there is none.
+        limit_margin: How near `best` is to the limits; None: no joint has limits, or there is no solution.
+        manipulability: The manipulability at `best`.
         nearest: The nearest that the robot gets to a pose that it cannot reach.
     """
 

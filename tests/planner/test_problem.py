@@ -34,7 +34,7 @@ def test_poses_of_lists_and_arrays_are_the_same() -> None:
     assert there.rotation is not None
     written = [
         Pose(there.position, there.rotation),
-        Pose(there.position.tolist(), there.rotation.tolist()),  # type: ignore[arg-type]
+        Pose(there.position.tolist(), there.rotation.tolist()),
         Pose.from_quaternion(there.position.tolist(), (2.0 * quaternion(there.rotation)).tolist()),
     ]
     ends = [plan(PlanningProblem(robot, [JointWaypoint(HOME), PoseWaypoint(pose)])).path.positions for pose in written]

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 class MinEffort(MinEffortOptions):
     """The motion that minimises the integral of the sum of (torque / limit)^2, or another cost.
 
-    Between joint waypoints each joint is a cubic B-spline in time (`effort_program`), from rest to rest with no
+    Between joint waypoints each joint is a cubic B-spline in time (`program.py`), from rest to rest with no
     acceleration at either end, through the waypoints; between them the geometry is free, and so are the times at which
     they are passed, where none are asked. Lines, circles and blends keep their way: there the law along it is found
-    (`effort_on_curve`). The quintic of the same duration is where the search begins, along a given way the fastest law
+    (`on_curve.py`). The quintic of the same duration is where the search begins, along a given way the fastest law
     within the jerk limits stretched to it, and either is the answer if nothing better within the limits is found.
 
     A motion without an asked duration takes as long as the quintic, times `slowdown`: the choice of a back end is then

@@ -12,12 +12,13 @@ class MinEffortOptions:
     """What is minimised, on how many intervals, and what a motion without an asked duration may take.
 
     Attributes:
-        objective: `effort`: s; `mechanical_work`: of all joints' |torque x velocity|, by the largest power of any
-            joint, s; `jerk`: of the sum of (jerk / limit)^2, s.
+        objective: The integral that is minimised, s. `effort`: the sum over joints of (torque / limit)^2;
+            `mechanical_work`: the sum of |torque x velocity|, by the largest power of any joint; `jerk`: the sum of
+            (jerk / limit)^2.
         knots: Intervals of the spline from stop to stop; at least 8 on each segment.
-        slowdown: Of motions without an asked duration, against the shortest quintic.
+        slowdown: How many times the duration of the shortest quintic a motion without an asked duration takes.
         time_weight: Cost of a second; None: durations are not traded against the cost.
-        time_limit: s, after which the best motion found is returned, with the warning `suboptimal`.
+        time_limit: Time after which the best motion found is returned, with the warning `suboptimal`, s.
     """
 
     objective: Objective = field(

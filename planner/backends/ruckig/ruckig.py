@@ -30,14 +30,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Ruckig:
-    """Jerk-limited from state to state (Berscheid and Kroeger 2021), through waypoints with the best rates found.
+    """The fastest motion within velocity, acceleration and jerk limits, by the package ruckig.
+
+    It goes from state to state (Berscheid and Kroeger 2021), and passes waypoints with the best velocities and
+    accelerations found.
 
     Attributes:
         synchronization: `phase`: joint motions from rest to rest are straight lines in joint space. `time`: the joints
             only arrive together, each on a law of its own.
-        initial_velocity: Per joint, rad/s or m/s, at the first waypoint; None: at rest.
-        initial_acceleration: Per joint, rad/s^2 or m/s^2, there; None: none.
-        final_velocity: Per joint, rad/s or m/s, at the last waypoint; None: at rest.
+        initial_velocity: Velocity of each joint at the first waypoint, rad/s or m/s; None: at rest.
+        initial_acceleration: Acceleration of each joint at the first waypoint, rad/s^2 or m/s^2; None: none.
+        final_velocity: Velocity of each joint at the last waypoint, rad/s or m/s; None: at rest.
     """
 
     kind: ClassVar[str] = "ruckig"

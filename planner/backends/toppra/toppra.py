@@ -52,10 +52,13 @@ MOST_REPAIRS, REPAIR = 3, 1.003
 
 @dataclass(frozen=True)
 class Toppra:
-    """As fast as the path allows: at every instant some joint is at a limit.
+    """The time-optimal motion along the exact path: at every instant some joint is at a limit.
 
     A straight joint motion that only velocity and acceleration limit is a trapezoid, in closed form. Everything else
     is found by reachability analysis; and through waypoints, where what lies between is free, on a smoother curve.
+
+    Attributes:
+        jerk_limited: Whether to keep the jerk limits, too, by the fastest law found on the same path that does.
     """
 
     kind: ClassVar[str] = "toppra"

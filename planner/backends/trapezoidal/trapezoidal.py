@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Trapezoidal:
-    """Constant acceleration, constant velocity, constant braking: document 004, Section 7.
+    """The fastest law from rest to rest without a jerk limit: accelerate, cruise, brake (document 004, Section 7).
 
     Without times, each segment is as fast as the limits allow (triangular where it is too short to reach
     full speed), and a longer duration stretches that profile evenly. With times t1 and t3 (the document's t1
@@ -35,8 +35,8 @@ class Trapezoidal:
     and its correction (E33) otherwise.
 
     Attributes:
-        acceleration_time: t1, s; None: like `deceleration_time`.
-        deceleration_time: t3, s; None: like `acceleration_time`.
+        acceleration_time: Time t1 of acceleration on every segment, s; None: like `deceleration_time`.
+        deceleration_time: Time t3 of braking on every segment, s; None: like `acceleration_time`.
     """
 
     kind: ClassVar[str] = "trapezoidal"
