@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import InvalidProblem, PlanningError
-from planner.paths.cartesian import CartesianMotions
+from planner.errors import InvalidProblem
 from planner.paths.runs import Run, build_run, straight_run
 from planner.problem import JointMotion, StopTransition
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits
-    from planner.paths.pose_paths import PosePath
     from planner.problem import PlanningProblem
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.tool_motions.pose_paths import PosePath
 
 SAME_POSITION = 1e-9
 """Waypoints closer than this in every joint (rad, m) are one and the same."""
@@ -122,18 +121,13 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     """
     robot = problem.robot if problem.payload is None else problem.robot.with_payload(problem.payload)
     waypoints, options = problem.waypoints, problem.inverse_kinematics
-    motions = CartesianMotions(robot, waypoints, options)
-    try:
-        solved = solve_waypoints(robot, waypoints, options, motions.follow)
-    except PlanningError as error:
-        motions.add_remedies(error)
-        raise
+    solved = solve_waypoints(robot, waypoints, options)
     _refuse_standing_still(solved)
     limits = problem.segment_limits()
     durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]
     rests = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
     runs = tuple(
-        build_run(robot, waypoints, solved, limits, motions, first, last)
+        build_run(robot, waypoints, solved, limits, first, last)
         for first, last in pairwise(rests)
         if last > first + 1 or not isinstance(waypoints[last].motion, JointMotion)
     )
@@ -145,8 +139,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         dwells=np.array([waypoint.dwell for waypoint in waypoints]),
         runs=runs,
         tool_motions=tuple(
-            None if isinstance(waypoint.motion, JointMotion) else motions.followed(k, solved[k - 1].position).path
-            for k, waypoint in enumerate(waypoints[1:], 1)
+            None if waypoint.tool_motion is None else waypoint.tool_motion.path for waypoint in solved[1:]
         ),
     )
 

@@ -10,16 +10,15 @@ import numpy as np
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
 from planner.limits import counted_velocity
 from planner.paths.blends import blend, ways_within
-from planner.paths.cartesian import first_beyond
 from planner.paths.errors import passing_error
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
+from planner.tool_motions.position_limits import first_beyond
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.limits import SegmentLimits
-    from planner.paths.cartesian import CartesianMotions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -103,7 +102,6 @@ def build_run(
     waypoints: Sequence[AnyWaypoint],
     solved: Sequence[SolvedWaypoint],
     limits: SegmentLimits,
-    motions: CartesianMotions,
     first: int,
     last: int,
 ) -> Run:
@@ -113,8 +111,7 @@ def build_run(
         InvalidProblem: Two motions of the tool meet in a corner that is to be passed without stopping.
         JointPositionLimit: The curve that passes a waypoint smoothly leaves the position limits.
     """
-    positions = np.array([waypoint.position for waypoint in solved])
-    builder = _Builder(waypoints, positions, limits, motions, first, last)
+    builder = _Builder(waypoints, solved, limits, first, last)
     curves = builder.curves()
     blends = {}
     for k in range(first + 1, last):
@@ -165,19 +162,20 @@ class _Builder:
     def __init__(
         self,
         waypoints: Sequence[AnyWaypoint],
-        positions: FloatArray,
+        solved: Sequence[SolvedWaypoint],
         limits: SegmentLimits,
-        motions: CartesianMotions,
         first: int,
         last: int,
     ) -> None:
-        self.waypoints, self.positions, self.motions, self.first, self.last = waypoints, positions, motions, first, last
+        self.waypoints, self.first, self.last = waypoints, first, last
+        self.positions = np.array([waypoint.position for waypoint in solved])
         self.speeds = counted_velocity(limits.velocity)
         self.tool: dict[int, PiecewisePolynomial] = {}
         for segment in range(first, last):
-            if not isinstance(waypoints[segment + 1].motion, JointMotion):
-                self.tool[segment] = self._tool_motion(segment)
-        travels = np.abs(np.diff(positions, axis=0))
+            motion = solved[segment + 1].tool_motion
+            if motion is not None:
+                self.tool[segment] = self._tool_motion(segment, motion.curve)
+        travels = np.abs(np.diff(self.positions, axis=0))
         self.times = (travels / self.speeds).max(axis=1)
 
     def curves(self) -> list[PiecewisePolynomial]:
@@ -205,9 +203,8 @@ class _Builder:
             for k, own in enumerate(coefficients)
         ]
 
-    def _tool_motion(self, segment: int) -> PiecewisePolynomial:
+    def _tool_motion(self, segment: int, curve: PiecewisePolynomial) -> PiecewisePolynomial:
         """A motion of the tool, as long as its joints take at full speed; one that continues another, at its pace."""
-        curve = self.motions.followed(segment + 1, self.positions[segment]).curve
         passed = isinstance(self.waypoints[segment].transition, ThroughTransition)
         if segment == self.first or not passed or segment - 1 not in self.tool:
             at = curve.evaluate(curve.breakpoints, [0])[0]

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.errors import PlanningError
 from planner.limits import counted_velocity
 from planner.tolerances import POSITION_TOLERANCE
+from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_motion
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.tool_motions.tool_motion import AskedMotion
     from planner.waypoints.candidates import Layer
+
+    Follow = Callable[[AskedMotion, FloatArray], ToolMotion | RefusedMotion]
 
 MOTION_PENALTY = 0.01
 """Of the times of all joints, beside that of the slowest: no joint moves for nothing behind a slower one."""
@@ -41,13 +44,24 @@ class Stop:
     Attributes:
         index: Of the waypoint.
         layer: Its candidates.
-        follow: From a joint position (joints,) at the waypoint before, where the Cartesian motion to this one ends;
-            raises a PlanningError when it cannot be followed from there. None: a joint motion, from any to any.
+        asked: The motion of the tool to this waypoint; None: a joint motion, from any position to any.
     """
 
     index: int
     layer: Layer
-    follow: Callable[[FloatArray], FloatArray] | None = None
+    asked: AskedMotion | None = None
+
+
+class Passage(NamedTuple):
+    """What is chosen at one stop of the way.
+
+    Attributes:
+        position: (joints,), rad or m.
+        motion: The motion of the tool by which the robot comes here; None: a joint motion.
+    """
+
+    position: FloatArray
+    motion: ToolMotion | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +73,10 @@ class _Stage:
     origins: FloatArray
 
 
-def shortest_way(robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float) -> list[FloatArray]:
-    """A joint position (joints,) for every stop, so that the sum of these is least.
+def shortest_way(
+    robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float, follow: Follow = follow_motion
+) -> list[Passage] | RefusedMotion:
+    """A joint position for every stop, and the motion of the tool that leads there, so that the sum of these is least.
 
     - For every motion the time of its slowest joint, max_j t_j, t_j = |dq_j| / v_j (v_j: velocity limit; 1 rad/s or
       1 m/s without one), and `MOTION_PENALTY` sum_j t_j; of a Cartesian motion too; for the first, from `start`, times
@@ -73,10 +89,20 @@ def shortest_way(robot: Robot, stops: Sequence[Stop], start: FloatArray, weight:
     other, and costs some milliseconds to follow: its end is taken to be the nearest candidate until the best way goes
     along it, and only then is it followed. The way returned has been followed wherever it is Cartesian.
 
+    Args:
+        robot: With its tool.
+        stops: The waypoints with their candidates.
+        start: (joints,), rad or m, from where the way begins.
+        weight: Of the time to the first stop.
+        follow: Follows a motion of the tool from a joint position (joints,).
+
+    Returns:
+        What is chosen at every stop; or, where no way is left, the first motion that could not be followed.
+
     Raises:
-        PlanningError: No way is left; it is the error of the first motion that could not be followed.
+        InvalidProblem: A motion of the tool contradicts itself.
     """
-    return _Search(robot, stops, start, weight).run()
+    return _Search(robot, stops, start, weight, follow).run()
 
 
 def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArray:
@@ -93,37 +119,35 @@ def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArra
 
 
 class _Search:
-    def __init__(self, robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float) -> None:
+    def __init__(self, robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float, follow: Follow) -> None:
         lower, upper = robot.limit("lower"), robot.limit("upper")
         self.robot = robot
         # A joint without limits is never near one, and neither is a joint that has no room to move in.
         limited = np.isfinite(upper - lower) & (upper - lower > POSITION_TOLERANCE)
         self.half_range = np.where(limited, (upper - lower) / 2.0, np.inf)
-        self.stops, self.weight = stops, weight
+        self.stops, self.weight, self.follow = stops, weight, follow
         self.stages = [_Stage(start[None], np.zeros(1), np.zeros(1, dtype=np.intp))]
-        self.ends: dict[tuple[int, bytes], FloatArray | None] = {}
-        self.error: PlanningError | None = None
+        self.followed: dict[tuple[int, tuple[float, ...]], ToolMotion | RefusedMotion] = {}
+        self.refused: RefusedMotion | None = None
 
-    def run(self) -> list[FloatArray]:
-        """The joint positions of the way."""
+    def run(self) -> list[Passage] | RefusedMotion:
+        """The way, or the first motion that could not be followed."""
         while True:
             while len(self.stages) <= len(self.stops):
                 self.stages.append(self._next(self.stages[-1], self.stops[len(self.stages) - 1]))
             if np.isinf(self.stages[-1].costs).all():
-                assert self.error is not None  # noqa: S101 - only what cannot be followed costs infinitely much
-                raise self.error
-            rows = self._best_rows()
-            changed = self._follow(rows)
-            if changed is None:
-                return [stage.positions[row] for stage, row in zip(self.stages[1:], rows[1:], strict=True)]
-            del self.stages[changed:]
+                assert self.refused is not None  # noqa: S101 - only what cannot be followed costs infinitely much
+                return self.refused
+            way = self._followed_way(self._best_rows())
+            if way is not None:
+                return way
 
     def _next(self, stage: _Stage, stop: Stop) -> _Stage:
         best = stage.costs.argsort(kind="stable")[:DESCENTS]
         layer = stop.layer.with_descents(stage.positions[best])
         reached = layer.reached_from(stage.positions)
         costs = self._motion_costs(stage.positions[:, None], reached)
-        if stop.follow is None:
+        if stop.asked is None:
             weight = self.weight if len(self.stages) == 1 else 1.0
             costs = stage.costs[:, None] + weight * costs
             origins, candidates = costs.argmin(axis=0), np.arange(len(layer.positions))
@@ -133,9 +157,9 @@ class _Search:
             positions = reached[origins, candidates]
             lost = np.zeros(len(origins), dtype=bool)
             for row, origin in enumerate(stage.positions):
-                end = self.ends.get((stop.index, origin.tobytes()), positions[row])
-                lost[row] = end is None
-                positions[row] = positions[row] if end is None else end
+                motion = self.followed.get((stop.index, tuple(origin.tolist())))
+                lost[row] = isinstance(motion, RefusedMotion)
+                positions[row] = motion.end if isinstance(motion, ToolMotion) else positions[row]
             costs = np.where(lost, np.inf, stage.costs + self._motion_costs(stage.positions, positions))
         return _Stage(positions, costs + self._penalties(positions, layer.conditioning[candidates]), origins)
 
@@ -156,34 +180,36 @@ class _Search:
             rows.append(int(stage.origins[rows[-1]]))
         return rows[::-1]
 
-    def _follow(self, rows: list[int]) -> int | None:
-        """Follow the Cartesian motions on the best way; the first stage that now proves wrong, None: none does."""
+    def _followed_way(self, rows: list[int]) -> list[Passage] | None:
+        """The best way, its motions of the tool followed; None: one does not end where it was taken to.
+
+        The stages from there on are then to be made again.
+        """
+        way = []
         for i, stop in enumerate(self.stops, start=1):
-            if stop.follow is None:
-                continue
-            start, stage, row = self.stages[i - 1].positions[rows[i - 1]], self.stages[i], rows[i]
-            end = self._end(stop, start)
-            if end is None or np.abs(end - stage.positions[row]).max() > SAME_END:
-                self._follow_on(i, end)
-                return i
-            stage.positions[row] = end
-        return None
+            stage, row, motion = self.stages[i], rows[i], None
+            if stop.asked is not None:
+                result = self._follow(stop.index, stop.asked, self.stages[i - 1].positions[rows[i - 1]])
+                if isinstance(result, RefusedMotion) or np.abs(result.end - stage.positions[row]).max() > SAME_END:
+                    self._follow_on(i, result)
+                    del self.stages[i:]
+                    return None
+                stage.positions[row], motion = result.end, result
+            way.append(Passage(stage.positions[row], motion))
+        return way
 
-    def _follow_on(self, i: int, position: FloatArray | None) -> None:
-        """Follow the Cartesian motions that come next, too: from here they lead nowhere else."""
+    def _follow_on(self, i: int, motion: ToolMotion | RefusedMotion) -> None:
+        """Follow the motions of the tool that come next, too: from here they lead nowhere else."""
         for stop in self.stops[i:]:
-            if position is None or stop.follow is None:
+            if isinstance(motion, RefusedMotion) or stop.asked is None:
                 return
-            position = self._end(stop, position)
+            motion = self._follow(stop.index, stop.asked, motion.end)
 
-    def _end(self, stop: Stop, start: FloatArray) -> FloatArray | None:
-        """Where the Cartesian motion to `stop` ends; None: it cannot be followed."""
-        assert stop.follow is not None  # noqa: S101 - asked only where there is one
-        key = stop.index, start.tobytes()
-        if key not in self.ends:
-            try:
-                self.ends[key] = stop.follow(start)
-            except PlanningError as error:
-                self.ends[key] = None
-                self.error = self.error or error
-        return self.ends[key]
+    def _follow(self, index: int, asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+        """The motion from a joint position (joints,); what has been followed once is not followed again."""
+        key = index, tuple(start.tolist())
+        if key not in self.followed:
+            self.followed[key] = result = self.follow(asked, start)
+            if isinstance(result, RefusedMotion):
+                self.refused = self.refused or result
+        return self.followed[key]

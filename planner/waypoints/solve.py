@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -13,36 +13,22 @@ from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinemati
 from planner.kinematics.search import is_isolated, pose_errors
 from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
+from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
 from planner.waypoints.candidates import TURN, Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way
+from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.targets import moved_pose, pose_remedy, wanted_poses
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
+    from planner.tool_motions.tool_motion import ToolMotion
+    from planner.waypoints.choice import Follow, Passage
 
 Choice = Literal["given", "only", "shortest_way", "continued"]
-
-
-class Follow(Protocol):
-    """Follows Cartesian motions with the joints."""
-
-    def __call__(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
-        """Where the motion to waypoint `index` ends, (joints,): at that waypoint.
-
-        Args:
-            index: Of the waypoint.
-            start: (joints,), at the waypoint before.
-            before: The pose asked there.
-            after: The pose asked at the waypoint itself.
-
-        Raises:
-            PlanningError: It cannot be followed from there.
-        """
-        ...
 
 
 FREE_START_WEIGHT = 0.01
@@ -69,6 +55,7 @@ class SolvedWaypoint:
             nearest; None: a joint waypoint, or a continuum.
         choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
             way through the whole list is shortest), `continued` (a Cartesian motion ends there).
+        tool_motion: The motion of the tool that ends here, followed; None: a joint motion.
     """
 
     name: str | None
@@ -80,13 +67,14 @@ class SolvedWaypoint:
     solutions: int | None
     solution: int | None
     choice: Choice
+    tool_motion: ToolMotion | None = None
 
 
 def solve_waypoints(
     robot: Robot,
     waypoints: Sequence[AnyWaypoint],
     options: InverseKinematicsOptions,
-    follow: Follow | None = None,
+    follow: Follow = follow_motion,
 ) -> tuple[SolvedWaypoint, ...]:
     """Joint positions of all waypoints, in order, on the shortest way through their solutions.
 
@@ -98,12 +86,13 @@ def solve_waypoints(
         robot: With its tool.
         waypoints: The first is not relative.
         options: Tolerances, reference and seed.
-        follow: Where Cartesian motions end; needed where there are any.
+        follow: Follows a motion of the tool from a joint position (joints,).
 
     Raises:
         UnreachableWaypoint: A pose has no solution; the nearest pose found comes with it.
         JointPositionLimit: A joint position lies outside the limits, or a pose has solutions only there.
-        PlanningError: What the first motion raised that could not be followed, where no other way is left.
+        InvalidProblem: No one circle goes through three poses.
+        PlanningError: The error of the first motion that could not be followed, where no other way is left.
     """
     return _Sequence(robot, waypoints, options, follow).solve()
 
@@ -114,7 +103,7 @@ class _Sequence:
         robot: Robot,
         waypoints: Sequence[AnyWaypoint],
         options: InverseKinematicsOptions,
-        follow: Follow | None,
+        follow: Follow,
     ) -> None:
         self.robot, self.waypoints, self.options, self.follow = robot, waypoints, options, follow
         self.wanted = wanted_poses(robot, waypoints)
@@ -127,9 +116,13 @@ class _Sequence:
         ends = [i for i, pose in enumerate(self.wanted) if pose is None] + [len(self.waypoints)]
         for end in ends:
             stops = self._stops(solved, end, position)
-            for stop, q in zip(stops, shortest_way(self.robot, stops, position, weight), strict=True):
-                solved.append(self._solved(stop, position, q))
-                position, weight = q, 1.0
+            way = shortest_way(self.robot, stops, position, weight, self.follow)
+            if isinstance(way, RefusedMotion):
+                way.error.remedies = tuple(motion_remedies(way, self.waypoints[way.asked.index - 1]))
+                raise way.error
+            for stop, passage in zip(stops, way, strict=True):
+                solved.append(self._solved(stop, position, passage))
+                position, weight = passage.position, 1.0
         return tuple(solved)
 
     def _stops(self, solved: list[SolvedWaypoint], end: int, start: FloatArray) -> list[Stop]:
@@ -154,7 +147,7 @@ class _Sequence:
                 layer = Layer.given(near)
             else:
                 layer = self._layer(index, wanted[index], layers[index], near)
-            stops.append(Stop(index, layer, self._follower(index)))
+            stops.append(Stop(index, layer, self._asked_motion(index)))
         return stops
 
     def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
@@ -170,23 +163,25 @@ class _Sequence:
             return Layer.isolated(robot, solutions, ahead)
         return Layer.continuum(robot, solutions, ahead, pose, options)
 
-    def _follower(self, index: int) -> Callable[[FloatArray], FloatArray] | None:
-        if index == 0 or isinstance(self.waypoints[index].motion, JointMotion):
+    def _asked_motion(self, index: int) -> AskedMotion | None:
+        waypoint = self.waypoints[index]
+        if index == 0 or isinstance(waypoint.motion, JointMotion):
             return None
-        follow, before, after = self.follow, self.wanted[index - 1], self.wanted[index]
-        assert follow is not None and before is not None and after is not None  # noqa: S101 - filled in before
-        return lambda start: follow(index, start, before, after)
+        before, after = self.wanted[index - 1], self.wanted[index]
+        assert before is not None and after is not None  # noqa: S101 - filled in before
+        return AskedMotion(self.robot, self.options, index, waypoint, before, after)
 
-    def _solved(self, stop: Stop, before: FloatArray, position: FloatArray) -> SolvedWaypoint:
+    def _solved(self, stop: Stop, before: FloatArray, passage: Passage) -> SolvedWaypoint:
+        position, motion = passage
         robot, waypoint, wanted = self.robot, self.waypoints[stop.index], self.wanted[stop.index]
         assert wanted is not None  # noqa: S101 - filled in by _stops
         pose = tool_pose(robot, position)
         if stop.layer.is_given:
-            return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, "given")
+            return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, "given", motion)
         errors = pose_errors(wanted, pose)
         count, taken = _place(robot, stop.layer, before, position)
-        choice: Choice = "continued" if stop.follow else "only" if count == 1 else "shortest_way"
-        return SolvedWaypoint(waypoint.name, wanted, position, pose, *errors, count, taken, choice)
+        choice: Choice = "continued" if motion else "only" if count == 1 else "shortest_way"
+        return SolvedWaypoint(waypoint.name, wanted, position, pose, *errors, count, taken, choice, motion)
 
 
 def _place(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) -> tuple[int | None, int | None]:

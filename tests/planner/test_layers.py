@@ -27,6 +27,7 @@ LAYERS = (
     "kinematics",
     "problem",
     "problem_check",
+    "tool_motions",
     "waypoints",
     "paths",
     "certificate",

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.tool_motions.position_limits import first_beyond
+
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run
     from planner.polynomials import SegmentedPolynomial
@@ -27,8 +29,6 @@ def smooth_curve(path: JointPath, run: Run) -> SegmentedPolynomial:
     Those are chords, measured by the joints' velocity limits. A joint that would overshoot its position limits is
     pulled towards the run's own curve, which keeps them.
     """
-    from planner.paths.cartesian import first_beyond  # paths import problems, and these the back ends
-
     positions = path.positions[run.first : run.first + len(run.waypoint_knots)]
     spline = natural_spline(run.curve.lengths, positions)
     coefficients = np.zeros_like(run.curve.coefficients)

@@ -9,11 +9,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.errors import ConfigurationChange, SingularPath, UnreachableWaypoint
+from planner.errors import ConfigurationChange, PathPoint, PlanningError, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
+from planner.polynomials import PiecewisePolynomial
 from planner.problem import AnyWaypoint, CartesianMove, JointWaypoint, LinearMotion, PoseWaypoint, RelativeWaypoint
 from planner.robots import DHJoint, Robot, load_robot
+from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 from tests.planner.problems import random_position
 
@@ -276,8 +278,18 @@ class Dense:
         self.robot, self.barrier = robot, barrier
         self.calls: list[tuple[int, FloatArray]] = []
 
-    def __call__(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
-        self.calls.append((index, start))
+    def __call__(self, asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+        self.calls.append((asked.index, start))
+        path = asked.pose_path(start)
+        try:
+            end = self.end(asked.index, start, asked.before, asked.after)
+        except PlanningError as error:
+            return RefusedMotion(asked, start, path, PathPoint(0.0, pose_at(self.robot, start), start), error)
+        straight = PiecewisePolynomial(np.ones(1), np.stack([start, end - start], axis=-1)[None])
+        return ToolMotion(path, straight, end)
+
+    def end(self, index: int, start: FloatArray, before: Pose, after: Pose) -> FloatArray:
+        """Where the straight line from one pose to the other ends."""
         q = start.copy()
         for u in np.linspace(0.0, 1.0, 201)[1:]:
             for _ in range(4):
@@ -371,6 +383,6 @@ def assert_followed(robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequ
     follow = Dense(robot)
     for index, (before, after) in enumerate(itertools.pairwise(solved), start=1):
         if isinstance(waypoints[index].motion, LinearMotion):
-            end = follow(index, before.position, before.wanted, after.wanted)
+            end = follow.end(index, before.position, before.wanted, after.wanted)
             assert after.position == pytest.approx(end, abs=1e-9)
             assert after.choice == "continued"

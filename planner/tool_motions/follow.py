@@ -13,9 +13,9 @@ from planner.kinematics.search import pose_errors
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
-    from planner.paths.pose_paths import PosePath
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.tool_motions.pose_paths import PosePath
 
 SHARE_OF_TOLERANCE = 0.25
 """Of the tolerance, what the joint path may use up at the points where it is looked at; time needs some, too."""

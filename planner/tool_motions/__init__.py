@@ -1,0 +1,1 @@
+"""Motions of the tool, lines and circles, followed with the joints."""

@@ -1,0 +1,46 @@
+"""Where a curve in joint space leaves the position limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.extrema import derivatives_on_unit_time, largest_magnitudes
+
+if TYPE_CHECKING:
+    from planner.polynomials import PiecewisePolynomial
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+BEYOND = 1e-9
+"""Relative excess over a position limit that is rounding."""
+
+BISECTIONS = 50
+"""Steps in search of the place where a limit is crossed: after so many it is as exact as a floating-point number."""
+
+
+def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, FloatArray, int] | None:
+    """The first place, joint position and joint where a curve leaves the position limits; None: nowhere."""
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    limited = np.isfinite(lower) & np.isfinite(upper)
+    if not len(curve.lengths) or not limited.any():
+        return None
+    middle, half = np.where(limited, (lower + upper) / 2.0, 0.0), np.where(limited, (upper - lower) / 2.0, np.inf)
+    polynomials = derivatives_on_unit_time(curve, 1)[0].minus(middle)
+    if (np.abs(polynomials.bernstein).max(axis=2) <= half).all():  # these bound the curve: mostly they settle it
+        return None
+    count = len(curve.lengths)
+    found = largest_magnitudes(polynomials, np.broadcast_to(half, (count, len(half))), np.arange(count))
+    beyond = np.flatnonzero(np.abs(found.values) > half[found.joints] * (1.0 + BEYOND))
+    if not len(beyond):
+        return None
+    piece, joint = int(beyond[0]), int(found.joints[beyond[0]])
+    start = float(curve.breakpoints[piece])
+    end = start + float(found.units[piece] * curve.lengths[piece])
+    for _ in range(BISECTIONS):
+        u = (start + end) / 2.0
+        position = curve.evaluate(np.array([u]), [0])[0][0]
+        start, end = (start, u) if (np.abs(position - middle) > half).any() else (u, end)
+    position = curve.evaluate(np.array([end]), [0])[0][0]
+    return end, position, joint

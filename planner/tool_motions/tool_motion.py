@@ -1,0 +1,194 @@
+"""A motion of the tool to a waypoint: followed with the joints, or refused with the point where it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import (
+    ConfigurationChange,
+    InvalidProblem,
+    JointPositionLimit,
+    PathPoint,
+    PlanningError,
+    SingularPath,
+    UnreachableWaypoint,
+)
+from planner.kinematics.forward import jacobian, tool_pose
+from planner.kinematics.inverse import inverse_kinematics
+from planner.problem import CircularMotion, JointMotion, JointWaypoint
+from planner.spatial import Pose
+from planner.tool_motions.follow import Lost, follow
+from planner.tool_motions.pose_paths import Arc, Line
+from planner.tool_motions.position_limits import first_beyond
+
+if TYPE_CHECKING:
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.polynomials import PiecewisePolynomial
+    from planner.problem import AnyWaypoint
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+    from planner.tool_motions.pose_paths import PosePath
+
+SAME_CONFIGURATION = 1e-7
+"""rad or m: a motion that ends this near to a joint position ends there."""
+
+LOOK_AHEAD = 2e-3
+"""Share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
+
+
+@dataclass(frozen=True, eq=False)
+class AskedMotion:
+    """A linear or circular motion of the tool, as a waypoint asks for it.
+
+    Attributes:
+        robot: The arm with its tool.
+        options: How poses are solved.
+        index: Index of the waypoint where the motion ends.
+        waypoint: The waypoint itself.
+        before: The pose asked at the waypoint before.
+        after: The pose asked at the waypoint itself.
+    """
+
+    robot: Robot
+    options: InverseKinematicsOptions
+    index: int
+    waypoint: AnyWaypoint
+    before: Pose
+    after: Pose
+
+    @property
+    def name(self) -> str:
+        """The motion in words."""
+        shape = "circle" if isinstance(self.waypoint.motion, CircularMotion) else "straight line"
+        return f"the {shape} to waypoint {self.index}"
+
+    def pose_path(self, start: FloatArray) -> PosePath:
+        """The path of the tool.
+
+        Args:
+            start: (joints,), rad or m, at the waypoint before. An orientation that is left open there is the one
+                reached.
+
+        Raises:
+            InvalidProblem: No one circle goes through the poses.
+        """
+        before, motion = self.before, self.waypoint.motion
+        if before.rotation is None and self.after.rotation is not None:
+            before = Pose(before.position, tool_pose(self.robot, start).rotation)
+        if not isinstance(motion, CircularMotion):
+            return Line(before, self.after)
+        try:
+            return Arc.through(before, motion.via, self.after)
+        except ValueError as error:
+            raise InvalidProblem([(("waypoints", self.index, "motion", "via"), str(error))]) from None
+
+
+@dataclass(frozen=True, eq=False)
+class ToolMotion:
+    """A motion of the tool that the joints can follow.
+
+    Attributes:
+        path: Poses of the tool over u from 0 to 1.
+        curve: Joint positions over the same u.
+        end: (joints,), rad or m, where the motion ends.
+    """
+
+    path: PosePath
+    curve: PiecewisePolynomial
+    end: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RefusedMotion:
+    """A motion of the tool that the joints cannot follow.
+
+    Attributes:
+        asked: The motion.
+        start: (joints,), rad or m, from where it was followed.
+        path: Poses of the tool over u from 0 to 1.
+        point: The point up to which it can be followed.
+        error: Why it ends there.
+    """
+
+    asked: AskedMotion
+    start: FloatArray
+    path: PosePath
+    point: PathPoint
+    error: PlanningError
+
+
+def follow_motion(asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+    """Follow a motion of the tool from a joint position (joints,) at the waypoint before.
+
+    Raises:
+        InvalidProblem: No one circle goes through the poses.
+    """
+    return follow_path(asked, start, asked.pose_path(start))
+
+
+def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
+    """Follow the path of the tool from a joint position (joints,) at its start."""
+    robot, waypoint = asked.robot, asked.waypoint
+    assert not isinstance(waypoint.motion, JointMotion)  # noqa: S101 - asked for motions of the tool only
+    given = np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else None
+    tolerance = waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation
+    result = follow(robot, path, start, given, tolerance)
+    curve = result.curve if isinstance(result, Lost) else result
+    if (beyond := first_beyond(robot, curve)) is not None:
+        u, position, joint = beyond
+        error: PlanningError = _limit_error(asked, u, position, joint)
+    elif isinstance(result, Lost):
+        u, position = result.u, result.position
+        error = _lost_error(asked, path, result)
+    else:
+        end: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
+        if given is None or np.abs(end - given).max() <= SAME_CONFIGURATION:
+            return ToolMotion(path, curve, end if given is None else given)
+        u, position = 1.0, end
+        error = _configuration_error(asked, end, given)
+    error.segment, error.waypoint = asked.index - 1, asked.index
+    error.path_point = PathPoint(u, tool_pose(robot, position), position)
+    return RefusedMotion(asked, start, path, error.path_point, error)
+
+
+def _limit_error(asked: AskedMotion, u: float, position: FloatArray, joint: int) -> JointPositionLimit:
+    robot = asked.robot
+    lower, upper = robot.limit("lower")[joint], robot.limit("upper")[joint]
+    value, name = float(position[joint]), robot.joint_names[joint]
+    limit = float(lower if value < (lower + upper) / 2.0 else upper)
+    return JointPositionLimit(
+        f"{asked.name} takes {name} beyond its limit {limit:.6g} after {u:.1%} of the way",
+        joint=name,
+        value=value,
+        limit=limit,
+    )
+
+
+def _lost_error(asked: AskedMotion, path: PosePath, lost: Lost) -> PlanningError:
+    robot = asked.robot
+    where = f"after {lost.u:.1%} of the way" if lost.u > 0.0 else "at its start"
+    ahead = path.pose(min(1.0, lost.u + LOOK_AHEAD))
+    if inverse_kinematics(robot, ahead, asked.options).status == "unreachable_waypoint":
+        return UnreachableWaypoint(f"{asked.name} leaves what {robot.id} can reach {where}")
+    joint = robot.joint_names[_idle_joint(robot, lost.position)]
+    return SingularPath(f"{asked.name} meets a singularity {where}, where {joint} would have to jump", joint=joint)
+
+
+def _configuration_error(asked: AskedMotion, reached: FloatArray, given: FloatArray) -> ConfigurationChange:
+    joint = int(np.argmax(np.abs(reached - given)))
+    name = asked.robot.joint_names[joint]
+    return ConfigurationChange(
+        f"{asked.name} ends in another configuration than the one asked: "
+        f"{name} at {reached[joint]:.6g} instead of {given[joint]:.6g}",
+        joint=name,
+        value=float(reached[joint]),
+    )
+
+
+def _idle_joint(robot: Robot, position: FloatArray) -> int:
+    """The joint with the largest share in the motion that, at a singularity, does not move the tool."""
+    directions = np.linalg.svd(jacobian(robot, position))[2]
+    return int(np.argmax(np.abs(directions[min(robot.dof, 6) - 1])))

@@ -1,0 +1,63 @@
+"""What would help where a motion of the tool cannot be followed; finding it costs some milliseconds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import ConfigurationChange, Remedy
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.inverse import all_solutions
+from planner.problem import JointMotion, JointWaypoint
+from planner.tool_motions.pose_paths import Line
+from planner.tool_motions.tool_motion import SAME_CONFIGURATION, ToolMotion, follow_path
+from planner.waypoints.targets import pose_remedy
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.problem import AnyWaypoint
+    from planner.spatial import FloatArray
+    from planner.tool_motions.tool_motion import RefusedMotion
+
+SHORTENED = 0.98
+"""Share of the way to the point where a line fails that the remedy of a moved pose keeps."""
+
+
+def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Remedy]:
+    """Changes after which a motion can be done.
+
+    Args:
+        refused: The motion.
+        before: The waypoint where it starts.
+    """
+    asked, point = refused.asked, refused.point
+    index, is_change = asked.index, isinstance(refused.error, ConfigurationChange)
+    if is_change:
+        position = tuple(point.position.tolist())
+        yield Remedy(("waypoints", index, "position"), position, "the joint position in which the motion ends")
+    elif isinstance(before, JointWaypoint) and (index == 1 or isinstance(before.motion, JointMotion)):
+        other = _other_start(refused)
+        if other is not None:
+            explanation = "the same pose in another configuration, from which the motion can be done"
+            yield Remedy(("waypoints", index - 1, "position"), tuple(other.tolist()), explanation)
+    yield Remedy(("waypoints", index, "motion"), JointMotion(), "a joint motion to the same waypoint")
+    kept = SHORTENED * point.fraction
+    if not isinstance(refused.path, Line) or kept < 1.0 - SHORTENED or is_change:
+        return
+    explanation = f"the first {kept:.1%} of the line"
+    start = refused.path.pose(0.0)
+    yield from pose_remedy(index, asked.waypoint, refused.path.pose(kept), start, start.rotation, explanation)
+
+
+def _other_start(refused: RefusedMotion) -> FloatArray | None:
+    """Another joint position at the pose before from which the motion can be done."""
+    asked, start = refused.asked, refused.start
+    pose = tool_pose(asked.robot, start)
+    for other in all_solutions(asked.robot, pose, asked.options, start):
+        if np.abs(other - start).max() > SAME_CONFIGURATION:
+            followed = follow_path(asked, other, refused.path)
+            if isinstance(followed, ToolMotion):
+                return other
+    return None
