@@ -10,7 +10,7 @@ from fastapi import FastAPI, Response
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
-from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem
+from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
 from api.middleware import RequestContext
 from api.operations import OPERATIONS
 from api.routes import compare, robots, service
@@ -69,16 +69,16 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     app.add_route("/openapi.json", service.openapi)
     app.add_route("/docs", service.docs_page)
     app.add_route("/docs/{name}", service.docs_file)
-    app.add_exception_handler(PlanningError, _answer_with_problem)
-    app.add_exception_handler(ServiceError, _answer_with_problem)
+    app.add_exception_handler(PlanningError, _answer_with_problem_document)
+    app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
     app.add_middleware(RequestContext)
     return app
 
 
-async def _answer_with_problem(request: Request, error: Exception) -> Response:
+async def _answer_with_problem_document(request: Request, error: Exception) -> Response:
     assert isinstance(error, PlanningError | ServiceError)  # noqa: S101 - registered for these
-    status, body = problem(error, request.url.path)
+    status, body = problem_document(error, request.url.path)
     headers = error.headers if isinstance(error, ServiceError) else None
     return Response(body, status, headers, media_type=MEDIA_TYPE)
 
@@ -97,4 +97,4 @@ async def _answer_http_exception(request: Request, error: Exception) -> Response
         refusal: ServiceError = MethodNotAllowed(f"this path has {allowed}", headers={"Allow": allowed})
     else:
         refusal = NotFound("see /docs for the paths")
-    return await _answer_with_problem(request, refusal)
+    return await _answer_with_problem_document(request, refusal)

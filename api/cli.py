@@ -147,10 +147,10 @@ def _refuse(error: PlanningError | ServiceError) -> NoReturn:
     """Show the problem and end with status 1."""
     import orjson
 
-    from api.errors import problem
+    from api.errors import problem_document
     from api.terminal import problem_panel, terminal
 
-    _, document = problem(error, instance="")
+    _, document = problem_document(error, instance="")
     terminal(stderr=True).print(problem_panel(orjson.loads(document)))
     raise typer.Exit(1)
 

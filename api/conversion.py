@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
 
 
-def to_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
+def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
     """The planning problem of a plan request."""
     return problem.PlanningProblem(
         robot=with_tool(robot, request.tool),

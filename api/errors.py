@@ -1,4 +1,4 @@
-"""One table from error codes to HTTP, and the problem documents (RFC 9457) made from errors."""
+"""One table leads from error codes to HTTP, and errors become problem documents (RFC 9457), no planning problems."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
 
 MEDIA_TYPE = "application/problem+json"
+"""The media type of problem documents (RFC 9457)."""
 
 STATUS_OF_CODE: dict[str, int] = {
     "invalid_request": 422,
@@ -49,10 +50,10 @@ STATUS_OF_CODE: dict[str, int] = {
 """HTTP status of each problem code."""
 
 MOST_FAULTS = 50
-"""Faults listed in one problem."""
+"""The most faults that one problem document lists."""
 
 LONGEST_POINTER = 200
-"""A pointer holds names of fields that the caller made up: not more of them than this is repeated."""
+"""The most characters of a pointer that are repeated to a caller, who may have made up the names of fields in it."""
 
 
 class ServiceError(Exception):
@@ -165,7 +166,7 @@ class DeadlineExceeded(ServiceError):
     title = "The deadline has passed"
 
 
-def problem(error: PlanningError | ServiceError, instance: str) -> tuple[int, bytes]:
+def problem_document(error: PlanningError | ServiceError, instance: str) -> tuple[int, bytes]:
     """HTTP status and problem document of an error; `instance` is the path of the request."""
     status = STATUS_OF_CODE.get(error.code, HTTPStatus.UNPROCESSABLE_ENTITY)
     document = {
@@ -279,4 +280,4 @@ def _message(fault: Mapping[str, Any]) -> str:
             return str(context["error"])
         case _:
             message: str = fault["msg"]
-            return message
+            return message.replace(" after validation", "")

@@ -52,7 +52,7 @@ def execute(task: Task, caps: Caps) -> Reply:
     except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
         refusal = errors.InternalError("the service failed on this request")
         failure = where_from(error)
-    status, body = errors.problem(refusal, task.instance)
+    status, body = errors.problem_document(refusal, task.instance)
     return Reply(status, errors.MEDIA_TYPE, body, timings=queue, failure=failure)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from pydantic import ValidationError
 
-from api.conversion import to_backend, to_problem
+from api.conversion import to_backend, to_planning_problem
 from api.digests import request_hash
 from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
@@ -47,7 +47,7 @@ def plan_request(request: PlanRequest) -> Plan:
     Raises:
         PlanningError: Of the kind that says why there is none.
     """
-    return plan(to_problem(request, load_robot(request.robot)), to_backend(request.backend))
+    return plan(to_planning_problem(request, load_robot(request.robot)), to_backend(request.backend))
 
 
 def format_of(name: str) -> Format | None:

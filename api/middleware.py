@@ -12,7 +12,7 @@ import structlog
 from starlette.datastructures import MutableHeaders
 from starlette.requests import ClientDisconnect
 
-from api.errors import MEDIA_TYPE, InternalError, problem
+from api.errors import MEDIA_TYPE, InternalError, problem_document
 from api.failures import where_from
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def _server_timing(timings: dict[str, float], total: float) -> str:
 
 
 async def _send_internal_error(path: str, send: Send) -> None:
-    status, body = problem(InternalError("the service failed on this request"), path)
+    status, body = problem_document(InternalError("the service failed on this request"), path)
     headers = [(b"content-type", MEDIA_TYPE.encode()), (b"content-length", str(len(body)).encode())]
     await send({"type": "http.response.start", "status": status, "headers": headers})
     await send({"type": "http.response.body", "body": body})

@@ -1,4 +1,4 @@
-"""What the command line shows: plans, problems and robots as tables of the terminal."""
+"""What the command line shows: plans, problem documents and robots as tables of the terminal."""
 
 from __future__ import annotations
 

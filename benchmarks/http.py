@@ -13,7 +13,7 @@ from typing import Any
 import orjson
 import psutil
 
-from api.conversion import to_backend, to_problem
+from api.conversion import to_backend, to_planning_problem
 from api.local_service import local_service
 from api.schemas.requests import PlanRequest
 from benchmarks.clients import Connection
@@ -145,7 +145,7 @@ def _in_process(requested: list[bytes]) -> dict[str, Any]:
     """The library alone, on one core: plans and renders to JSON, a second."""
     robot = load_robot(ROBOT)
     requests = [PlanRequest.model_validate_json(body) for body in requested]
-    problems = [(to_problem(request, robot), to_backend(request.backend)) for request in requests]
+    problems = [(to_planning_problem(request, robot), to_backend(request.backend)) for request in requests]
     form, options = FORMATS["json"], ExportOptions()
     planning, rendering = [], []
     for i in range(-WARM_UP, 500):

@@ -9,7 +9,7 @@ from typing import Any
 import orjson
 from fastapi import Request, Response
 
-from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem
+from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
 from api.messages import Reply
 from api.routes.ordinary import look_at_body, respond, run, service_of
 from api.schemas.answers import ComparedBackend
@@ -30,7 +30,7 @@ async def compare_backends(request: Request) -> Response:
             try:
                 return await run(request, "compare_backends", deadline, body, index=index, **robot)
             except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
-                status, refusal = problem(error, request.url.path)
+                status, refusal = problem_document(error, request.url.path)
                 return Reply(status, MEDIA_TYPE, refusal)
 
     if kinds is None:  # a worker says what is wrong

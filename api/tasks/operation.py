@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from api.tasks.work import Work
 
 WORKER_CODES = ("overloaded", "deadline_exceeded", "internal_error")
-"""Codes of the problems that may befall anything a worker runs."""
+"""Codes of the problem documents that may be the answer to anything a worker runs."""
 
 BODY_CODES = ("invalid_request", "payload_too_large", "unsupported_media_type", "memory_exceeded", *WORKER_CODES)
-"""Codes of the problems that may befall anything with a body."""
+"""Codes of the problem documents that may be the answer to anything with a body."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.digests import request_hash
-from api.errors import InvalidRequest, invalid, problem
+from api.errors import InvalidRequest, invalid, problem_document
 from api.messages import Reply
 from api.schemas import answers, requests
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 def plan_trajectory(work: Work) -> Reply:
     """POST /v1/trajectories."""
-    from api.conversion import to_backend, to_problem
+    from api.conversion import to_backend, to_planning_problem
     from api.negotiation import negotiated
     from planner.planning import plan
 
     with work.stage("validate"):
         form = negotiated(work.arguments["format"], work.arguments["accept"])
         request = work.request(requests.PlanRequest)
-        asked, backend = to_problem(request, work.robot(request)), to_backend(request.backend)
+        asked, backend = to_planning_problem(request, work.robot(request)), to_backend(request.backend)
         options = _options(request, work)
     with work.stage("plan"):
         solved = plan(asked, backend)
@@ -42,7 +42,7 @@ def plan_trajectory(work: Work) -> Reply:
 
 def compare_backend(work: Work) -> Reply:
     """One back end of POST /v1/trajectories/compare, the one at the argument `index`: its entry in the results."""
-    from api.conversion import to_backend, to_problem
+    from api.conversion import to_backend, to_planning_problem
     from planner.comparison import figures
     from planner.export.json import as_dict
     from planner.planning import plan
@@ -56,10 +56,10 @@ def compare_backend(work: Work) -> Reply:
     entry["backend"] = request.backend.kind
     try:
         with work.stage("plan"):
-            solved = plan(to_problem(request, robot), to_backend(request.backend))
+            solved = plan(to_planning_problem(request, robot), to_backend(request.backend))
             _refuse_too_many_rows(request, solved, work)
     except (PlanningError, InvalidRequest) as error:
-        _, body = problem(error, work.task.instance)
+        _, body = problem_document(error, work.task.instance)
         return work.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
     with work.stage("serialise"):
         trajectory = as_dict(solved, _options(request, work))
