@@ -15,7 +15,7 @@ from planner.polynomials import (
     quintic_hermite,
     shifted,
 )
-from planner.tolerances import NEGLIGIBLE_SHARE
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run
@@ -67,8 +67,10 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
     s = law.evaluate(law.breakpoints, [0])[0][:, 0]
     s[-1] = curve.breakpoints[-1]
     pieces, starts, ends = [], [], []
+    # The ends of the curve are no knots: a law whose rounding begins behind them would get a piece of no length there.
+    knots = curve.breakpoints[1:-1]
     for piece in range(len(law.lengths)):
-        times = _times_at(curve.breakpoints, law, piece, s[piece], s[piece + 1])
+        times = _times_at(knots, law, piece, s[piece], s[piece + 1])
         pieces += [piece] * (len(times) - 1)
         starts += times[:-1].tolist()
         ends += times[1:].tolist()
@@ -95,9 +97,10 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
 def _times_at(knots: FloatArray, law: PiecewisePolynomial, piece: int, start: float, end: float) -> FloatArray:
     """Local times on a piece of the law, from s = `start` to `end`: its ends, and when it passes the knots between.
 
-    These are found by bisection, as the law ascends.
+    These are found by bisection, as the law ascends. A knot that only rounding tells from an end is that end; two knots
+    may be as near to each other as waypoints are, 1e-10 of the curve.
     """
-    margin = NEGLIGIBLE_SHARE * (end - start)
+    margin = ROUNDING * end
     inner = knots[(knots > start + margin) & (knots < end - margin)]
     length = law.lengths[piece]
     low, high = np.zeros(len(inner)), np.full(len(inner), length)
