@@ -19,7 +19,7 @@ from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_m
 from planner.guarantees import QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
-from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
+from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
 from planner.tolerances import CONTINUITY_TOLERANCE
 
 if TYPE_CHECKING:
@@ -165,17 +165,19 @@ def _sampled_checks(
 
     quantities = np.array([limited.index(quantity) for quantity in columns])
     checks = []
-    peaks = sampled_peaks(use, parts_of(derivatives, trajectory.lengths), quantities)
-    for quantity, peak in zip(limited, peaks, strict=True):
-        limit = float(limit_of(np.array([peak.piece]))[0, peak.column])
+    whole = np.zeros(len(trajectory.lengths), dtype=int)
+    parts = parts_of(derivatives, trajectory.lengths)
+    peaks = sampled_peaks(use, parts, quantities, whole, decided_at=BROKEN)
+    for quantity, ratio, piece, unit, column in zip(limited, *(part[0].tolist() for part in peaks), strict=True):
+        limit = float(limit_of(np.array([piece]))[0, column])
         known = np.isfinite(limit)  # if not, nothing is used anywhere that is limited
         check = Check(
             quantity=quantity,
-            joint=robot.joint_names[peak.column - columns.index(quantity)] if quantity == "torque" else None,
-            peak=peak.use * limit if known else 0.0,
+            joint=robot.joint_names[column - columns.index(quantity)] if quantity == "torque" else None,
+            peak=ratio * limit if known else 0.0,
             limit=limit if known else None,
-            ratio=peak.use if known else None,
-            time=float(trajectory.breakpoints[peak.piece] + peak.unit * trajectory.lengths[peak.piece]),
+            ratio=ratio if known else None,
+            time=float(trajectory.breakpoints[piece] + unit * trajectory.lengths[piece]),
             method="sampled",
             enforced=enforced[quantity],
             bounded=True,

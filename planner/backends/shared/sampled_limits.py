@@ -13,7 +13,7 @@ from planner.extrema import derivatives_on_unit_time
 from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES
 from planner.polynomials import horner
-from planner.sampled_peaks import DERIVATIVES, parts_of
+from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,11 +24,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SAMPLED_MARGIN = 1.0005
-"""Durations set by sampled quantities (torque, tool speed) are longer by this, for what lies between samples."""
-
-CAUTION, MOST_HALVINGS = 2.0, 8
-"""Between three samples a parabola rises above the largest by at most an eighth of their second difference: what it is
-multiplied by, for all that is no parabola; and times that steps are halved where it is more than the margin allows."""
+"""Factor on durations that torque or tool speed set, for what lies between samples."""
 
 
 class SampledLimits:
@@ -118,41 +114,19 @@ def _peaks(
     motion: SegmentedPolynomial,
     groups: np.ndarray,
 ) -> tuple[FloatArray, np.ndarray]:
-    """(groups,): the largest values over the pieces of each group, with the margin; and (groups,): in which column.
-
-    There are more samples wherever a peak may be between them.
+    """Find the largest values (groups,) over the pieces of each group, with the margin, and in which column each is.
 
     Args:
         of_samples: Values (N, columns) of piece (N,), position, velocity and acceleration (N, joints).
         motion: Pieces of some length each.
         groups: (pieces,), from 0 on without gaps.
     """
-    best, columns = np.zeros(int(groups.max()) + 1), np.zeros(int(groups.max()) + 1, dtype=int)
     derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
-    counts, pieces = 2 * parts_of(derivatives, motion.lengths) + 1, np.arange(len(motion.lengths))
-    for _ in range(MOST_HALVINGS + 1):
-        own = counts[pieces]
-        at, first = np.repeat(pieces, own), np.cumsum(own) - own
-        unit = (np.arange(len(at)) - np.repeat(first, own)) / (counts - 1)[at]
-        values = of_samples(at, *(horner(derivatives.coefficients[k][at], unit[:, None]) for k in range(3)))
-        largest, owners = values.max(axis=1), groups[at]
-        worst = _largest_of_each(largest, owners, len(best))
-        better = np.flatnonzero((worst >= 0) & (largest[worst] > best))
-        best[better], columns[better] = largest[worst[better]], values[worst[better]].argmax(axis=1)
-        triples = values[:-2], values[1:-1], values[2:]
-        bends = np.abs(triples[0] - 2.0 * triples[1] + triples[2])
-        room = (np.max(triples, axis=0) + CAUTION / 8.0 * bends).max(axis=1)
-        open_ones = (room > best[owners[1:-1]] * SAMPLED_MARGIN) & (at[:-2] == at[2:])
-        pieces = np.unique(at[1:-1][open_ones])
-        if not len(pieces):
-            break
-        counts[pieces] = 2 * counts[pieces] - 1
-    return best * SAMPLED_MARGIN, columns
 
+    def values(pieces: np.ndarray, units: FloatArray) -> FloatArray:
+        return of_samples(pieces, *(horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3)))
 
-def _largest_of_each(values: FloatArray, owners: np.ndarray, count: int) -> np.ndarray:
-    """(count,): index of the largest of the values (N,) of each owner (N,); of an owner without any, -1."""
-    order = np.argsort(values, kind="stable")
-    largest = np.full(count, -1)
-    largest[owners[order]] = order  # the last one stays
-    return largest
+    columns = motion.coefficients.shape[1] + len(TCP_QUANTITIES)
+    parts, one = parts_of(derivatives, motion.lengths), np.zeros(columns, dtype=int)
+    peaks = sampled_peaks(values, parts, one, groups, known_to=SAMPLED_MARGIN - 1.0)
+    return peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]
