@@ -22,8 +22,8 @@ CONTINUITY_TOLERANCE = 1e-8
 its neighbour, third and fourth derivatives lose that much."""
 
 NEGLIGIBLE_SHARE = 1e-9
-"""Share of an interval, of length or of time, below which a part of it gets no piece of its own: the coefficients of so
-short a piece would be all rounding."""
+"""Share of an interval, of length or of time, below which a part of it is nothing: the coefficients of a piece so short
+would be all rounding, and so much outside of it is rounding of a sum (such as the multiples of a period)."""
 
 ROUNDING = 1e-12
 """Relative difference of two numbers that rounding alone makes: some thousand units in the last place, as after a few

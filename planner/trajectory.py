@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.polynomials import SegmentedPolynomial
+from planner.tolerances import NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from planner.spatial import FloatArray
-
-RANGE_TOLERANCE = 1e-9
-"""Share of the duration by which a time may lie outside of [0, duration]: rounding of sums of times, such as 0.01 k."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,7 @@ class Trajectory(SegmentedPolynomial):
             raise ValueError(f"times of shape {times.shape}: one time or a row of times is evaluated")
         if any(order < 0 for order in derivatives):
             raise ValueError(f"derivatives {list(derivatives)}: orders are 0 (position), 1 (velocity), ...")
-        rounding = RANGE_TOLERANCE * self.duration
+        rounding = NEGLIGIBLE_SHARE * self.duration
         outside = ~((times >= -rounding) & (times <= self.duration + rounding))  # so that NaN is outside
         if outside.any():
             raise ValueError(f"time {times[outside].flat[0]} s is outside of the trajectory's [0, {self.duration}] s")
@@ -114,5 +112,5 @@ class Trajectory(SegmentedPolynomial):
         Returns:
             (N,), s, strictly increasing.
         """
-        steps = int(np.ceil(self.duration / period * (1.0 - 1e-9)))
+        steps = int(np.ceil(self.duration / period * (1.0 - NEGLIGIBLE_SHARE)))
         return np.append(np.arange(steps) * period, self.duration)

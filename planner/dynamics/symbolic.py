@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-ROUNDING = 1e-15
-"""Elements of a rotation below this are zero: each one left in would be carried through the whole expression."""
+ZERO_ELEMENT = 1e-15
+"""Magnitude below which an element of a rotation is zero: each one left in is carried through the whole expression."""
 
 
 class SymbolicMotion(NamedTuple):
@@ -114,7 +114,7 @@ def _inertial_wrench(body: _Moving, inertia: Any) -> tuple[ca.SX, ca.SX]:
 def _constant(values: FloatArray) -> ca.SX:
     import casadi as ca
 
-    return ca.sparsify(ca.SX(np.where(np.abs(values) < ROUNDING, 0.0, values)))
+    return ca.sparsify(ca.SX(np.where(np.abs(values) < ZERO_ELEMENT, 0.0, values)))
 
 
 def dynamics_content(robot: Robot) -> bytes:

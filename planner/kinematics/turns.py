@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.limits import counted_velocity
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 TURN = 2.0 * np.pi
-
-ROUNDING = 1e-12
-"""rad, by which a whole turn may miss a limit that it reaches."""
 
 
 def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:

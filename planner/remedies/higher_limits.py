@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planner.errors import Remedy
 from planner.limits import JOINT_QUANTITIES
+from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -21,9 +22,6 @@ Needs = dict[tuple[str, int, int], float]
 
 Change = list[Remedy]
 """Remedies to be applied together."""
-
-ROUNDING = 1e-9
-"""Relative excess over the robot's own limit that is none."""
 
 
 def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> float:
@@ -51,7 +49,7 @@ def higher_limits(
         raised = dict(asked)
         for (quantity, segment, joint), least in needs.items():
             own = float(problem.robot.limit(quantity)[joint]) if quantity in JOINT_QUANTITIES else float("inf")
-            if least > own * (1.0 + ROUNDING):
+            if least > own * (1.0 + LIMIT_TOLERANCE):
                 return
             holders = [holder for holder in (_field(segment + 1), ("limits",)) if holder in raised]
             _raise(raised, holders, quantity, joint, min(least / share, own), own)

@@ -38,8 +38,14 @@ if TYPE_CHECKING:
 ROUNDS = (1e-2, 1e-4)
 """Of the search: the gap to the optimum, relative to the cost, that may be left; each begins with the law before."""
 
-NEARLY, CORRECTIONS, ROUNDING = 1e-2, 10, 1e-14
-"""By what share the search may miss asked durations; Newton steps until they are met, and what may still be missed."""
+NEARLY = 1e-2
+"""Share of an asked duration by which the search may miss it; what is missed is mended after the search."""
+
+CORRECTIONS = 10
+"""Newton steps, at most, until the asked durations are met; they double the digits each time."""
+
+STILL_MISSED = 1e-14
+"""Share of an asked duration that may still be missed then: a few units in its last place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +196,7 @@ def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDuratio
     parts = asked.weights[:, : len(law.lengths)] > 0.0
     for _ in range(CORRECTIONS):
         missed = parts @ retimed_lengths(law, unknowns) - asked.durations
-        if (np.abs(missed) <= ROUNDING * asked.durations).all():
+        if (np.abs(missed) <= STILL_MISSED * asked.durations).all():
             break
         slopes = np.array([spline.force(slope) for slope in asked.slopes(spline.states(unknowns)[0])])
         unknowns = unknowns - np.linalg.lstsq(slopes, missed)[0]

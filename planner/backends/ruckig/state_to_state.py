@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 import ruckig
 
+from planner.tolerances import ROUNDING
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -20,9 +22,6 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 Synchronization = Literal["phase", "time"]
-
-SAME_TIME = 1e-12
-"""Share of the duration below which two ends of phases are one."""
 
 _SYNCHRONIZATIONS = {
     "phase": ruckig.Synchronization.Phase,
@@ -171,9 +170,9 @@ def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Ra
     phase_ends = np.cumsum(phases, axis=1)
     phase_starts = phase_ends - phases
     duration = phase_ends.max()
-    times = np.unique(phase_ends[phase_ends < duration * (1.0 - SAME_TIME)])
-    times = np.concatenate([[0.0], times[times > SAME_TIME * duration], [duration]])
-    times = times[np.append(True, np.diff(times) > SAME_TIME * duration)]
+    times = np.unique(phase_ends[phase_ends < duration * (1.0 - ROUNDING)])
+    times = np.concatenate([[0.0], times[times > ROUNDING * duration], [duration]])
+    times = times[np.append(True, np.diff(times) > ROUNDING * duration)]
     middles = (times[:-1] + times[1:]) / 2.0
     phase = (middles[:, None, None] > phase_ends[:, :-1]).sum(axis=2)
     joint = np.arange(len(profiles))

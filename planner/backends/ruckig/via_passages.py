@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes, cubic_pieces
-from planner.backends.ruckig.via_problem import LATE, OUTSIDE, ROUNDING, ViaMotion, ViaProblem
+from planner.backends.ruckig.via_problem import LATE, OUTSIDE, ViaMotion, ViaProblem
+from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -51,7 +52,7 @@ class MendedPassages:
         """(joints,), how far each joint leaves its limits, and 1 for doing so at all."""
         below, above = self._room[0][segment] - passage.lowest, passage.highest - self._room[1][segment]
         outside: FloatArray = np.maximum(np.maximum(below, above), 0.0)
-        return np.where(outside > ROUNDING, 1.0 + outside, 0.0)
+        return np.where(outside > LIMIT_TOLERANCE, 1.0 + outside, 0.0)
 
     def _faults(self, segment: int) -> tuple[float, np.ndarray]:
         """How much could be gained by mending a segment, and which joints might be to blame."""
@@ -93,7 +94,7 @@ class MendedPassages:
         inner = [k for k in (segment, segment + 1) if 0 < k < len(self.passages)]
         places = [[k] for k in inner] + ([inner] if len(inner) == 2 else [])
         near = range(max(segment - 1, 0), min(segment + 2, len(self.passages)))
-        least = sum(self._cost(s, self.passages[s]) for s in near) * (1.0 - ROUNDING)
+        least = sum(self._cost(s, self.passages[s]) for s in near) * (1.0 - LIMIT_TOLERANCE)
         best = None
         for joint in joints:
             for place in places:
@@ -127,7 +128,7 @@ class MendedPassages:
         durations, lengths, coefficients = [], [], []
         for segment, passage in enumerate(passages):
             asked = self.problem.asked[segment]
-            kept = passage.duration <= asked * (1.0 + ROUNDING)
+            kept = passage.duration <= asked * (1.0 + LIMIT_TOLERANCE)
             end = Rates(*(rate[segment + 1] for rate in self.rates))
             h, c = cubic_pieces(passage.profiles, problem.travels[segment] / length, end)
             scale = (problem.asked[segment] if kept else passage.duration * time) / h.sum()

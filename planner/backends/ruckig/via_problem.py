@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 LATE, OUTSIDE = 30.0, 30.0
 """Weights against the duration: of the time beyond an asked duration, of travel beyond the position limits."""
 
-ROUNDING = 1e-9
-"""Relative excess of a duration, or of a position, that is rounding."""
-
 NO_TRAVEL = 1e-7
 """Share of what a joint could travel below which its travel is none: what it is in truth takes as little of its limits,
 and is put back when the motion is found."""

@@ -17,9 +17,10 @@ import numpy as np
 
 from planner.backends.ruckig.state_to_state import Rates, ShortestTimes
 from planner.backends.ruckig.via_passages import MendedPassages
-from planner.backends.ruckig.via_problem import LATE, ROUNDING, ViaMotion, ViaProblem
+from planner.backends.ruckig.via_problem import LATE, ViaMotion, ViaProblem
 from planner.backends.ruckig.via_program import passing_states
 from planner.backends.ruckig.viable_speeds import ViableSpeeds
+from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -166,7 +167,7 @@ class _Search:
     def _costs(self, times: FloatArray, segments: np.ndarray) -> FloatArray:
         """(trials, segments, joints): of a segment where one joint takes another time (the first trial: as it is)."""
         own = times[:1]
-        longest = np.maximum(own.max(axis=2, keepdims=True), ROUNDING)
+        longest = np.maximum(own.max(axis=2, keepdims=True), LIMIT_TOLERANCE)
         with np.errstate(over="ignore"):
             powers, others = (times / longest) ** EXPONENT, (own / longest) ** EXPONENT
         totals = longest * (others.sum(axis=2, keepdims=True) - others + powers) ** (1.0 / EXPONENT)
