@@ -30,11 +30,19 @@ class Remedy:
     explanation: str
 
     def applied_to(self, problem: T) -> T:
-        """The planning problem with this change; the same one if the change is one of the back end."""
+        """Make the change in a planning problem.
+
+        Returns:
+            The problem with this change; the same one if the change is one of the back end.
+        """
         return problem if self.field[0] == BACK_END else with_field(problem, self.field, self.value)
 
     def applied_to_backend(self, backend: T) -> T:
-        """The back end with this change; the same one if the change is one of the problem."""
+        """Make the change in a back end.
+
+        Returns:
+            The back end with this change; the same one if the change is one of the problem.
+        """
         return with_field(backend, self.field[1:], self.value) if self.field[0] == BACK_END else backend
 
 
@@ -55,10 +63,10 @@ class NearestPose:
     """The nearest that an arm comes to a pose that it cannot reach.
 
     Attributes:
-        pose: Of the tool, in the base frame; without a rotation if none was asked.
+        pose: The tool's pose, in the base frame; without a rotation if none was asked.
         position: (joints,), rad or m, where the tool has this pose.
-        position_error: m, from the pose asked.
-        orientation_error: rad, from the pose asked; None: no orientation was asked.
+        position_error: Distance from the pose asked, m.
+        orientation_error: Angle from the pose asked, rad; None: no orientation was asked.
     """
 
     pose: Pose
@@ -73,8 +81,8 @@ class PathPoint:
 
     Attributes:
         fraction: Share of the way, from 0 to 1.
-        pose: Of the tool there, in the base frame.
-        position: (joints,), rad or m, there.
+        pose: The tool's pose there, in the base frame.
+        position: (joints,), rad or m: the joint position there.
     """
 
     fraction: float
