@@ -1,5 +1,6 @@
 """Torques."""
 
 from planner.dynamics.inverse import inverse_dynamics
+from planner.dynamics.path_dynamics import PathDynamics, path_dynamics
 
-__all__ = ["inverse_dynamics"]
+__all__ = ["PathDynamics", "inverse_dynamics", "path_dynamics"]

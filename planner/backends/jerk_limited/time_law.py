@@ -10,7 +10,7 @@ from planner.backends.jerk_limited.retiming import PLACES, LinearLimits, Quadrat
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.backends.shared.time_laws import follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import scaled_to_duration
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import path_dynamics
 from planner.guarantees import QUANTITIES
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import (
@@ -197,13 +197,11 @@ class LimitsOnCurve:
 
 
 class _Sampled:
-    """What no polynomial has, by the place on a curve: torques and the tool's speeds, interpolated between samples.
-
-    Along the curve the torques are m(s) s'' + h(s) s'^2 + gravity(s), and the tool's speeds are in proportion to s'.
+    """Path dynamics and tool speeds along a curve, which are no polynomials: interpolated between gridpoints.
 
     Attributes:
         limits_torque: Whether any torque is limited.
-        has_tool: Whether any speed of the tool is.
+        has_tool: Whether any speed of the tool is limited.
     """
 
     def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
@@ -216,30 +214,33 @@ class _Sampled:
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
         counts = SAMPLES_PER_PIECE + (SAMPLES_PER_RADIAN * travels).astype(int)
         ends = zip(curve.breakpoints[:-1], curve.breakpoints[1:], counts, strict=True)
-        self.places = np.append(
+        self.gridpoints = np.append(
             np.concatenate([np.linspace(start, end, n, endpoint=False) for start, end, n in ends]),
             curve.breakpoints[-1],
         )
-        q, dq, ddq = curve.evaluate(self.places)
+        q, dq, ddq = curve.evaluate(self.gridpoints)
         if self.has_tool:
             self.speeds = tool_speeds(robot, q, dq)
         if knows_torques:
-            still = np.zeros_like(q)
-            segments = curve.segments[curve.locate(self.places)[0]]
-            gravity = inverse_dynamics(robot, q, still, still)
-            refuse_what_gravity_exceeds(robot, segments, gravity, path.limits.torque[segments])
-            by_gain = inverse_dynamics(robot, q, still, dq) - gravity
-            by_speed = inverse_dynamics(robot, q, dq, ddq) - gravity
-            self.torques = np.concatenate([by_gain, by_speed, gravity], axis=1).T
+            segments = curve.segments[curve.locate(self.gridpoints)[0]]
+            dynamics = path_dynamics(robot, q, dq, ddq)
+            refuse_what_gravity_exceeds(robot, segments, dynamics.gravity, path.limits.torque[segments])
+            self.dynamics = np.concatenate(dynamics, axis=1).T
 
     def tool_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
-        """(places, pieces), 1/s: the ratio of the tool's speed to its limit where s' is 1."""
-        linear, angular = (np.interp(s, self.places, speed) for speed in self.speeds)
+        """The ratio of the tool's speed to its limit where s' is 1, (points, pieces), 1/s."""
+        linear, angular = (np.interp(s, self.gridpoints, speed) for speed in self.speeds)
         use: FloatArray = np.maximum(linear / limits.tcp_linear_velocity, angular / limits.tcp_angular_velocity)
         return use
 
     def torques_at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
-        """By b, by a, by c and without them (..., joints), for a law at s (...) with these derivatives (..., 1)."""
-        values = np.stack([np.interp(s, self.places, own) for own in self.torques], axis=-1)
-        by_gain, by_speed, gravity = np.split(values, 3, axis=-1)
-        return by_speed * ds**2 + by_gain * dds, by_gain * ds, np.zeros_like(gravity), gravity
+        """The torques' coefficients of b, a and c, and gravity, each (..., joints), where a law is at s (...).
+
+        Args:
+            s: (...).
+            ds: (..., 1), the law's path velocity.
+            dds: (..., 1), the law's path acceleration.
+        """
+        values = np.stack([np.interp(s, self.gridpoints, own) for own in self.dynamics], axis=-1)
+        inertia, centripetal, gravity = np.split(values, 3, axis=-1)
+        return centripetal * ds**2 + inertia * dds, inertia * ds, np.zeros_like(gravity), gravity
