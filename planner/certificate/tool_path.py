@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.certificate.checks import Check
-from planner.kinematics.forward import tool_pose
+from planner.kinematics.forward import tool_pose, tool_poses
 from planner.problem import BlendTransition, CircularMotion, JointMotion
 
 if TYPE_CHECKING:
@@ -95,6 +95,8 @@ def _deviations(
             tool = tool_pose(robot, trajectory.evaluate(np.array([time]), [0])[0][0])
             distance = float(np.linalg.norm(tool.position - solved[k].pose.position))
             yield _Deviation("blend_deviation", distance, waypoint.transition.radius, time)
+    with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
+    owners, *sampled = _tool_poses(trajectory, robot, with_tool)
     for k, waypoint in enumerate(waypoints[1:], 1):
         motion = waypoint.motion
         if isinstance(motion, JointMotion):
@@ -105,7 +107,7 @@ def _deviations(
         due: _Line | _Circle = (
             _Circle(start, motion.via, end) if isinstance(motion, CircularMotion) else _Line(start, end)
         )
-        times, places, rotations = _tool_poses(trajectory, robot, k - 1)
+        times, places, rotations = (samples[owners == k - 1] for samples in sampled)
         for position, radius in (corners[end] for end in (k - 1, k) if end in corners):
             away = np.linalg.norm(places - position, axis=1) > radius
             times, places, rotations = times[away], places[away], rotations[away]
@@ -123,13 +125,15 @@ def _deviations(
             )
 
 
-def _tool_poses(trajectory: Trajectory, robot: Robot, segment: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Times (N,), and positions (N, 3) and rotations (N, 3, 3) of the tool, on all pieces of a segment."""
-    pieces = np.flatnonzero(trajectory.segments == segment)
+def _tool_poses(
+    trajectory: Trajectory, robot: Robot, segments: Sequence[int]
+) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
+    """Segments (N,), times (N,), and the tool's positions (N, 3) and rotations (N, 3, 3), at samples of all pieces."""
+    pieces = np.flatnonzero(np.isin(trajectory.segments, segments))
     starts, lengths = trajectory.breakpoints[pieces], trajectory.lengths[pieces]
     times = (starts[:, None] + np.linspace(0.0, 1.0, SAMPLES) * lengths[:, None]).ravel()
-    tools = [tool_pose(robot, position) for position in trajectory.evaluate(times, [0])[0]]
-    return times, np.array([tool.position for tool in tools]), np.array([tool.rotation for tool in tools])
+    owners = np.repeat(trajectory.segments[pieces], SAMPLES)
+    return owners, times, *tool_poses(robot, trajectory.evaluate(times, [0])[0])
 
 
 def _distances(

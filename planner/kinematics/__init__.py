@@ -6,6 +6,7 @@ from planner.kinematics.forward import (
     manipulability,
     singular_values,
     tool_pose,
+    tool_poses,
     tool_speeds,
 )
 from planner.kinematics.inverse import (
@@ -40,6 +41,7 @@ __all__ = [
     "solution_layers",
     "solutions_or_failure",
     "tool_pose",
+    "tool_poses",
     "tool_speeds",
     "with_whole_turns",
     "workspace",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from planner.kinematics.screws import screws_of
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
@@ -59,7 +60,12 @@ def jacobian(robot: Robot, position: ArrayLike) -> FloatArray:
 
 
 def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
-    """Of the Jacobian (m and rad alike), largest first (N, min(6, joints)), at positions (N, joints)."""
+    """Compute the singular values (N, min(6, joints)) of the Jacobian (m and rad alike), largest first.
+
+    Args:
+        robot: With its tool.
+        positions: (N, joints), rad or m.
+    """
     J = np.array([jacobian(robot, position) for position in positions])
     result: FloatArray = np.linalg.svd(J, compute_uv=False)
     return result
@@ -83,17 +89,31 @@ def manipulability(robot: Robot, positions: ArrayLike) -> FloatArray:
     return result if rows.ndim > 1 else result[0]
 
 
-def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Linear (m/s) and angular (rad/s) speed (N,) of the tool.
+def tool_poses(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Compute where the tool is at many joint positions in a few array operations.
 
     Args:
         robot: With its tool.
-        positions: (N, joints).
-        velocities: (N, joints).
+        positions: (N, joints), rad or m.
+
+    Returns:
+        Positions (N, 3), m, and rotations (N, 3, 3) of the tool in the base frame.
     """
-    model, data, frame = robot.model, robot.data, robot.tool_frame_id
-    twists = np.empty((len(positions), 6))
-    for row, (q, v) in enumerate(zip(positions, velocities, strict=True)):
-        pin.forwardKinematics(model, data, q, v)
-        twists[row] = pin.getFrameVelocity(model, data, frame, pin.ReferenceFrame.LOCAL).vector
-    return np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)
+    tool = robot.tool_in_tip
+    reached, turned = screws_of(robot).poses(positions, tool.translation)
+    return reached, turned @ tool.rotation
+
+
+def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Compute how fast the tool moves at many states in a few array operations.
+
+    Args:
+        robot: With its tool.
+        positions: (N, joints), rad or m.
+        velocities: (N, joints), rad/s or m/s.
+
+    Returns:
+        The linear (m/s) and the angular (rad/s) speed (N,) of the tool.
+    """
+    linear, angular = screws_of(robot).twists(positions, velocities, robot.tool_in_tip.translation)
+    return np.sqrt((linear * linear).sum(axis=1)), np.sqrt((angular * angular).sum(axis=1))

@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from planner.last_used import LastUsed
+
 if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
+
+
+MOST_KNOWN = 256
+"""Robots whose screws a process keeps, those last used: some kilobytes each."""
 
 
 class Screws:
@@ -158,8 +164,16 @@ class _Chain(NamedTuple):
     turned: FloatArray
 
 
+def screws_of(robot: Robot) -> Screws:
+    """The robot's screws, read when they are first asked for; robots with equal kinematics share them."""
+    return _known.get(robot.kinematic_content, lambda: Screws.of(robot))
+
+
 def _with_z(axis: FloatArray) -> FloatArray:
     """A rotation (3, 3) whose third column is `axis`."""
     x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(axis, x), axis]).T
+
+
+_known: LastUsed[Screws] = LastUsed(MOST_KNOWN)

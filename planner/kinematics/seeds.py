@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.kinematics.closed_form import closed_form
 from planner.kinematics.redundant import redundant_form
-from planner.kinematics.screws import Screws
+from planner.kinematics.screws import screws_of
 from planner.last_used import LastUsed
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class SeedTable:
     def __init__(self, robot: Robot) -> None:
         self.lower, self.upper = robot.limit("lower"), robot.limit("upper")
         self.configurations = random_configurations(robot, ROWS, seed=0)
-        self.screws = Screws.of(robot)
+        self.screws = screws_of(robot)
         self.positions, self.rotations, jacobians = self.screws.reach(self.configurations, np.zeros(3))
         self._closed_form = closed_form(self.screws, None)
         self.reach = self.screws.reach_within(self.lower, self.upper)

@@ -15,6 +15,7 @@ from planner.kinematics import (
     inverse_kinematics,
     is_isolated,
     jacobian,
+    tool_poses,
     tool_speeds,
 )
 from planner.kinematics.options import InverseKinematicsOptions
@@ -215,3 +216,14 @@ def difference_twist(robot: Robot, q: np.ndarray, direction: np.ndarray, h: floa
     skew = (after.rotation @ before.rotation.T - before.rotation @ after.rotation.T) / 2.0
     angular = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
     return np.concatenate([after.position - before.position, angular]) / (2.0 * h)
+
+
+@pytest.mark.parametrize("robot_id", [*SIX_AXES, "three_dof_arm"])
+def test_poses_of_many_joint_positions_at_once_are_those_of_pinocchio(robot_id: str) -> None:
+    tool = Pose(np.array([0.1, -0.2, 0.3]), rot(0, 0.7)[:3, :3] @ rot(2, -1.1)[:3, :3])
+    robot, rng = load_robot(robot_id).with_tool(tool), np.random.default_rng(5)
+    q = np.array([random_position(robot, rng) for _ in range(20)])
+    positions, rotations = tool_poses(robot, q)
+    for pose, position, rotation in zip(forward_kinematics(robot, q), positions, rotations, strict=True):
+        assert position == pytest.approx(pose.position, abs=1e-12)
+        assert rotation == pytest.approx(pose.rotation, abs=1e-12)
