@@ -41,7 +41,6 @@ STATUS_OF_CODE: dict[str, int] = {
     "missing_dynamics": 422,
     "infeasible_duration": 422,
     "limits_unsatisfiable": 422,
-    "collision": 422,
     "memory_exceeded": 422,
     "internal_error": 500,
     "overloaded": 503,

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
-"""On each part of a piece, for integrals."""
+"""Gauss-Legendre points and weights on [-1, 1] for integrals over each part of a piece."""
 
 PARTS = 400
-"""Of a trajectory: pieces are cut for integrals, since absolute values have kinks."""
+"""The number of parts that a trajectory is cut into for integrals, since absolute values have kinks."""
 
 PATH_SAMPLES = 120
-"""Of a segment, where the tool's way is compared."""
+"""The number of samples of a segment at which the tool's way is compared."""
 
 
 @dataclass(frozen=True)
@@ -135,11 +135,11 @@ def _path_deviation(plan: Plan) -> float:
         tools = _tools(robot, trajectory.evaluate(times, [0])[0])
         share = np.linspace(0.0, 1.0, PATH_SAMPLES)
         if motion is not None:
-            due = np.array([motion.pose(u).position for u in share])
+            planned = np.array([motion.pose(u).position for u in share])
         else:
             start, end = path.positions[segment], path.positions[segment + 1]
-            due = _tools(robot, start + share[:, None] * (end - start))
-        worst = max(worst, *(_distance_to_line(point, due) for point in tools))
+            planned = _tools(robot, start + share[:, None] * (end - start))
+        worst = max(worst, *(_distance_to_line(point, planned) for point in tools))
     return worst
 
 

@@ -21,8 +21,6 @@ class Guarantee(StrEnum):
     """The limit is kept, or the request is refused."""
     REPORTED = "reported"
     """The certificate reports it; the limit may be exceeded."""
-    NONE = "none"
-    """Nothing is known about it."""
 
 
 QUANTITIES = (

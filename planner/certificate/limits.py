@@ -1,6 +1,7 @@
-"""The exact check of a trajectory against its limits. Shares no code with the back ends but the arithmetic.
+"""The exact check of a trajectory against its limits.
 
-That is polynomials and their extrema, the model of the robot, and how many samples a motion takes to begin with.
+With the back ends it shares arithmetic that has brute-force tests of its own, and nothing else: polynomials and their
+extrema, the kinematics and dynamics of the robot, and how many samples a motion takes to begin with.
 
 Positions, velocities, accelerations and jerks are polynomials, so their extrema are found, not sampled. Torque and tool
 speed are not polynomials: they are sampled, and the check says so.

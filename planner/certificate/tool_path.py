@@ -1,6 +1,7 @@
 """The check of where the tool goes: on its lines and circles, and near the corners it cuts.
 
-Sampled, by forward kinematics of the trajectory and by geometry of its own: it shares no code with the paths.
+The poses of the tool are sampled. With the paths this check shares forward kinematics, which have tests against other
+implementations; the geometry of lines, circles and corners is its own.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ SHRINK = 0.8
 """What the way to the waypoint is cut by while the blend swings out beyond its radius."""
 
 WITHIN = 0.999
-"""Of the radius, what a blend uses: the rest is for what lies between the points looked at."""
+"""The share of the radius that a blend uses: the rest is for what lies between the points looked at."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     from planner.waypoints.solve import SolvedWaypoint
 
 TANGENT = 1e-6
-"""Relative difference of the joints' directions up to which two motions of the tool go on in the same direction."""
+"""The relative difference of the joints' directions up to which two motions of the tool go on in the same direction."""
 
 STEEPEST = 1.25
 """Slope of a quintic without curvature at its ends, as a multiple of its mean slope, up to which it is monotone."""
 
 JOINT_TOLERANCE = 1e-6
-"""rad or m: how far time may take a joint from its curve; less where a motion of the tool asks for less."""
+"""How far time may take a joint from its curve, rad or m; it is less where a motion of the tool asks for less."""
 
 RADIUS = 0.01
-"""m, of the blend that is offered where a corner cannot be passed."""
+"""The radius of the blend that is offered where a corner cannot be passed, m."""
 
 SHARE_OF_TOLERANCE = 0.02
-"""Of a tolerance of the tool (m, rad), what each joint may use up of it when time is put on."""
+"""The share of a tolerance of the tool (m, rad) that each joint may use up, in rad or m, when time is put on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +179,7 @@ class _Builder:
         self.times = (travels / self.speeds).max(axis=1)
 
     def curves(self) -> list[PiecewisePolynomial]:
-        """Of each segment from the first to the last, in order.
+        """The curve of each segment from the first to the last, in order.
 
         Joint motions are straight; where a waypoint at their end is passed exactly, quintics. Between two of them each
         joint passes with the harmonic mean of its slopes, zero where it turns back, so that none overshoots (Fritsch

@@ -1,4 +1,4 @@
-"""Where an asked duration is too short: a longer one, higher limits, a lighter payload."""
+"""What helps where an asked duration is too short: a longer one, higher limits, a lighter payload."""
 
 from __future__ import annotations
 
@@ -36,16 +36,19 @@ if TYPE_CHECKING:
     from planner.trajectory import Trajectory
 
 SHARES = (1.0 - 1e-9, 0.995, 0.95)
-"""Of limits, what the motion may take; the first with which the back end finds one."""
+"""Shares of the limits that the motion may take; the first is offered with which the back end finds a motion."""
 
 SAMPLES = 65
-"""Of torque and tool speeds on each piece."""
+"""The number of samples of torque and tool speeds on each piece."""
 
 HALVINGS = 4
-"""Of a change of limits that suffices, in search of the smallest."""
+"""How often a change of limits that suffices is halved, in search of the smallest."""
 
 LIMITS_EXPLAINED = "wide enough for the asked durations, together with any other change of a limit"
+"""The explanation of a higher limit, for a person."""
+
 PAYLOAD_EXPLAINED = "the heaviest payload, kg, with which the asked durations are long enough"
+"""The explanation of a lighter payload, for a person."""
 
 
 def duration_remedies(
@@ -110,8 +113,8 @@ class _Motion:
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
         """What it takes of the kept limits, where that is more than they are."""
         needs: Needs = {}
-        owners = self.pieces.segments
-        segments, groups = np.unique(owners, return_inverse=True)
+        segment_of = self.pieces.segments
+        segments, groups = np.unique(segment_of, return_inverse=True)
 
         def note(quantity: str, segments: np.ndarray, joint: int, values: FloatArray) -> None:
             for segment, value in zip(segments.tolist(), np.abs(values).tolist(), strict=True):
@@ -131,8 +134,8 @@ class _Motion:
         if np.isfinite(limits.tcp_linear_velocity).any() or np.isfinite(limits.tcp_angular_velocity).any():
             sampled |= dict(zip(TCP_QUANTITIES, tool_speeds(self.robot, *self.samples()[:2]), strict=True))
         for quantity, values in sampled.items():
-            for joint, column in enumerate(values.reshape(len(owners) * SAMPLES, -1).T):
-                note(quantity, owners, joint, column.reshape(-1, SAMPLES).max(axis=1))
+            for joint, column in enumerate(values.reshape(len(segment_of) * SAMPLES, -1).T):
+                note(quantity, segment_of, joint, column.reshape(-1, SAMPLES).max(axis=1))
         return needs
 
     def samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:

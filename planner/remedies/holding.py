@@ -1,4 +1,4 @@
-"""Where holding the arm still takes more torque than allowed: higher limits, a lighter payload."""
+"""What helps where holding the arm still takes more torque than allowed: higher limits, a lighter payload."""
 
 from __future__ import annotations
 
@@ -21,14 +21,16 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SHARES = (0.99, 0.9, 0.5)
-"""Of a torque limit, what gravity may take; the first that leaves enough for the motion."""
+"""Shares of a torque limit that gravity may take; the first is offered that leaves enough for the motion."""
 
-PLACES = 200
-"""On each run, where gravity is looked at."""
-
+SAMPLES = 200
+"""The number of positions on each run for which gravity is computed."""
 
 MOVED = "a torque limit that holds the arm and leaves some to move it"
+"""The explanation of a higher limit, for a person."""
+
 HELD = "the payload, kg, that is held with torque left to move it"
+"""The explanation of a lighter payload, for a person."""
 
 
 def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> list[Remedy]:
@@ -41,7 +43,7 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
     """
     if not path.robot.has_dynamics:
         return []
-    positions, segments = _places(path)
+    positions, segments = _positions_along(path)
     still = np.zeros_like(positions)
 
     def gravity(robot: Robot) -> FloatArray:
@@ -58,12 +60,12 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
     return higher + first_proved(lighter_payload(problem, gravity, limit, SHARES, HELD), problem, backend)
 
 
-def _places(path: JointPath) -> tuple[FloatArray, np.ndarray]:
-    """Positions (N, joints) all along the path, and their segments (N,); places between two segments are of both."""
+def _positions_along(path: JointPath) -> tuple[FloatArray, np.ndarray]:
+    """Positions (N, joints) all along the path, and their segments (N,); one between two segments belongs to both."""
     positions, segments = [], []
     for run in path.every_run:
         curve = run.curve
-        s = np.linspace(0.0, curve.breakpoints[-1], PLACES)
+        s = np.linspace(0.0, curve.breakpoints[-1], SAMPLES)
         own = curve.segments[curve.locate(s)[0]]
         positions += [curve.evaluate(s, [0])[0], curve.evaluate(curve.breakpoints[1:], [0])[0]]
         segments += [own, curve.segments]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 LEAST_LEVER = 1e-9
-"""N m (N) by kg, below which a joint does not feel the payload."""
+"""The torque by mass of the payload, N m/kg (N/kg), below which a joint does not feel the payload."""
 
 
 def lighter_payload(

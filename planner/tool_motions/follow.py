@@ -18,39 +18,48 @@ if TYPE_CHECKING:
     from planner.tool_motions.pose_paths import PosePath
 
 SHARE_OF_TOLERANCE = 0.25
-"""Of the tolerance, what the joint path may use up at the points where it is looked at; time needs some, too."""
+"""The share of the tolerance that the joint path may use up at the probes; time needs some, too."""
 
 PROBES = np.array([0.25, 0.5, 0.75])
-"""Where the curve between two knots is compared with the path; its error is like u^3 (1 - u)^3."""
+"""Shares of the way between two knots at which the curve is compared with the path; its error is like u^3 (1 - u)^3."""
 
-FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.125, 0.25, 1e-5
-"""Of u, from knot to knot; the tracing gives up below the shortest."""
+FIRST_STEP = 0.125
+"""The first step in u from knot to knot."""
+
+LONGEST_STEP = 0.25
+"""The longest step in u from knot to knot, so that no detour is missed."""
+
+SHORTEST_STEP = 1e-5
+"""The step in u below which the path is given up as lost."""
 
 GROWTH = 1.6
-"""Of the step after a knot that the tolerance allowed."""
+"""The factor on the step after a knot that the tolerance allowed."""
 
 MOST_CORRECTION = 0.15
-"""rad or m: a knot that lies further from where the last one pointed may lie on another branch."""
+"""How far a joint may be, rad or m, from where the last knot pointed: further away may be another branch."""
 
-SOLVED, MOST_ITERATIONS = 1e-11, 12
-"""Error (m, rad) at which a knot is solved, and Newton steps until then."""
+SOLVED = 1e-11
+"""The error, m and rad, at which a knot is solved."""
+
+MOST_ITERATIONS = 12
+"""The most Newton steps until a knot is solved."""
 
 AHEAD = 1e-4
-"""Of u: the step of the difference quotient for the second derivative."""
+"""The step in u of the difference quotient for the second derivative."""
 
 ROUNDING = 1e-7
-"""rad or m: a joint path that ends this near to the joint position asked ends there."""
+"""The largest distance of a joint, rad or m, at which a joint path ends at the joint position asked."""
 
 SINGULAR = 1e-4
-"""Smallest singular value of the Jacobian (m and rad alike) below which a direction of the tool is lost."""
+"""The smallest singular value of the Jacobian (m and rad alike) below which a direction of the tool is lost."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lost:
-    """Where a joint path ended before the path of the tool did.
+    """The point where a joint path ended before the path of the tool did.
 
     Attributes:
-        u: The last place on the path that was reached.
+        u: The last parameter of the path that was reached.
         position: (joints,), there.
         curve: What was followed until then, perhaps no piece at all.
     """
@@ -61,7 +70,7 @@ class Lost:
 
 
 class _Knot(NamedTuple):
-    """A place on the path, and the joint position there with its derivatives by u, (joints,) each."""
+    """A parameter of the path, and the joint position there with its derivatives by u, (joints,) each."""
 
     u: float
     q: FloatArray
@@ -83,7 +92,7 @@ def follow(
     knot is kept only if that quintic is within the tolerance of X. Position limits are not looked at.
 
     An arm with more joints than the tool has directions keeps the component of its joint position in the null space
-    of the start (or changes it evenly to that of `end`), which makes q(u) a function of the place alone.
+    of the start (or changes it evenly to that of `end`), which makes q(u) a function of u alone.
 
     Args:
         robot: With its tool.
@@ -158,10 +167,10 @@ class _Follower:
     def _solve(self, u: float, q: FloatArray) -> FloatArray | None:
         """The joint position at u near `q`, by Newton's method."""
         pose = self.path.pose(u)
-        due = self.free @ self.start + u * self.drift
+        wanted = self.free @ self.start + u * self.drift
         for _ in range(MOST_ITERATIONS):
             here = tool_pose(self.robot, q)
-            missing = np.concatenate([np.zeros(self.rows), due - self.free @ q])
+            missing = np.concatenate([np.zeros(self.rows), wanted - self.free @ q])
             missing[:3] = pose.position - here.position
             if pose.rotation is not None and here.rotation is not None:
                 missing[3:6] = here.rotation @ pin.log3(here.rotation.T @ pose.rotation)

@@ -19,7 +19,7 @@ COLLINEAR = 1e-6
 
 
 class PosePath(Protocol):
-    """Where the tool is due, at constant linear and angular speed along u."""
+    """The poses that the tool takes, at constant linear and angular speed along u."""
 
     def pose(self, u: float) -> Pose:
         """The pose at u; without a rotation where any orientation will do."""
@@ -156,6 +156,6 @@ class Arc:
 
 
 def _angle(start: FloatArray, end: FloatArray, axis: FloatArray) -> float:
-    """In (0, 2 pi), from one spoke to another about the axis."""
+    """The angle in (0, 2 pi), rad, from one spoke to another about the axis."""
     angle = float(np.arctan2(np.dot(axis, np.cross(start, end)), np.dot(start, end)))
     return angle if angle > 0.0 else angle + 2.0 * np.pi

@@ -1,4 +1,4 @@
-"""Where a curve in joint space leaves the position limits."""
+"""The search for the point where a curve in joint space leaves the position limits."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 BEYOND = 1e-9
-"""Relative excess over a position limit that is rounding."""
+"""The relative excess over a position limit that is taken for rounding."""
 
 BISECTIONS = 50
-"""Steps in search of the place where a limit is crossed: after so many it is as exact as a floating-point number."""
+"""Steps of the search for the crossing of a limit: after so many it is as exact as a floating-point number."""
 
 
 def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, FloatArray, int] | None:
-    """The first place, joint position and joint where a curve leaves the position limits; None: nowhere."""
+    """The first parameter, joint position and joint where a curve leaves the position limits; None: nowhere."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     limited = np.isfinite(lower) & np.isfinite(upper)
     if not len(curve.lengths) or not limited.any():

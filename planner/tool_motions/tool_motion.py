@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from planner.tool_motions.pose_paths import PosePath
 
 SAME_CONFIGURATION = 1e-7
-"""rad or m: a motion that ends this near to a joint position ends there."""
+"""The largest distance of a joint, rad or m, at which a motion ends at a joint position."""
 
 LOOK_AHEAD = 2e-3
-"""Share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
+"""The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray, Pose
 
 TURN = 2.0 * np.pi
+"""A whole turn, rad."""
 
 MOST_TURNED = 32
-"""Candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
+"""The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
 
 TINY = 1e-12
 """A manipulability that is as good as none."""
@@ -52,13 +53,13 @@ class Layer:
 
     @classmethod
     def given(cls, position: FloatArray) -> Layer:
-        """Of a joint waypoint: nothing to choose."""
+        """The layer of a joint waypoint, where there is nothing to choose."""
         fixed = np.zeros((1, len(position)))
         return cls(position[None], fixed, fixed, np.ones(1), is_given=True)
 
     @classmethod
     def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray) -> Layer:
-        """Of a pose with isolated solutions.
+        """The layer of a pose with isolated solutions.
 
         Every solution is there free to be turned towards where the robot comes from; and as it lies nearest to `ahead`,
         with whole turns of its joints within finite limits.
@@ -93,7 +94,7 @@ class Layer:
         pose: Pose,
         options: InverseKinematicsOptions,
     ) -> Layer:
-        """Of a pose with a continuum of solutions, of which `solutions` are a spread."""
+        """The layer of a pose with a continuum of solutions, of which `solutions` are a spread."""
         layer = cls.isolated(robot, solutions, ahead)
         best = max(float(manipulability(robot, np.array(solutions)).max()), TINY)
         lower, upper = robot.limit("lower"), robot.limit("upper")
@@ -106,7 +107,7 @@ class Layer:
         return replace(layer, descend=descend).with_descents([ahead])
 
     def with_descents(self, starts: Sequence[FloatArray] | FloatArray) -> Layer:
-        """Of a continuum: with the solutions near these joint positions (joints,); else the same layer."""
+        """The layer with the solutions of a continuum near some joint positions (joints,), if there is one."""
         if self.descend is None:
             return self
         found = [near for near in map(self.descend, starts) if near is not None]

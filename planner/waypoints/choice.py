@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     Follow = Callable[[AskedMotion, FloatArray], ToolMotion | RefusedMotion]
 
 MOTION_PENALTY = 0.01
-"""Of the times of all joints, beside that of the slowest: no joint moves for nothing behind a slower one."""
+"""The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""
 
 LIMIT_PENALTY = 0.01
-"""s, of a joint position at a limit."""
+"""What a joint position at a limit costs, s."""
 
 CONDITIONING_PENALTY = 0.01
-"""s, of a singular joint position beside another that is not."""
+"""What a singular joint position costs beside another that is not, s."""
 
 DESCENTS = 4
-"""From so many of the best joint positions at one waypoint a continuum at the next is approached."""
+"""The number of the best joint positions at one waypoint from which a continuum at the next is approached."""
 
 SAME_END = 1e-6
-"""rad or m: an end of a followed motion this near to a joint position is there."""
+"""The largest distance of a joint, rad or m, at which a followed motion ends at a joint position."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,11 +32,11 @@ Choice = Literal["given", "only", "shortest_way", "continued"]
 
 
 FREE_START_WEIGHT = 0.01
-"""Of the time from the middle of the limits to the first waypoint, where no reference says whence the robot comes: it
-decides between ways that otherwise take equally long."""
+"""The weight of the time from the middle of the limits to the first waypoint, where no reference says whence the robot
+comes: it decides between ways that otherwise take equally long."""
 
 SAME_SOLUTION = 1e-4
-"""rad or m: joint positions this near, whole turns apart, are one solution."""
+"""The largest distance of a joint, rad or m, at which positions some whole turns apart are one solution."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -26,6 +27,17 @@ def imported_modules(file: Path) -> set[str]:
 def test_planner_knows_no_http(file: Path) -> None:
     forbidden = {"api", "fastapi", "starlette", "pydantic", "uvicorn", "httpx", "socket", "matplotlib", "rich"}
     assert not imported_modules(file) & forbidden
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "planner").rglob("*.py")), ids=lambda f: str(f.relative_to(ROOT)))
+def test_planner_speaks_of_its_own_types(file: Path) -> None:
+    """No JSON pointer into a request, and no object of a request; what is exported has the form of an answer."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            assert not re.match(r"/[a-z_]+(/|$)", node.value), f"line {node.lineno}: {node.value!r} is a pointer"
+        if isinstance(node, ast.Dict) and file.parent.name not in {"export", "robots"}:
+            keys = {key.value for key in node.keys if isinstance(key, ast.Constant)}
+            assert "kind" not in keys, f"line {node.lineno}: a value of a request"
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "api").rglob("*.py")), ids=lambda f: str(f.relative_to(ROOT)))
