@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes, cubic_pieces
 from planner.backends.ruckig.via_problem import LATE, OUTSIDE, ViaMotion, ViaProblem
+from planner.polynomials import SegmentedPolynomial, joined
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ class MendedPassages:
         passages = [passage for passage in self.passages if passage is not None]
         if len(passages) < len(self.passages):
             return None
-        durations, lengths, coefficients = [], [], []
+        durations, parts = [], []
         for segment, passage in enumerate(passages):
             asked = self.problem.asked[segment]
             kept = passage.duration <= asked * (1.0 + LIMIT_TOLERANCE)
@@ -133,15 +134,13 @@ class MendedPassages:
             h, c = cubic_pieces(passage.profiles, problem.travels[segment] / length, end)
             scale = (problem.asked[segment] if kept else passage.duration * time) / h.sum()
             durations.append(float(scale * h.sum()))
-            lengths.append(h * scale)
-            c = c * length[:, None] / scale ** np.arange(4)
-            c[..., 0] += problem.positions[segment]
-            coefficients.append(c)
+            part = SegmentedPolynomial(h, c * length[:, None], np.full(len(h), segment)).stretched(scale)
+            part.coefficients[..., 0] += problem.positions[segment]
+            parts.append(part)
         starts = problem.positions[:-1]
         return ViaMotion(
             np.array(durations),
-            lengths,
-            coefficients,
+            joined(parts),
             starts + length * np.array([passage.lowest for passage in passages]),
             starts + length * np.array([passage.highest for passage in passages]),
             self.shortest.argmax(axis=1),

@@ -12,6 +12,7 @@ from planner.backends.ruckig.state_to_state import Rates
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
+    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
 
 LATE, OUTSIDE = 30.0, 30.0
@@ -104,16 +105,14 @@ class ViaMotion(NamedTuple):
 
     Attributes:
         durations: (segments,), s.
-        lengths: Of the pieces of each segment, s.
-        coefficients: Of the pieces of each segment, each (pieces, joints, 4).
+        pieces: The motion in cubics of time; their `segments` are rows of the problem.
         lowest: (segments, joints), the least positions.
         highest: (segments, joints), the greatest.
         slowest: (segments,), index of the joint that takes the longest.
     """
 
     durations: FloatArray
-    lengths: list[FloatArray]
-    coefficients: list[FloatArray]
+    pieces: SegmentedPolynomial
     lowest: FloatArray
     highest: FloatArray
     slowest: np.ndarray

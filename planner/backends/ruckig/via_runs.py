@@ -162,16 +162,16 @@ class _JointRun:
         motion = pass_waypoints(alone, stopping=True)
         if motion is None:
             return None
-        needed = time_scalings(self.path, self._pieces(motion), self.enforced)
+        pieces = self._pieces(motion)
+        needed = time_scalings(self.path, pieces, self.enforced)
         parts, durations = [], []
         for k, segment in enumerate(self.segments.tolist()):
             shortest = float(motion.durations[k] * needed[segment].factor)
             duration = max(shortest, self.asked[k]) if self.asked[k] > 0.0 else shortest
             if shortest * (1.0 - DURATION_TOLERANCE) <= self.asked[k] < shortest:
                 duration = self.asked[k]
-            lengths = motion.lengths[k]
-            pieces = SegmentedPolynomial(lengths, motion.coefficients[k], np.full(len(lengths), segment))
-            parts.append(pieces.stretched(duration / float(lengths.sum())))
+            own = pieces.of(pieces.segments == segment)
+            parts.append(own.stretched(duration / float(own.lengths.sum())))
             durations.append(duration)
         factors = np.array([needed[segment].factor for segment in self.segments.tolist()])
         slowed = bool((factors > NOTICED).any())
@@ -235,8 +235,7 @@ class _JointRun:
         return slowed
 
     def _pieces(self, motion: ViaMotion) -> SegmentedPolynomial:
-        segments = np.repeat(self.segments, [len(lengths) for lengths in motion.lengths])
-        return SegmentedPolynomial(np.concatenate(motion.lengths), np.concatenate(motion.coefficients), segments)
+        return motion.pieces.of_segments(self.segments[motion.pieces.segments])
 
     def _outside(self, motion: ViaMotion) -> tuple[int, int, float, float] | None:
         """Segment (within the run), joint, position and limit, where a position limit is left the farthest."""
