@@ -18,20 +18,37 @@ if TYPE_CHECKING:
     from planner.waypoints.reachability import Reachability
 
 
-def solutions_answer(robot: Robot, pose: Pose, positions: Sequence[FloatArray]) -> list[dict[str, Any]]:
-    """Joint positions that reach a pose, by how much the tool misses it, and how well it can move there."""
-    reached = forward_kinematics(robot, np.array(positions))
-    errors = [pose_errors(pose, there) for there in reached]
-    measures = manipulability(robot, np.array(positions)).tolist()
-    return [
-        {
-            "position": position,
-            "position_error": distance,
-            "orientation_error": angle,
-            "manipulability": measure,
-        }
-        for position, (distance, angle), measure in zip(positions, errors, measures, strict=True)
-    ]
+def best_answer(result: InverseKinematicsResult) -> dict[str, Any]:
+    """The solution of a pose that the library chose, or why there is none and how near the robot gets."""
+    if result.status != "solved":
+        return _unsolved(result)
+    solution = _solution(result.position, (result.position_error, result.orientation_error), result.manipulability)
+    return {"status": "solved", "solutions": [solution]}
+
+
+def all_answer(robot: Robot, pose: Pose, found: tuple[FloatArray, ...] | InverseKinematicsResult) -> dict[str, Any]:
+    """All solutions of a pose, or why there is none and how near the robot gets."""
+    if not isinstance(found, tuple):
+        return _unsolved(found)
+    positions = np.array(found)
+    errors = [pose_errors(pose, there) for there in forward_kinematics(robot, positions)]
+    measures = manipulability(robot, positions).tolist()
+    return {"status": "solved", "solutions": [*map(_solution, found, errors, measures)]}
+
+
+def _solution(position: FloatArray, errors: tuple[float, float | None], measure: float) -> dict[str, Any]:
+    """A joint position, by how much the tool misses the pose there, and how well it can move."""
+    distance, angle = errors
+    return {
+        "position": position,
+        "position_error": distance,
+        "orientation_error": angle,
+        "manipulability": measure,
+    }
+
+
+def _unsolved(result: InverseKinematicsResult) -> dict[str, Any]:
+    return {"status": result.status, "solutions": [], "nearest": nearest_answer(result)}
 
 
 def nearest_answer(result: InverseKinematicsResult) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from api.errors import invalid
 from api.schemas import kinematics as schemas
@@ -34,8 +34,8 @@ def forward_kinematics(work: Work) -> Reply:
 def inverse_kinematics(work: Work) -> Reply:
     """POST /v1/kinematics/inverse."""
     from api.conversion import to_pose, to_vector, with_tool
-    from api.kinematics_answers import nearest_answer, solutions_answer
-    from planner.kinematics import inverse_kinematics, solutions_or_failure, with_whole_turns
+    from api.kinematics_answers import all_answer, best_answer
+    from planner.kinematics import inverse_kinematics_many, solutions_or_failure, with_whole_turns
     from planner.kinematics.options import InverseKinematicsOptions
 
     with work.stage("validate"):
@@ -46,22 +46,17 @@ def inverse_kinematics(work: Work) -> Reply:
             reference = to_vector(request.reference, robot.dof, ("reference",))
         options = InverseKinematicsOptions(request.tolerance_position, request.tolerance_orientation, seed=request.seed)
     with work.stage("plan"):
-        results: list[dict[str, Any]] = []
-        for asked in request.poses:
-            pose = to_pose(asked)
-            if request.solutions == "all":
-                near = robot.middle if reference is None else reference
-                answer = solutions_or_failure(robot, pose, options, near)
-                if isinstance(answer, tuple):
-                    answer = with_whole_turns(robot, answer, near, MOST_SOLUTIONS)
-            else:
-                answer = inverse_kinematics(robot, pose, options, reference)
-                if answer.status == "solved":
-                    reference, answer = answer.position, (answer.position,)
-            if not isinstance(answer, tuple):
-                results.append({"status": answer.status, "solutions": [], "nearest": nearest_answer(answer)})
-                continue
-            results.append({"status": "solved", "solutions": solutions_answer(robot, pose, answer)})
+        poses = [to_pose(asked) for asked in request.poses]
+        if request.solutions == "best":
+            results = [best_answer(best) for best in inverse_kinematics_many(robot, poses, options, reference)]
+        else:
+            near = robot.middle if reference is None else reference
+            results = []
+            for pose in poses:
+                found = solutions_or_failure(robot, pose, options, near)
+                if isinstance(found, tuple):
+                    found = with_whole_turns(robot, found, near, MOST_SOLUTIONS)
+                results.append(all_answer(robot, pose, found))
     return work.reply({"results": results})
 
 
