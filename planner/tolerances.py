@@ -17,6 +17,14 @@ POSITION_TOLERANCE = 1e-9
 """Distance between two positions of a joint, rad or m, up to which they are one: a nanometre at the end of an arm of
 1 m, and a thousand times the rounding of positions of a few turns."""
 
+SAME_CONFIGURATION = 1e-7
+"""Distance of a joint, rad or m, up to which a motion of the tool ends at a given joint position: following a path
+leaves some 1e-11 in each of its steps, and another configuration is far away."""
+
+SAME_SOLUTION = 1e-4
+"""Distance of a joint, rad (but for whole turns) or m, up to which two solutions of the inverse kinematics are one:
+near a singularity the same solution is found with so much of a difference."""
+
 CONTINUITY_TOLERANCE = 1e-8
 """Jump of a derivative, relative to its largest magnitude, that is rounding: where a piece is a thousandth as long as
 its neighbour, third and fourth derivatives lose that much."""

@@ -11,6 +11,7 @@ from planner.kinematics.descent import Descent, Target, descend_many
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.seeds import random_configurations, seed_table
 from planner.kinematics.turns import TURN, distances, nearest_turn
+from planner.tolerances import SAME_SOLUTION
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,9 +31,6 @@ POLISH = {"patience": 300, "most": 300}
 
 STARTS, MORE_STARTS, BLIND_STARTS, NEAREST_STARTS = 28, 256, 16, 6
 """From the table for all solutions; where some may be missed, and random ones then; for the nearest pose."""
-
-SAME_SOLUTION = 1e-4
-"""Isolated solutions closer than this in every joint (rad, whole turns apart; m) are one."""
 
 SPREAD, MOST_SPREAD = 0.3, 16
 """Of a continuum: how far solutions are apart at least in one joint, rad or m, and how many are given."""

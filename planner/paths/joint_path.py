@@ -12,6 +12,7 @@ import numpy as np
 from planner.errors import InvalidProblem
 from planner.paths.runs import Run, build_run, straight_run
 from planner.problem import JointMotion, StopTransition
+from planner.tolerances import POSITION_TOLERANCE
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 
 if TYPE_CHECKING:
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
-
-SAME_POSITION = 1e-9
-"""Waypoints closer than this in every joint (rad, m) are one and the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +144,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
 
 def _refuse_standing_still(solved: tuple[SolvedWaypoint, ...]) -> None:
     travels = np.diff([waypoint.position for waypoint in solved], axis=0)
-    still = np.flatnonzero(np.abs(travels).max(axis=1) < SAME_POSITION)
+    still = np.flatnonzero(np.abs(travels).max(axis=1) < POSITION_TOLERANCE)
     if len(still):
         message = "the same joint position as the waypoint before; to rest there, use that waypoint's dwell"
         raise InvalidProblem([(("waypoints", i + 1), message) for i in still.tolist()])

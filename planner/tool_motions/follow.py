@@ -11,6 +11,7 @@ import pinocchio as pin
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import pose_errors
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
+from planner.tolerances import SAME_CONFIGURATION
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -46,9 +47,6 @@ MOST_ITERATIONS = 12
 
 AHEAD = 1e-4
 """The step in u of the difference quotient for the second derivative."""
-
-ROUNDING = 1e-7
-"""The largest distance of a joint, rad or m, at which a joint path ends at the joint position asked."""
 
 SINGULAR = 1e-4
 """The smallest singular value of the Jacobian (m and rad alike) below which a direction of the tool is lost."""
@@ -139,7 +137,7 @@ class _Follower:
             step = (ahead - last.u) / 2.0
             if step < SHORTEST_STEP:
                 return Lost(last.u, last.q, _curve(knots))
-        if self.end is not None and np.abs(knots[-1].q - self.end).max() < ROUNDING:
+        if self.end is not None and np.abs(knots[-1].q - self.end).max() < SAME_CONFIGURATION:
             knots[-1] = knots[-1]._replace(q=self.end)
         return _curve(knots)
 

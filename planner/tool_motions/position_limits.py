@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
+from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
-
-BEYOND = 1e-9
-"""The relative excess over a position limit that is taken for rounding."""
 
 BISECTIONS = 50
 """Steps of the search for the crossing of a limit: after so many it is as exact as a floating-point number."""
@@ -32,7 +30,7 @@ def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, Float
         return None
     count = len(curve.lengths)
     found = largest_magnitudes(polynomials, np.broadcast_to(half, (count, len(half))), np.arange(count))
-    beyond = np.flatnonzero(np.abs(found.values) > half[found.joints] * (1.0 + BEYOND))
+    beyond = np.flatnonzero(np.abs(found.values) > half[found.joints] * (1.0 + LIMIT_TOLERANCE))
     if not len(beyond):
         return None
     piece, joint = int(beyond[0]), int(found.joints[beyond[0]])

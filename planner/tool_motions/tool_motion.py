@@ -20,6 +20,7 @@ from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import inverse_kinematics
 from planner.problem import CircularMotion, JointMotion, JointWaypoint
 from planner.spatial import Pose
+from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.follow import Lost, follow
 from planner.tool_motions.pose_paths import Arc, Line
 from planner.tool_motions.position_limits import first_beyond
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
-
-SAME_CONFIGURATION = 1e-7
-"""The largest distance of a joint, rad or m, at which a motion ends at a joint position."""
 
 LOOK_AHEAD = 2e-3
 """The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""

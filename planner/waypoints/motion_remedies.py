@@ -10,8 +10,9 @@ from planner.errors import ConfigurationChange, Remedy
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.problem import JointMotion, JointWaypoint
+from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.pose_paths import Line
-from planner.tool_motions.tool_motion import SAME_CONFIGURATION, ToolMotion, follow_path
+from planner.tool_motions.tool_motion import ToolMotion, follow_path
 from planner.waypoints.targets import pose_remedy
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinemati
 from planner.kinematics.search import is_isolated, pose_errors
 from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
+from planner.tolerances import SAME_SOLUTION
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
 from planner.waypoints.candidates import TURN, Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way
@@ -34,9 +35,6 @@ Choice = Literal["given", "only", "shortest_way", "continued"]
 FREE_START_WEIGHT = 0.01
 """The weight of the time from the middle of the limits to the first waypoint, where no reference says whence the robot
 comes: it decides between ways that otherwise take equally long."""
-
-SAME_SOLUTION = 1e-4
-"""The largest distance of a joint, rad or m, at which positions some whole turns apart are one solution."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.shared.interior_point import InteriorPoint, longest_step, next_centring
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -52,8 +53,11 @@ BARRIER_KEPT = 0.1
 LEAST_STEP = 1e-6
 """Share of a step: where no more of it can be made, what is asked is not within the limits."""
 
-MOST_HALVINGS, ARMIJO, ROUNDING = 20, 1e-4, 1e-12
-"""Of a step, until cost, barrier and missed durations together fall by this share of what they promise to."""
+MOST_HALVINGS = 20
+"""How often a step is halved, at most, until it is taken."""
+
+ARMIJO = 1e-4
+"""Share of the promised fall of cost, barrier and missed durations together with which a step is taken."""
 
 LEAST_CURVATURE = 0.05
 """Of the duration's own curvature, what is kept where the jerk limits make the problem concave."""
