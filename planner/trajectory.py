@@ -75,11 +75,15 @@ class Trajectory(SegmentedPolynomial):
             raise ValueError(f"times of shape {times.shape}: one time or a row of times is evaluated")
         if any(order < 0 for order in derivatives):
             raise ValueError(f"derivatives {list(derivatives)}: orders are 0 (position), 1 (velocity), ...")
-        rounding = NEGLIGIBLE_SHARE * self.duration
-        outside = ~((times >= -rounding) & (times <= self.duration + rounding))  # so that NaN is outside
-        if outside.any():
-            raise ValueError(f"time {times[outside].flat[0]} s is outside of the trajectory's [0, {self.duration}] s")
-        rows = super().evaluate(np.clip(np.atleast_1d(times), 0.0, self.duration), derivatives)
+        end = self.duration
+        rounding = NEGLIGIBLE_SHARE * end
+        first, last = times.min(initial=0.0), times.max(initial=end)  # NaN where there is one
+        if not (first >= -rounding and last <= end + rounding):
+            wrong = times[~((times >= -rounding) & (times <= end + rounding))].flat[0]
+            raise ValueError(f"time {wrong} s is outside of the trajectory's [0, {end}] s")
+        if first < 0.0 or last > end:
+            times = times.clip(0.0, end)
+        rows = super().evaluate(np.atleast_1d(times), derivatives)
         return [row[0] for row in rows] if times.ndim == 0 else rows
 
     def stretched(self, factors: FloatArray | float) -> Self:

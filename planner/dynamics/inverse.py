@@ -21,7 +21,7 @@ def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, 
 
     Args:
         robot: With its payload, if any.
-        positions: One state (joints,), or N of them (N, joints), rad or m.
+        positions: One state (joints,), or many (..., joints), rad or m.
         velocities: Of the same shape, by s.
         accelerations: Of the same shape, by s^2.
 
@@ -34,12 +34,12 @@ def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, 
     """
     if not robot.has_dynamics:
         raise MissingDynamics(f"{robot.id} has no link inertias and carries no payload: torques are unknown")
-    states = [np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations)]
-    shape = states[0].shape
-    if any(values.shape != shape for values in states) or shape[-1:] != (robot.dof,):
-        shapes = ", ".join(str(values.shape) for values in states)
-        raise ValueError(f"states of shapes {shapes}: the robot has {robot.dof} joints")
-    torques = np.empty(shape)
+    q, v, a = (np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations))
+    if not q.shape == v.shape == a.shape or q.shape[-1:] != (robot.dof,):
+        raise ValueError(f"states of shapes {q.shape}, {v.shape}, {a.shape}: the robot has {robot.dof} joints")
+    if q.ndim != 2:
+        return inverse_dynamics(robot, *(values.reshape(-1, robot.dof) for values in (q, v, a))).reshape(q.shape)
+    torques = np.empty(q.shape)
     # All states in one call, on one thread: a call each costs more than the algorithm.
-    pin.rneaInParallel(1, robot.pool, *(values.reshape(-1, robot.dof).T for values in (*states, torques)))
+    pin.rneaInParallel(1, robot.pool, q.T, v.T, a.T, torques.T)
     return torques
