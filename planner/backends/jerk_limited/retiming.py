@@ -36,28 +36,34 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 PLACES = np.array([0.0, 0.5, 1.0])
-"""Of each interval, where its limits are looked at. Next to a place of rest the middle tells what the ends cannot."""
+"""Shares of each interval at which its limits are held. Next to rest the middle tells what the ends cannot."""
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
-"""Simpson's, for the same places."""
+"""Weights of Simpson's rule at the same points."""
 
 FIRST_SHARE = 0.9
-"""Of what the limits allow: b at the start."""
+"""Share of the largest constant b within the limits that the search begins with: it has to begin inside of them."""
 
-MOST_STEPS, FIRST_CENTRING, LEAST_CENTRING = 80, 0.2, 0.15
-"""Newton steps; what is left of the barrier in the first, and in one that could be made in full."""
+MOST_STEPS = 80
+"""Newton steps in one search; 15 to 25 are common."""
+
+FIRST_CENTRING = 0.2
+"""Share of the mean complementarity that is the barrier of the first Newton step."""
+
+LEAST_CENTRING = 0.15
+"""Share of the mean complementarity that is the next barrier after a Newton step made in full."""
 
 BARRIER_KEPT = 0.1
 """Share of what a step promises to gain that the barrier is kept at: the limits are not to be met before all else."""
 
 LEAST_STEP = 1e-6
-"""Share of a step: where no more of it can be made, what is asked is not within the limits."""
+"""Share of a Newton step below which the search ends: durations are asked that are not within the limits."""
 
 MOST_HALVINGS = 20
-"""How often a step is halved, at most, until it is taken."""
+"""Times that a step is halved until cost, barrier and missed durations together fall enough."""
 
 ARMIJO = 1e-4
-"""Share of the promised fall of cost, barrier and missed durations together with which a step is taken."""
+"""Share of the fall that its slope promises which a step has to make (Nocedal and Wright, 2006, eq. 3.4)."""
 
 LEAST_CURVATURE = 0.05
 """Of the duration's own curvature, what is kept where the jerk limits make the problem concave."""

@@ -33,19 +33,32 @@ ROUNDS = ((20, 10, 3e-2), (35, 20, 1e-3))
 MOST_REFINEMENTS = 10
 """Rounds after these, while a limit is exceeded by more than it may be."""
 
-ENOUGH, REFINED, COARSE = 1.003, 1.001, 1.05
-"""How much of a limit the law may use (also between the places that a round looks at); from where on a piece is cut in
-two, and from where on in four: the jerk may end long before a piece does."""
+ENOUGH = 1.003
+"""Share of a limit that the law may use between the points that a round looks at: one factor on all times mends it."""
 
-IDLE, MOST_IDLE, FINEST = 0.9, 0.03, 400
-"""Where no limit is used by this much, the law waits for a finer grid: such a piece is split, too, unless the duration
-has more than the last number of its like. For their sake alone one round is made, if they fill this share of it."""
+REFINED = 1.001
+"""Share of a limit from which on a piece that uses it is cut in two."""
+
+COARSE = 1.05
+"""Share of a limit from which on a piece is cut in four: the jerk may end long before such a piece does."""
+
+IDLE = 0.9
+"""Share of every limit below which a piece waits for a finer grid: it is cut in two, too."""
+
+MOST_IDLE = 0.03
+"""Share of the duration that idle pieces may fill: for more of them alone, one round is made."""
+
+FINEST = 400
+"""Number of its like in the duration from which on an idle piece stays whole: little time can be gained on it."""
 
 GAUSS_POINTS = 5
 """On each piece of a law, to integrate the time that it takes after retiming."""
 
-SAMPLES_PER_PIECE, SAMPLES_PER_RADIAN = 5, 25
-"""Of torque and tool speed along a curve, by the longest travel of a joint on its piece (rad, or m)."""
+SAMPLES_PER_PIECE = 5
+"""Gridpoints for torque and tool speed on each piece of a curve at least."""
+
+SAMPLES_PER_RADIAN = 25
+"""Gridpoints in addition for each radian (or m) that the joint travels which travels farthest on the piece."""
 
 ENFORCED = frozenset(QUANTITIES)
 

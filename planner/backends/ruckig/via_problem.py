@@ -15,8 +15,11 @@ if TYPE_CHECKING:
     from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
 
-LATE, OUTSIDE = 30.0, 30.0
-"""Weights against the duration: of the time beyond an asked duration, of travel beyond the position limits."""
+LATE = 30.0
+"""Weight of the time beyond an asked duration, against the duration."""
+
+OUTSIDE = 30.0
+"""Weight of the travel beyond a position limit, in units of the search, against the duration."""
 
 NO_TRAVEL = 1e-7
 """Share of what a joint could travel below which its travel is none: what it is in truth takes as little of its limits,

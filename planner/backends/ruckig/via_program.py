@@ -36,18 +36,38 @@ if TYPE_CHECKING:
 PIECES = 8
 """Of constant jerk in each segment."""
 
-MOST_STEPS, GAP = 30, 0.15
-"""Newton steps; the gap to the optimum, relative, at which the search ends: near enough for what comes after."""
+MOST_STEPS = 30
+"""Newton steps in one search."""
 
-FIRST_SHARE, FIRST_CENTRING, LEAST_CENTRING = 0.5, 0.2, 0.1
-"""The barrier, of the duration, at first; what is left of it in the first Newton step, and in one made in full."""
+GAP = 0.15
+"""Gap to the optimum, relative to the duration, at which the search ends: near enough for the sweeps that follow."""
 
-KEPT, SHORTER, MOST_SHORTENINGS = 0.01, 0.7, 20
-"""Of the distance to a limit, what a step must leave; shorter steps if it does not."""
+FIRST_SHARE = 0.5
+"""Share of the duration that the sum of all barriers is at first."""
 
-SLOWER, MARGIN, NO_ROOM = 1.05, 0.05, 1e-3
-"""Than the fastest from rest to rest, the start. What a limit that leaves less than a share of it is widened to leave:
-a part of the limit; of the travel, where it is a position limit."""
+FIRST_CENTRING = 0.2
+"""Share of the mean complementarity that is the barrier of the first Newton step."""
+
+LEAST_CENTRING = 0.1
+"""Share of the mean complementarity that is the next barrier after a Newton step made in full."""
+
+KEPT = 0.01
+"""Share of the distance to a limit that a step must leave."""
+
+SHORTER = 0.7
+"""Factor by which a step is shortened that leaves less."""
+
+MOST_SHORTENINGS = 20
+"""Times that a step is shortened before the search ends where it is."""
+
+SLOWER = 1.05
+"""Ratio of the durations that the search begins with to the shortest from rest to rest: it has to begin inside."""
+
+MARGIN = 0.05
+"""Room that a limit is widened to leave where it leaves next to none: share of the limit, or of the travel."""
+
+NO_ROOM = 1e-3
+"""Share of that room below which a limit leaves next to none."""
 
 NO_LIMIT = 1e6
 """In the place of infinite, in units in which everything is about 1."""

@@ -30,9 +30,14 @@ if TYPE_CHECKING:
     from planner.paths import JointPath
     from planner.spatial import FloatArray
 
-MOST_SLOWINGS, ENOUGH_SLOWINGS, HASTE = 10, 4, 1.0 + 1e-4
-"""Times that segments are slowed until they keep torque and tool-speed limits, those after which a motion that can be
-stretched as a whole will do, and by what segments are slowed beyond their need."""
+MOST_SLOWINGS = 10
+"""Times that segments are slowed until they keep the limits of torque and tool speed."""
+
+ENOUGH_SLOWINGS = 4
+"""Times after which a motion will do that keeps them when it is stretched as a whole."""
+
+HASTE = 1.0 + 1e-4
+"""Factor by which segments are slowed beyond their need, so that the search ends."""
 
 MOST_TRIALS = 4
 """Of longer durations, before those of stopping are offered."""

@@ -31,8 +31,14 @@ EXPONENT = 200.0
 AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in 0.1 + np.arange(6) * np.pi / 3.0)])
 """Changes of the two variables of a joint at a waypoint that are tried; none first."""
 
-WIDEST, MOST_SWEEPS, LEAST_GAIN = 0.15, 3, 1e-6
-"""Their size; how often all waypoints are moved; the relative gain that is worth a move."""
+WIDEST = 0.15
+"""Size of the first changes, in units of the variables, which are shares of what is possible."""
+
+MOST_SWEEPS = 3
+"""Times that all waypoints are moved."""
+
+LEAST_GAIN = 1e-6
+"""Relative gain of time that is worth a move."""
 
 INSIDE = 1.0 - 1e-4
 """Share of the possible velocities and accelerations that a waypoint is passed with."""
