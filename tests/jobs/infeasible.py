@@ -37,7 +37,11 @@ def _far_pose(place: Place, scale: float) -> Refused:
     position = place.pose.position / np.linalg.norm(place.pose.position) * farthest(place.robot) * (1.0 + 0.2 * scale)
     goal = PoseWaypoint(pose=Pose(position, place.pose.rotation))
     why = f"the pose is {0.2 * scale:.0%} further away than all links end to end"
-    return PlanningProblem(place.robot, (_start(place), goal)), why, ("unreachable_waypoint",)
+    # With longer strokes an arm with sliding joints would reach it: that is as true.
+    codes = (
+        ("unreachable_waypoint",) if place.robot.is_angle.all() else ("unreachable_waypoint", "joint_position_limit")
+    )
+    return PlanningProblem(place.robot, (_start(place), goal)), why, codes
 
 
 def _far_line(place: Place, scale: float) -> Refused:

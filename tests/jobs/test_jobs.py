@@ -1,4 +1,4 @@
-"""What is said of the jobs is true."""
+"""What is said of the jobs is true; they are planned within their promises, or refused for a true reason."""
 
 from __future__ import annotations
 
@@ -6,13 +6,66 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from planner.errors import PlanningError
 from planner.problem import JointWaypoint, PoseWaypoint
 from tests.jobs.arms import INSTALLED, places
-from tests.jobs.corpus import VARIANTS, job, names, suite
+from tests.jobs.checks import keeps_promises, takes_no_longer_than_known
+from tests.jobs.corpus import BACK_ENDS, FROM_PACKAGE, VARIANTS, job, names, plan_job, suite
 from tests.jobs.infeasible import farthest
+from tests.jobs.known_failures import KNOWN_FAILURES
 from tests.jobs.tracing import tool_at
+from tests.sizes import NAME
 
 SUITE = suite()
+
+PAIRS = (("cubic", "ruckig"), ("trapezoidal", "toppra"), ("quintic", "toppra_jerk_limited"), ("cubic", "auto"))
+"""Back ends of a job in the quick size, by turns; in larger ones all, though `min_effort` only for every fourth job."""
+
+LONG = ("palletising", "bin_picking", "screwdriving", "seam_weave", "seam_multi_pass", "deburring", "spraying")
+"""Families with long lists: in the quick size one of the fastest back ends."""
+
+
+def back_ends(k: int) -> tuple[str, ...]:
+    """The back ends of a job of the suite."""
+    if NAME != "quick":
+        return BACK_ENDS if k % 4 == 0 else tuple(kind for kind in BACK_ENDS if kind != "min_effort")
+    if SUITE[k].split("-")[0] in LONG:
+        return ("trapezoidal",) if k % 2 else ("toppra",)
+    return PAIRS[k % 4]
+
+
+def cases() -> list[object]:
+    causes = {entry: cause for cause, entries in KNOWN_FAILURES.items() for entry in entries}
+    made = []
+    for k, name in enumerate(SUITE):
+        for kind in back_ends(k):
+            cause = causes.get(name) or causes.get(f"{name} {kind}")
+            marks = [pytest.mark.xfail(reason=cause, strict=True)] if cause else []
+            made.append(pytest.param(name, kind, marks=marks, id=f"{name}-{kind}"))
+    return made
+
+
+@pytest.mark.random
+@pytest.mark.parametrize(("name", "kind"), cases())
+def test_job(name: str, kind: str) -> None:
+    """Planned within its promises and in the time that is known, or refused for the reason that is known."""
+    asked = job(name)
+    if asked.infeasible is not None:
+        with pytest.raises(PlanningError) as refusal:
+            plan_job(asked, kind)
+        assert refusal.value.code in asked.codes, f"{refusal.value.code}, though {asked.infeasible}"
+        return
+    plan = plan_job(asked, kind)
+    keeps_promises(plan, kind)
+    takes_no_longer_than_known(plan, asked, kind)
+
+
+def test_every_known_failure_is_in_the_suite() -> None:
+    """What is struck from the corpus is struck from the table; arms from the package of robots may be missing."""
+    entries = [entry for listed in KNOWN_FAILURES.values() for entry in listed]
+    assert len(entries) == len(set(entries))
+    unknown = {entry.split(" ")[0] for entry in entries} - set(SUITE)
+    assert not [name for name in unknown if name.rpartition("-")[2] not in FROM_PACKAGE]
 
 
 @pytest.mark.parametrize("name", SUITE)
