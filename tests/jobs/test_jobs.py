@@ -21,7 +21,17 @@ SUITE = suite()
 PAIRS = (("cubic", "ruckig"), ("trapezoidal", "toppra"), ("quintic", "toppra_jerk_limited"), ("cubic", "auto"))
 """Back ends of a job in the quick size, by turns; in larger ones all, though `min_effort` only for every fourth job."""
 
-LONG = ("palletising", "bin_picking", "screwdriving", "seam_weave", "seam_multi_pass", "deburring", "spraying")
+LONG = (
+    "palletising",
+    "pick_and_place",
+    "gluing",
+    "bin_picking",
+    "screwdriving",
+    "seam_weave",
+    "seam_multi_pass",
+    "deburring",
+    "spraying",
+)
 """Families with long lists: in the quick size one of the fastest back ends."""
 
 
