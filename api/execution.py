@@ -62,7 +62,8 @@ def warm_up(caps: Caps) -> None:
     from planner.robots import load_robot
 
     middle = load_robot(WARM_UP_ROBOT).middle
-    waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01)]
+    waypoints = [{"kind": "joint", "position": (middle + step).tolist()} for step in (0.0, 0.01, 0.03)]
+    waypoints[1]["transition"] = {"kind": "through"}  # straight lines alone would not load the package toppra
     for kind in BACKENDS:
         _run("plan_trajectory", {"robot": WARM_UP_ROBOT, "waypoints": waypoints, "backend": {"kind": kind}}, caps)
     for operation in OPERATIONS:

@@ -32,7 +32,7 @@ class Settings(BaseSettings):
     """The largest number of values in one answer, counted as rows times joints, and of rows in one request."""
     max_robots: int = Field(default=1000, ge=0)
     """The largest number of robots that are kept besides the catalogue's."""
-    worker_memory_mib: int = Field(default=1024, ge=384)
+    worker_memory_mib: int = Field(default=1024, ge=448)
     """The private memory that one worker may allocate, MiB."""
     worker_max_tasks: int = Field(default=10_000, ge=1)
     """The number of requests after which a worker is replaced by a fresh one."""

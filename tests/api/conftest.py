@@ -107,7 +107,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService
 
 @pytest.fixture(scope="session")
 def _one_worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
-    settings = {"workers": 1, "queue_size": 3, "max_robots": 2, "worker_memory_mib": 384, "max_samples": 100_000_000}
+    settings = {"workers": 1, "queue_size": 3, "max_robots": 2, "worker_memory_mib": 448, "max_samples": 100_000_000}
     with running_service(tmp_path_factory.mktemp("one_worker") / "log.jsonl", **settings) as running:
         yield running
 

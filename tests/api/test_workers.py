@@ -13,7 +13,7 @@ import pytest
 from pydantic import ValidationError
 
 from api.settings import Settings
-from tests.api.conftest import WORKER_MEMORY_MIB, wait_until
+from tests.api.conftest import wait_until
 from tests.api.requests import dh_robot, plan_request
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 PLAN, INVERSE = "/v1/trajectories", "/v1/kinematics/inverse"
 PATIENT_REQUEST = plan_request(deadline=60.0)
 """A request that waits for a worker to be started, however busy the machine is."""
+
+WARM_WORKER_MIB = 300
+"""Resident memory of a worker that has warmed up, MiB: about 220, and more after the other tests of a session."""
 
 
 def slow_request(deadline: float = 10.0) -> dict[str, Any]:
@@ -168,10 +171,10 @@ def test_there_is_room_for_so_many_robots_only(one_worker: RunningService) -> No
 
 
 def test_the_memory_of_a_warm_worker(service: RunningService) -> None:
+    """80 MiB of it are the package toppra with scipy and matplotlib; its solver is there before any request."""
     for worker in service.workers():
-        assert worker.memory_info().rss < WORKER_MEMORY_MIB * 2**20
-        loaded = {mapping.path for mapping in worker.memory_maps()}
-        assert not [path for path in loaded if "/scipy/" in path or "/matplotlib/" in path]
+        assert worker.memory_info().rss < WARM_WORKER_MIB * 2**20
+        assert any("cy_seidel_solverwrapper" in mapping.path for mapping in worker.memory_maps())
 
 
 @pytest.mark.parametrize("variable", ["PLANNER_WORKERS=0", "PLANNER_PORT=-1", "PLANNER_LOG_LEVEL=loud"])

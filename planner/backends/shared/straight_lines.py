@@ -27,6 +27,7 @@ def time_lines(
     motions: StraightMotions,
     closed_form: Callable[[StraightMotions], SegmentedPolynomial],
     time_run: Callable[[Run], SegmentedPolynomial],
+    noticed: float = NOTICED,
 ) -> list[SegmentedPolynomial]:
     """Each in its time, the shortest or the one asked.
 
@@ -38,6 +39,7 @@ def time_lines(
         motions: Of it.
         closed_form: The fastest law by the joints' own limits.
         time_run: The fastest found along a curve by all limits.
+        noticed: The factor on a duration above which that is looked for.
 
     Raises:
         InfeasibleDuration: Asked durations are too short, with those that will do.
@@ -57,7 +59,7 @@ def time_lines(
     rows = np.searchsorted(motions.segments, pieces.segments)
     factors, asks = sampled.stretch(pieces, rows, rows)
     free = np.isnan(motions.durations)
-    slowed = factors > np.where(free, NOTICED, 1.0 + DURATION_TOLERANCE)
+    slowed = factors > np.where(free, noticed, 1.0 + DURATION_TOLERANCE)
     whole = pieces.stretched(np.where(free, np.maximum(factors, 1.0), 1.0)[rows])
     parts, too_short = [whole.of(~slowed[rows])], {}
     for run, row in zip(path.straight_runs(motions.segments[slowed]), np.flatnonzero(slowed), strict=True):

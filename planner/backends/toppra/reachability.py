@@ -1,121 +1,198 @@
-"""The fastest law along curves, by reachability analysis.
+"""The fastest profile of the path velocity by the package toppra: its algorithm, constraint and compiled solver.
 
-With x = s'^2 and u = s'' every limit is linear at a place, |a u + b x + c| <= 1, and where u is constant over an
-interval of length d, x grows by 2 d u. A backward pass finds the largest x at each breakpoint from which the rest can
-be braked in time, a forward pass then accelerates as much as limits and that allow: Pham and Pham, "A New Approach to
-Time-Optimal Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018.
+A backward pass finds the controllable sets, the x = s'^2 at each gridpoint from which the rest can be braked in time; a
+forward pass then accelerates as much as the limits and these sets allow: Pham and Pham, "A New Approach to Time-Optimal
+Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018.
 
-Standing still keeps every limit, so what can be braked is all from 0 up to that x. Then both passes are chains of steps
-y -> min_k (r_k + p_k y): a limit bounds what is reached at one end of an interval by a line in what there is at the
-other.
+Importing this module imports the package, which takes about a second and 80 MB of memory (matplotlib and scipy come
+with it): only what plans imports it.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import logging
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from toppra.algorithm import TOPPRA
+from toppra.algorithm.reachabilitybased.reachability_algorithm import ReachabilityAlgorithm
+from toppra.constraint import LinearConstraint
+from toppra.interpolator import AbstractGeometricPath
+from toppra.solverwrapper import seidelWrapper
+
+from planner.backends.toppra.path_limits import LinearRows
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
-PARALLEL = 1e-10
-"""A limit whose coefficient of u is smaller than the largest on its interval by this factor does not limit u."""
+LEAST_NORM = 1e-9
+"""Norm of a row (a, b), in the solver's unit, below which it is rounding and limits nothing."""
 
-ROUNDING, MOST_STEPS = 1e-12, 60
-"""Relative excess over a line that is none; steps of Newton's method, which takes a few."""
+LEAST_LENGTH = 1e-6
+"""Length of an interval, in the solver's unit, below which it is solved as one with its neighbour: the absolute
+tolerance of the solver, 1e-10, would leave the path acceleration on it undecided."""
+
+NEARLY = 1e-9
+"""Share of a limit within which what can be reached at most counts as reaching it."""
+
+LARGEST_X = np.array([1e-9, -1.0])
+"""Aim of the backward pass, to be made least: the largest x, and among equals the least u."""
+
+logging.getLogger("toppra").setLevel(logging.ERROR)
 
 
-def fastest_law(
-    lengths: FloatArray, limits: tuple[FloatArray, FloatArray, FloatArray], most: FloatArray, rests: np.ndarray
-) -> tuple[FloatArray, FloatArray]:
-    """The largest squares of the speed, x = s'^2, at the breakpoints, and the constant u = s'' between them.
+class _Grid(AbstractGeometricPath):  # type: ignore[misc] # the package has no types
+    """The interval of s; what else the algorithm needs of the path has gone into the rows."""
+
+    def __init__(self, length: float) -> None:
+        self._interval = np.array([0.0, length])
+
+    @property
+    def path_interval(self) -> FloatArray:
+        """Return the ends of s."""
+        return self._interval
+
+
+class _Rows(LinearConstraint):  # type: ignore[misc] # the package has no types
+    """All limits at once: |a u + b x + c| <= 1, and the bounds on x."""
+
+    def __init__(self, rows: tuple[FloatArray, ...], bounds: FloatArray) -> None:
+        super().__init__()
+        self.identical = True
+        self.rows = rows
+        self.bounds = bounds
+
+    def compute_constraint_params(self, *_: Any) -> tuple[FloatArray | None, ...]:
+        """Return a, b and c at each gridpoint, F and g with F (a u + b x + c) <= g, the bounds on u, and those on x."""
+        a, b, c = self.rows
+        return a, b, c, np.eye(a.shape[1]), np.zeros(a.shape[1]), None, self.bounds
+
+
+class _FromRestToRest(TOPPRA):  # type: ignore[misc] # the package has no types
+    """The algorithm where standing still keeps every limit: each controllable set is all from 0 up to its largest x."""
+
+    def __init__(self, rows: _Rows, gridpoints: FloatArray) -> None:
+        # Past the base class, which looks for solvers on the disk before it takes the compiled one.
+        super(ReachabilityAlgorithm, self).__init__([rows], _Grid(gridpoints[-1]), gridpoints=gridpoints)
+        self.solver_wrapper = seidelWrapper(self.constraints, self.path, self.gridpoints)
+        self._solve = self.solver_wrapper.solve_stagewise_optim
+        self._aims = np.column_stack([-2.0 * np.diff(gridpoints), np.full(len(gridpoints) - 1, -1.0)])
+
+    def compute_controllable_sets(self, sdmin: float, sdmax: float) -> FloatArray:
+        """Return the least and the largest controllable x (gridpoints, 2): the package's own backward pass.
+
+        But for the search for the least, which is 0, and the checks and logs of each step.
+        """
+        sets, largest = np.zeros((self._N + 1, 2)), sdmax**2
+        sets[-1] = sdmin**2, largest
+        for i in range(self._N - 1, -1, -1):
+            largest = self._solve(i, None, LARGEST_X, np.nan, np.nan, 0.0, largest)[1]
+            if math.isnan(largest):
+                sets[i] = np.nan
+                break
+            sets[i, 1] = largest
+        return sets
+
+    def _forward_step(self, i: int, x: float, K_next: FloatArray) -> list[float]:
+        """Return the largest u from x into the next controllable set: the package's own method, but for its checks."""
+        step: list[float] = self._solve(i, None, self._aims[i], x, x, K_next[0], K_next[1])
+        return step
+
+
+def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray) -> FloatArray:
+    """Return the largest squares of the path velocity, x = s'^2 (intervals + 1,), at the gridpoints.
 
     Args:
         lengths: (intervals,).
-        limits: a, b and c, each (intervals, limits): |a u + b x + c| <= 1 with x at an interval's start; |c| < 1.
-        most: (intervals + 1,), of x.
+        rows: Limits on x at an interval's start and the constant or mean u on it.
+        bounds: (intervals + 1,), of x.
         rests: (intervals + 1,): where x is 0; both ends at least.
 
-    Returns:
-        x (intervals + 1,) and u (intervals,).
+    Raises:
+        FloatingPointError: The solver failed.
     """
-    slopes, b, c = limits
-    sign = np.where(slopes < 0.0, -1.0, 1.0)
-    a, b, c = np.abs(slopes), sign * b, sign * c
-    limits_u = a > PARALLEL * a.max(axis=1, keepdims=True)
-    divisor = np.where(limits_u, a, 1.0)
-    # u is between -reach - shift - tilt x and reach - shift - tilt x.
-    reach = np.where(limits_u, 1.0 / divisor, np.inf)
-    shift, tilt = np.where(limits_u, c / divisor, 0.0), np.where(limits_u, b / divisor, 0.0)
-    with np.errstate(divide="ignore", over="ignore"):
-        without_u = np.where(limits_u, np.inf, (1.0 - np.sign(b) * c) / np.abs(b)).min(axis=1)
-    double = 2.0 * lengths[:, None]
-    widest = np.where(rests, 0.0, most)
-    widest[:-1] = _widest(np.minimum(widest[:-1], without_u), 1.0 / double, reach, shift, tilt)
-    per_x = 1.0 - double * tilt
-    brakes = per_x > 0.0
-    per_next = 1.0 / np.where(brakes, per_x, 1.0)
-    from_rest = np.where(brakes, double * (reach + shift) * per_next, np.inf)
-    best = _chain(from_rest[::-1], per_next[::-1], widest[::-1])[::-1]
-    x = _chain(double * (reach - shift), per_x, best)
-    return x, np.diff(x) / double[:, 0]
+    units = _units(lengths, rows, bounds, rests)
+    scale = np.append(units, units[-1]) ** 2
+    bounds = np.where(rests, 0.0, bounds / scale)
+    long = lengths / units >= LEAST_LENGTH
+    for short in np.flatnonzero(~long).tolist():
+        # Over so short an interval x hardly changes: its limits bound x alone.
+        least = (1.0 - np.abs(rows.c[short])) / np.maximum(np.abs(rows.b[short] * scale[short]), LEAST_NORM)
+        bounds[short : short + 2] = np.minimum(bounds[short : short + 2], least.min())
+    own, at_rest = _joined(long, rests)
+    starts = np.flatnonzero(np.diff(own, prepend=-1))
+    # Over a short interval x stays the same; from rest and into it, it changes as on the long interval there.
+    gridpoints = np.concatenate([[0.0], np.cumsum(np.where(long | at_rest, lengths / units, 0.0))])
+    marks = np.append(starts, len(lengths))
+    rows = LinearRows(rows.a[long] * units[long, None], rows.b[long] * scale[:-1][long, None], rows.c[long])
+    x = _solved(gridpoints[marks], rows, np.append(np.minimum.reduceat(bounds[:-1], starts), 0.0))
+    between: FloatArray = np.interp(gridpoints, gridpoints[marks], x) * scale
+    return np.where(rests, 0.0, between)
 
 
-def _widest(
-    most: FloatArray, stopping: FloatArray, reach: FloatArray, shift: FloatArray, tilt: FloatArray
-) -> FloatArray:
-    """(intervals,): the largest x, at most `most`, at which some u keeps all limits and x positive (u >= -stopping x).
-
-    What is between the bounds on u is concave in x and positive at 0: Newton's method from above ends at its root.
-    """
-    x = most.copy()
-    rows = np.arange(len(x))
-    for _ in range(MOST_STEPS):
-        middle = shift[rows] + tilt[rows] * x[rows, None]
-        highest, lowest = reach[rows] - middle, -reach[rows] - middle
-        above, below = highest.argmin(axis=1), lowest.argmax(axis=1)
-        each = np.arange(len(rows))
-        high, low = highest[each, above], lowest[each, below]
-        falls = tilt[rows, above]
-        to_rest = -stopping[rows, 0] * x[rows]
-        rises = np.where(low > to_rest, -tilt[rows, below], -stopping[rows, 0])
-        gap = high - np.maximum(low, to_rest)
-        narrow = gap < -ROUNDING * (reach[rows, above] + np.abs(high) + np.abs(low))
-        if not narrow.any():
-            break
-        x[rows[narrow]] = np.maximum(x[rows] + gap / np.where(narrow, falls + rises, 1.0), 0.0)[narrow]
-        rows = rows[narrow]
+def _solved(gridpoints: FloatArray, rows: LinearRows, bounds: FloatArray) -> FloatArray:
+    """Return x at the gridpoints, all in a unit in which x is about 1."""
+    a, b = np.hstack([rows.a, -rows.a]), np.hstack([rows.b, -rows.b])
+    a, b, c = _that_bind(a, b, np.hstack([rows.c, -rows.c]) - 1.0, np.maximum(bounds[:-1], bounds[1:]))
+    divisor = np.maximum(np.hypot(a, b), LEAST_NORM)
+    # The last gridpoint has no interval; the solver wants a row there and does not use it.
+    sided = tuple(np.vstack([part, part[-1:]]) for part in (a / divisor, b / divisor, c / divisor))
+    search = _FromRestToRest(_Rows(sided, np.column_stack([np.zeros_like(bounds), bounds])), gridpoints)
+    _, speeds, _ = search.compute_parameterization(0.0, 0.0)
+    if speeds is None or not np.isfinite(speeds).all():
+        raise FloatingPointError("toppra's solver failed")
+    x: FloatArray = speeds**2
     return x
 
 
-def _chain(start: FloatArray, slope: FloatArray, most: FloatArray) -> FloatArray:
-    """The largest y (steps + 1,), at most `most`, with y[i + 1] <= start[i] + slope[i] y[i] for lines (steps, lines).
+def _that_bind(a: FloatArray, b: FloatArray, c: FloatArray, highest: FloatArray) -> tuple[FloatArray, ...]:
+    """Return those of the limits a u + b x + c <= 0, each (intervals, limits), that a feasible (x, u) can reach.
 
-    By Howard's policy iteration: where the result breaks a line, the step goes by the lowest one there instead, and
-    what comes after it follows, as far as that changes it. What is right stays right, and usually a few rounds do.
+    Args:
+        a: Coefficients of u.
+        b: Coefficients of x.
+        c: Constants.
+        highest: (intervals,), of x.
     """
-    result, steps = most.copy(), np.arange(len(start))
-    bounds, chain = most.tolist(), most.tolist()
-    while True:
-        values = start + slope * result[:-1, None]
-        lowest = values.argmin(axis=1)
-        broken = result[1:] > np.maximum(values[steps, lowest], 0.0) * (1.0 + ROUNDING)
-        if not broken.any():
-            return result
-        starts, slopes = start[steps, lowest].tolist(), slope[steps, lowest].tolist()
-        done = 0
-        for step in np.flatnonzero(broken).tolist():
-            if step < done:
-                continue
-            y = chain[step]
-            for done in range(step + 1, len(chain)):
-                y = starts[done - 1] + slopes[done - 1] * y
-                if y > bounds[done]:
-                    y = bounds[done]
-                elif y < 0.0:
-                    y = 0.0
-                if y == chain[done]:
-                    break
-                chain[done] = y
-        result = np.array(chain)
+    most = np.maximum(b, 0.0) * highest[:, None]
+    least = c + np.minimum(b, 0.0) * highest[:, None]
+    with np.errstate(divide="ignore"):
+        reach = -least / a
+    upper = np.where(a > LEAST_NORM, reach, np.inf).min(axis=1)
+    lower = np.where(a < -LEAST_NORM, reach, -np.inf).max(axis=1)
+    with np.errstate(invalid="ignore"):
+        farthest = np.fmax(a * upper[:, None], a * lower[:, None])
+    binding = np.where(np.abs(a) > LEAST_NORM, farthest, 0.0) + most + c >= c * NEARLY
+    order = np.argsort(~binding, axis=1, kind="stable")[:, : max(int(binding.sum(axis=1).max()), 1)]
+    rows = np.arange(len(a))[:, None]
+    kept = binding[rows, order]
+    return tuple(np.where(kept, part[rows, order], none) for part, none in ((a, 0.0), (b, 0.0), (c, -1.0)))
+
+
+def _joined(long: np.ndarray, rests: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of the long intervals each interval (intervals,) is solved with, and whether it lies next to rest.
+
+    That is the next one, or the one before where the robot rests between it and the next.
+    """
+    runs = np.cumsum(rests[:-1])
+    following = np.cumsum(long) - long
+    has_next = np.append(runs[long], -1)[following] == runs
+    has_one_before = np.append(-1, runs[long])[following] == runs
+    return np.where(has_next, following, following - 1), ~(has_next & has_one_before)
+
+
+def _units(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray) -> FloatArray:
+    """Return the unit of s (intervals,) for the solver, the same from rest to rest, in which x is about 1.
+
+    Its tolerances are absolute. A curve is about as fast as its bounds allow, or as it can get from rest on half of it.
+    """
+    runs = np.cumsum(rests[:-1]) - 1
+    with np.errstate(divide="ignore"):
+        gains = 1.0 / np.abs(rows.a).max(axis=1)
+    starts = np.flatnonzero(rests[:-1])
+    bound = [float(np.median(part)) for part in np.split(np.maximum(bounds[:-1], bounds[1:]), starts[1:])]
+    gain = [float(np.median(part)) for part in np.split(gains, starts[1:])]
+    fastest = np.minimum(bound, np.array(gain) * np.bincount(runs, lengths))
+    units: FloatArray = np.sqrt(fastest)[runs]
+    return units

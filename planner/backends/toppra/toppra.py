@@ -1,10 +1,10 @@
-"""Time-optimal on the exact path, by reachability analysis."""
+"""The time-optimal motion along the exact path, by the package toppra."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -13,41 +13,41 @@ from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.refusals import duration_of_run, infeasible_duration_error, no_duration_error
-from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.shared.smooth_curve import smooth_curve, smoothed
 from planner.backends.shared.straight_lines import time_lines
-from planner.backends.shared.time_laws import MOST_HALVINGS
 from planner.backends.shared.time_scaling import slowest, time_scalings
-from planner.backends.toppra.intervals import FEWEST, cut, law_limits
-from planner.backends.toppra.reachability import fastest_law
+from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
+from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
 from planner.guarantees import ALL_HARD, Guarantee
-from planner.polynomials import SegmentedPolynomial, horner, quintic_hermite
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.backends.shared.time_scaling import TimeScaling
-    from planner.backends.toppra.intervals import Intervals
+    from planner.backends.toppra.profile import Profile
     from planner.paths import JointPath, Run
-    from planner.polynomials import PiecewisePolynomial
+    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
-LOOSE, WASTE = 0.025, 0.03
-"""Share of the limits that may be unused on average; until then intervals are cut where this share of the mean time of
-an interval is wasted. A third to a half of it is lost in time."""
+FEW_INTERVALS = 8
+"""Least number of intervals between waypoints for a first look at how fast another curve is."""
 
-MOST_REFINEMENTS, MOST_PARTS = 3, 4
-"""Times that intervals are cut, and parts that one is cut into at once."""
+HANDICAP = 1.15
+"""Ratio of durations up to which a curve that looks slower on few intervals is compared in earnest: so few of them lose
+4 to 13 %."""
 
-FEW, HANDICAP = 8, 1.15
-"""Intervals between waypoints for a first look at how fast another curve is, and the factor by which it may be slower
-then and yet be compared in earnest: so few intervals lose 4 to 13 %."""
+MOST_ATTEMPTS = 4
+"""Largest number of profiles that are solved for segments whose motion breaks limits."""
 
-MOST_REPAIRS, REPAIR = 3, 1.003
-"""Times that limits are tightened on segments that break them by a factor on time; less is left to all segments."""
+TIGHTENED = 1.001
+"""Factor on the time of a segment above which the profile is solved again. Less than that is given to all segments:
+half of it is the margin of limits that are sampled."""
+
+SLOWED = 1.0
+"""Factor on the duration of a trapezoid above which a straight motion is solved like other curves."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,8 @@ class Toppra:
     """The time-optimal motion along the exact path: at every instant some joint is at a limit.
 
     A straight joint motion that only velocity and acceleration limit is a trapezoid, in closed form. Everything else
-    is found by reachability analysis; and through waypoints, where what lies between is free, on a smoother curve.
+    is found by the package toppra, on our gridpoints and by our values of the limits; and through waypoints, where what
+    lies between is free, on a smoother curve.
 
     Attributes:
         jerk_limited: Whether to keep the jerk limits, too, by the fastest law found on the same path that does.
@@ -84,14 +85,11 @@ class Toppra:
         if self.jerk_limited:
             lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
             return assemble(path, [*lines, *(time_run(path, smoothed(path, run)) for run in path.runs)])
-        straight = path.straight
-        easy = ~SampledLimits(path.robot, straight.limits).limited
-        parts = [fastest_trapezoids(straight.of(easy))] if easy.any() else []
-        done = set(straight.segments[easy].tolist())
-        runs = [run for run in path.every_run if run.first not in done]
-        if runs:
-            parts.append(_time(path, runs, enforced(self)))
-        return assemble(path, parts)
+        kept = enforced(self)
+        lines = time_lines(
+            path, path.straight, fastest_trapezoids, lambda run: _time(path, [run], kept), noticed=SLOWED
+        )
+        return assemble(path, [*lines, *([_time(path, path.runs, kept)] if path.runs else [])])
 
 
 def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> SegmentedPolynomial:
@@ -123,35 +121,8 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> Segment
     return pieces.stretched(np.where(free, factors, asked / times)[own])
 
 
-class Law(NamedTuple):
-    """Constant s'' on each interval of curves.
-
-    Attributes:
-        intervals: Of the curves.
-        x: (intervals + 1,), s'^2 at their breakpoints.
-        u: (intervals,), s'' on each.
-    """
-
-    intervals: Intervals
-    x: FloatArray
-    u: FloatArray
-
-    @property
-    def times(self) -> FloatArray:
-        """(intervals,), s."""
-        speeds = np.sqrt(self.x)
-        times: FloatArray = 2.0 * self.intervals.lengths / (speeds[:-1] + speeds[1:])
-        return times
-
-    @property
-    def durations(self) -> FloatArray:
-        """(runs,), s."""
-        durations: FloatArray = np.bincount(self.intervals.runs, self.times).astype(np.float64)
-        return durations
-
-
-def _fastest(path: JointPath, runs: Sequence[Run]) -> Law:
-    """The fastest law along the runs; where what lies between waypoints is free, along the faster of two curves.
+def _fastest(path: JointPath, runs: Sequence[Run]) -> Profile:
+    """The fastest profile along the runs; where what lies between waypoints is free, along the faster of two curves.
 
     That is nearly always the smoother one, and a look at the other on few intervals settles it.
     """
@@ -159,86 +130,49 @@ def _fastest(path: JointPath, runs: Sequence[Run]) -> Law:
     def fastest(
         of: Sequence[Run],
         curves: Sequence[PiecewisePolynomial],
-        fewest: int = FEWEST,
-        refinements: int = MOST_REFINEMENTS,
-    ) -> Law:
+        fewest: int = FEWEST_INTERVALS,
+        steps: tuple[int, int] = (MOST_REFINEMENTS, MOST_REPAIRS),
+    ) -> Profile:
         intervals = cut(of, curves, path.limits.velocity, fewest)
-        return fastest_on(path, intervals, np.ones(len(path.durations)), refinements)
+        return fastest_on(path, intervals, np.ones(len(path.durations)), *steps)
 
     curves = [smooth_curve(path, run) if run.is_spline else run.curve for run in runs]
-    law = fastest(runs, curves)
-    durations = law.durations
+    profile = fastest(runs, curves)
+    durations = profile.durations
     rivals = [k for k, run in enumerate(runs) if run.is_spline and curves[k] is not run.curve]
-    for fewest, refinements, handicap in ((FEW, 0, HANDICAP), (FEWEST, MOST_REFINEMENTS, 1.0)):
+    in_earnest = FEWEST_INTERVALS, (MOST_REFINEMENTS, MOST_REPAIRS)
+    for how, handicap in (((FEW_INTERVALS, (0, 0)), HANDICAP), (in_earnest, 1.0)):
         if rivals:
-            own = fastest([runs[k] for k in rivals], [runs[k].curve for k in rivals], fewest, refinements).durations
-            rivals = [k for k, duration in zip(rivals, own, strict=True) if duration < handicap * durations[k]]
+            rival = fastest([runs[k] for k in rivals], [runs[k].curve for k in rivals], *how)
+            own = zip(rivals, rival.durations, strict=True)
+            rivals = [k for k, duration in own if duration < handicap * durations[k]]
     if not rivals:
-        return law
+        return profile
+    if len(rivals) == len(runs):
+        return rival
     return fastest(runs, [run.curve if k in rivals else curves[k] for k, run in enumerate(runs)])
 
 
 def _within_limits(
-    path: JointPath, law: Law, tolerances: FloatArray, kept: frozenset[str]
+    path: JointPath, profile: Profile, tolerances: FloatArray, kept: frozenset[str]
 ) -> tuple[SegmentedPolynomial, dict[int, TimeScaling]]:
     """The fastest motion, and how its segments are still to be scaled in time: hardly at all.
 
-    Limits that are computed at samples may be broken between them. Where one is broken by more than a little, it is
-    tightened on that segment only.
+    Between the places where limits are computed they may be broken. Where one is, by more than a little, the intervals
+    of that segment are halved; if that does not help, its limits are tightened.
     """
     factors = np.ones(len(path.durations))
-    for repair in range(MOST_REPAIRS):
-        if repair:
-            law = fastest_on(path, law.intervals, factors)
-        pieces = _pieces(law, tolerances)
+    for attempt in range(MOST_ATTEMPTS):
+        pieces = pieces_of(profile, tolerances)
         needed = time_scalings(path, pieces, kept)
-        if max(scaling.factor for scaling in needed.values()) <= REPAIR:
+        broken = [segment for segment, scaling in needed.items() if scaling.factor > TIGHTENED]
+        if not broken or attempt == MOST_ATTEMPTS - 1:
             break
-        for segment, scaling in needed.items():
-            factors[segment] *= max(scaling.factor, 1.0)
+        intervals = profile.intervals
+        if attempt:
+            for segment in broken:
+                factors[segment] *= needed[segment].factor
+        else:
+            intervals = intervals.split(1 + np.isin(intervals.segments, broken))
+        profile = fastest_on(path, intervals, factors, refinements=0)
     return pieces, needed
-
-
-def fastest_on(path: JointPath, intervals: Intervals, factors: FloatArray, refinements: int = MOST_REFINEMENTS) -> Law:
-    """The fastest law with constant s'' on each interval, where they are cut until little is lost by that."""
-    for refinement in range(refinements + 1):
-        limits = law_limits(path.robot, path.limits, intervals, factors)
-        law = Law(intervals, *fastest_law(intervals.lengths, limits.rows, limits.most, intervals.rests))
-        if refinement == refinements:
-            break
-        times = law.times
-        lost = times * limits.looseness(law.x, law.u)
-        loose = np.bincount(intervals.runs, lost) / np.bincount(intervals.runs, times) > LOOSE
-        if not loose.any():
-            break
-        mean = np.bincount(intervals.runs, times) / np.bincount(intervals.runs)
-        worth = np.where(loose, 1.0 / (WASTE * mean), 0.0)[intervals.runs]
-        parts = np.clip(np.ceil(np.sqrt(lost * worth)), 1, MOST_PARTS).astype(int)
-        if (parts == 1).all():
-            break
-        intervals = intervals.split(parts)
-    return law
-
-
-def _pieces(law: Law, tolerances: FloatArray) -> SegmentedPolynomial:
-    """Quintics in time that meet the curves, their velocity and acceleration at both ends of each interval.
-
-    Intervals are halved until the quintics keep to the curves within their tolerances (runs,).
-    """
-    for _ in range(MOST_HALVINGS):
-        intervals, x, u = law
-        speeds, d, times = np.sqrt(x), intervals.lengths, law.times
-        q, first, second = intervals.at(np.array([0.0, 1.0]))
-        v = np.array([speeds[:-1], speeds[1:]])[..., None]
-        states = q, first * v, second * v**2 + first * u[:, None]
-        coefficients = quintic_hermite(times, *(tuple(rows[end] for rows in states) for end in (0, 1)))
-        middle = (speeds[:-1] + u * times / 4.0) * times / 2.0 / d
-        due = horner(intervals.coefficients, (middle * d)[:, None])
-        missed = np.abs(horner(coefficients, times[:, None] / 2.0) - due).max(axis=1)
-        rough = missed > tolerances[intervals.runs]
-        if not rough.any():
-            break
-        # Within an interval x is linear in s.
-        x = np.insert(x, np.flatnonzero(rough) + 1, (x[:-1] + x[1:])[rough] / 2.0)
-        law = Law(intervals.split(1 + rough), x, np.repeat(u, 1 + rough))
-    return SegmentedPolynomial(times, coefficients, intervals.segments)

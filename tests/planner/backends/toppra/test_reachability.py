@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from planner.backends.toppra.reachability import fastest_law
+from planner.backends.toppra.path_limits import LinearRows
+from planner.backends.toppra.reachability import fastest_profile
 
-Problem = tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarray, np.ndarray]
+Problem = tuple[np.ndarray, LinearRows, np.ndarray, np.ndarray]
 
 
 @st.composite
@@ -25,7 +26,7 @@ def problems(draw: st.DrawFn, bend: float) -> Problem:
     c = draw(st.floats(0.0, 0.95)) * rng.uniform(-1.0, 1.0, (count, rows))
     most, rests = rng.uniform(0.2, 3.0, count + 1), rng.random(count + 1) < 0.1
     rests[[0, -1]] = True
-    return lengths, (a, b, c), most, rests
+    return lengths, LinearRows(a, b, c), most, rests
 
 
 @settings(max_examples=150)
@@ -34,7 +35,7 @@ def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: 
     """Where each can be as large as possible at once, their sum is the largest."""
     lengths, (a, b, c), most, rests = problem
     count, rows = a.shape
-    x, u = fastest_law(*problem)
+    x = fastest_profile(*problem)
     # In x alone: u = (x[i + 1] - x[i]) / (2 d).
     per_next = a / (2.0 * lengths[:, None])
     matrix = np.zeros((count, rows, count + 1))
@@ -48,14 +49,14 @@ def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: 
     )
     assert found.status == 0, found.message
     assert x == pytest.approx(found.x, rel=1e-6, abs=1e-6)
-    assert u == pytest.approx(np.diff(x) / (2.0 * lengths))
 
 
 @settings(max_examples=150)
 @given(problem=problems(1000.0))
 def test_all_limits_are_kept_however_sharply_the_curve_bends(problem: Problem) -> None:
-    _, (a, b, c), most, rests = problem
-    x, u = fastest_law(*problem)
+    lengths, (a, b, c), most, rests = problem
+    x = fastest_profile(*problem)
+    u = np.diff(x) / (2.0 * lengths)
     assert np.abs(a * u[:, None] + b * x[:-1, None] + c).max() <= 1.0 + 1e-7
     assert (x >= 0.0).all()
     assert (x <= np.where(rests, 0.0, most)).all()
@@ -64,5 +65,5 @@ def test_all_limits_are_kept_however_sharply_the_curve_bends(problem: Problem) -
 def test_rows_without_any_limit() -> None:
     """Nothing but the bounds on the speed counts."""
     none, rests = np.zeros((3, 2)), np.array([True, False, False, True])
-    x, _ = fastest_law(np.ones(3), (none, none, none), np.full(4, 2.0), rests)
-    assert x.tolist() == [0.0, 2.0, 2.0, 0.0]
+    x = fastest_profile(np.ones(3), LinearRows(none, none, none), np.full(4, 2.0), rests)
+    assert x == pytest.approx([0.0, 2.0, 2.0, 0.0], rel=1e-7)

@@ -9,10 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from toppra.algorithm import TOPPRA
 
 from planner.backends import Toppra
 from planner.backends.toppra.intervals import cut
-from planner.backends.toppra.toppra import fastest_on
+from planner.backends.toppra.profile import fastest_on
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.paths import solve_path
@@ -162,21 +163,48 @@ def test_trap_no_overshoot_of_a_position_limit() -> None:
     assert worst_ratio(result) <= 1.0 + 1e-6
 
 
-def test_trap_neither_scipy_nor_matplotlib_is_imported() -> None:
-    """Trap 8: the package takes a second and a half and 84 MB; none of it is loaded."""
+def test_trap_the_package_is_imported_by_the_first_plan_that_needs_it() -> None:
+    """Trap 8: it takes a second and 80 MB, scipy and matplotlib with it; a worker pays once, where it warms up."""
     code = """
 import sys
 from planner.backends import Toppra
 from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot
+PACKAGES = {"toppra", "toppra.solverwrapper.cy_seidel_solverwrapper", "scipy", "matplotlib"}
 ends = [JointWaypoint(position=(q,) * 6) for q in (0.0, 0.5)]
 passed = JointWaypoint(position=(0.3,) * 6, transition=ThroughTransition())
-plan(PlanningProblem(load_robot("ngv_refuelling_arm"), (ends[0], passed, ends[1])), Toppra())
-print(*sorted(set(sys.modules) & {"toppra", "scipy", "matplotlib"}))
+for waypoints in (ends, (ends[0], passed, ends[1])):
+    plan(PlanningProblem(load_robot("ngv_refuelling_arm"), tuple(waypoints)), Toppra())
+    print(len(set(sys.modules) & PACKAGES))
 """
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert result.stdout.split() == []
+    assert result.stdout.split() == ["0", "4"]
+
+
+@pytest.mark.parametrize("case", ["through", "tool", "torque"])
+def test_the_package_computes_the_profile(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the package finds on our gridpoints is what the robot does."""
+    problem = {
+        "through": through("ngv_refuelling_arm", 6, 4, 0.5),
+        "tool": tool_problem(StopTransition()),
+        "torque": joint_problem(
+            KUKA, [list(KUKA_START), [-1.0, -0.6, 0.9, 1.0, -0.5, 1.0]], limits=robot_limits(load_robot(KUKA), 0.3)
+        ),
+    }[case]
+    path = solve_path(problem)
+    runs = path.every_run
+    intervals = cut(runs, [run.curve for run in runs], path.limits.velocity)
+    fast = fastest_on(path, intervals, np.ones(len(path.durations)), refinements=0, repairs=0)
+    own = TOPPRA.compute_parameterization
+
+    def slower(self: object, *ends: float) -> tuple[np.ndarray, np.ndarray, None]:
+        accelerations, speeds, _ = own(self, *ends)
+        return accelerations / 4.0, speeds / 2.0, None
+
+    monkeypatch.setattr(TOPPRA, "compute_parameterization", slower)
+    slow = fastest_on(path, intervals, np.ones(len(path.durations)), refinements=0, repairs=0)
+    assert slow.x == pytest.approx(fast.x / 4.0, rel=1e-9)
 
 
 def test_gravity_beyond_a_torque_limit_is_refused() -> None:

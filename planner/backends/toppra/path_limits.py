@@ -1,0 +1,243 @@
+"""What the limits of joints and tool demand of the path velocity s' and the path acceleration s''.
+
+With x = s'^2 and u = s'' the acceleration of a joint is q'(s) u + q''(s) x, its torque m(s) u + h(s) x + g(s), and its
+velocity limit is a bound on x: all of them linear in (x, u). On an interval of length d, u is linear in s, from
+u - bend to u + bend; so x at the share p of the interval is x + 2 u d p + 2 bend d (p^2 - p).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends.shared.refusals import refuse_what_gravity_exceeds
+from planner.backends.toppra.intervals import PROBES
+from planner.dynamics import inverse_dynamics
+from planner.kinematics.forward import tool_speeds
+
+if TYPE_CHECKING:
+    from planner.backends.toppra.intervals import Intervals
+    from planner.limits import SegmentLimits
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+PLACES = np.array([0.0, 0.5, 1.0])
+"""Places, as shares of an interval, where accelerations and torques are computed; they are about quadratic between."""
+
+QUADRATIC_TO_BERNSTEIN = np.array([[1.0, -0.5, 0.0], [0.0, 2.0, 0.0], [0.0, -0.5, 1.0]])
+"""Matrix from the values of a quadratic at these places to its Bernstein coefficients, which bound it."""
+
+MOST_GRAVITY = 0.9999
+"""Largest share of a torque limit that gravity is taken to need; more at a place between the probes is left to the
+certificate."""
+
+MOST_SQUARE = 1e12
+"""Bound on x, 1/s^2 of a curve about as long as it takes in s, where nothing limits it."""
+
+STEEP = 4.0
+"""Largest ratio of the bounds on x within an interval; above the least of them by more, x would overshoot between the
+probes."""
+
+PARALLEL = 1e-10
+"""Ratio to the largest coefficient of u on its interval below which a coefficient does not limit u."""
+
+
+MOST_BEND = 0.9
+"""Share of the bend with which x would touch 0 within an interval."""
+
+CLOSE = 0.95
+"""Share of its bound above which x is close to it."""
+
+
+class LinearRows(NamedTuple):
+    """Limits on x at an interval's start and the mean u on it: |a u + b x + c| <= 1.
+
+    Attributes:
+        a: (intervals, limits).
+        b: (intervals, limits).
+        c: (intervals, limits), between -1 and 1.
+    """
+
+    a: FloatArray
+    b: FloatArray
+    c: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class PathLimits:
+    """The limits on intervals, |per_u u + per_x x + rest| <= 1 at each place, and x <= bound at each probe.
+
+    Attributes:
+        lengths: (intervals,).
+        per_u: (places, intervals, limits).
+        per_x: (places, intervals, limits).
+        rest: (places, intervals, limits), between -1 and 1.
+        bounds: (probes, intervals).
+    """
+
+    lengths: FloatArray
+    per_u: FloatArray
+    per_x: FloatArray
+    rest: FloatArray
+    bounds: FloatArray
+
+    def with_new(self, rows: np.ndarray, new: np.ndarray, limits: PathLimits) -> PathLimits:
+        """Return the limits on rows (N,) of these intervals, but where they are new (N,) those given."""
+        merged = []
+        for field in ("lengths", "per_u", "per_x", "rest", "bounds"):
+            axis = 1 if field in ("per_u", "per_x", "rest", "bounds") else 0
+            values = np.take(getattr(self, field), rows, axis=axis)
+            values[(slice(None), new) if axis else new] = getattr(limits, field)
+            merged.append(values)
+        return PathLimits(*merged)
+
+    @property
+    def at_gridpoints(self) -> FloatArray:
+        """(intervals + 1,): the bound on x at each gridpoint."""
+        bounds: FloatArray = np.minimum(np.append(self.bounds[0], np.inf), np.insert(self.bounds[-1], 0, np.inf))
+        return bounds
+
+    def rows(self, throughout: np.ndarray) -> LinearRows:
+        """Return what has to hold of x at the start of each interval and of the mean u on it.
+
+        Where u follows a limit along an interval, it is enough that the mean keeps the limit in the middle
+        (collocation). Elsewhere a constant u has to keep the limits all over the interval (interpolation).
+
+        Args:
+            throughout: (intervals,), where the limits have to be kept by a constant u.
+        """
+        grows = 2.0 * self.lengths[:, None]
+        by_place = [self.per_u + PLACES[:, None, None] * grows * self.per_x, self.per_x, self.rest]
+        accelerations = [np.moveaxis(part, 0, 2) @ QUADRATIC_TO_BERNSTEIN for part in by_place]
+        for part, values in zip(accelerations, by_place, strict=True):
+            part[~throughout] = values[1, ~throughout, :, None]
+        bound = self.bounds[1:-1].T
+        speeds = (grows * PROBES[1:-1] / bound, 1.0 / bound, 0.0 * bound)
+        count = len(self.lengths)
+        parts = zip(accelerations, speeds, strict=True)
+        return LinearRows(*(np.hstack([part.reshape(count, -1), speed]) for part, speed in parts))
+
+    def dips(self, x: FloatArray) -> FloatArray:
+        """Return by how much (intervals,) x may exceed its bound between probes, relative to the bound.
+
+        Where x is far below the bound, that is 0.
+        """
+        linear = x[:-1] + np.diff(x) * PROBES[:, None]
+        close = linear > CLOSE * self.bounds
+        between = np.diff(self.bounds, n=2, axis=0) / self.bounds[1:-1] / 8.0
+        dips: FloatArray = np.where(close[:-2] | close[1:-1] | close[2:], between, 0.0).max(axis=0)
+        return dips
+
+    def range_of_u(self, place: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the largest u, each (intervals,), at one of the places, where x is given."""
+        a, b, c = self.per_u[place], self.per_x[place], self.rest[place]
+        size = np.abs(a)
+        binds = size > PARALLEL * size.max(axis=1, keepdims=True)
+        middle = np.divide(-(b * x[:, None] + c), a, out=np.zeros_like(a), where=binds)
+        reach = np.divide(1.0, size, out=np.full_like(a, np.inf), where=binds)
+        return (middle - reach).max(axis=1), (middle + reach).min(axis=1)
+
+    def bend(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the bend (intervals,) that keeps the limits at the ends of intervals, and how well it does.
+
+        Args:
+            x: (intervals + 1,), at the gridpoints.
+
+        Returns:
+            A bend that keeps the limits, near 0 and with room at both ends, or one that breaks them the least; and the
+            largest share of a limit that is used then.
+        """
+        x0, x1 = x[:-1], x[1:]
+        u = (x1 - x0) / (2.0 * self.lengths)
+        low0, high0 = self.range_of_u(0, x0)
+        low1, high1 = self.range_of_u(-1, x1)
+        inner = PROBES[1:-1, None]
+        over = x0 + (x1 - x0) * inner - self.bounds[1:-1]
+        for_speed = (over / (2.0 * self.lengths * (inner - inner**2))).max(axis=0)
+        least = np.maximum(np.maximum(u - high0, low1 - u), for_speed)
+        most = np.minimum(u - low0, high1 - u)
+        middle, nearest = (least + most) / 2.0, np.clip(0.0, least, most)
+        bend = np.where(
+            least > most,
+            middle,
+            np.clip(middle, np.minimum(2.0 * nearest, 0.0), np.maximum(2.0 * nearest, 0.0)),
+        )
+        # So that x stays positive in between.
+        bend = np.minimum(bend, MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths))
+        by_place = (u - bend, x0), (u, (x0 + x1 - bend * self.lengths) / 2.0), (u + bend, x1)
+        used = [self._used(place, *state) for place, state in enumerate(by_place)]
+        return bend, np.max(used, axis=0)
+
+    def unused(self, x: FloatArray) -> FloatArray:
+        """Return the share (intervals,) of the tightest limit that a constant u leaves unused, on average."""
+        x0, x1 = x[:-1], x[1:]
+        u, middle = (x1 - x0) / (2.0 * self.lengths), (x0 + x1) / 2.0
+        used = [
+            np.maximum(self._used(place, u, at), at / self.bounds[probe])
+            for place, probe, at in ((0, 0, x0), (1, len(PROBES) // 2, middle), (2, -1, x1))
+        ]
+        unused: FloatArray = np.maximum(1.0 - np.array(used), 0.0).mean(axis=0)
+        return unused
+
+    def _used(self, place: int, u: FloatArray, x: FloatArray) -> FloatArray:
+        """Return the largest share (intervals,) that the motion takes of what gravity leaves of a limit."""
+        moved = self.per_u[place] * u[:, None] + self.per_x[place] * x[:, None]
+        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * self.rest[place])).max(axis=1)
+        return used
+
+
+def path_limits(robot: Robot, limits: SegmentLimits, intervals: Intervals, factors: FloatArray) -> PathLimits:
+    """Compute the limits on x and u.
+
+    Args:
+        robot: With its payload.
+        limits: Of the segments.
+        intervals: Of the curves.
+        factors: (segments,), on all times, beyond what the limits ask.
+
+    Raises:
+        LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
+    """
+    squares = factors[intervals.segments] ** 2
+    q, first, second = intervals.at(PLACES)
+    limit = limits.acceleration[intervals.segments]
+    parts: list[tuple[FloatArray, ...]] = [(first / limit, second / limit, np.zeros_like(q))]
+    if robot.has_dynamics and np.isfinite(limits.torque[intervals.segments]).any():
+        parts.append(_torques(robot, limits, intervals, (q, first, second)))
+    per_u, per_x, rest = (np.concatenate(values, axis=2) for values in zip(*parts, strict=True))
+    slower = squares[:, None]
+    return PathLimits(
+        intervals.lengths, per_u * slower, per_x * slower, rest, _bounds(robot, limits, intervals) / squares
+    )
+
+
+def _torques(
+    robot: Robot, limits: SegmentLimits, intervals: Intervals, states: tuple[FloatArray, ...]
+) -> tuple[FloatArray, ...]:
+    """Torque per u, per x and without motion, as shares of the limits, each (places, intervals, joints)."""
+    q, first, second = states
+    still = np.zeros_like(q)
+    gravity = inverse_dynamics(robot, q, still, still)
+    limit = np.broadcast_to(limits.torque[intervals.segments], q.shape)
+    refuse_what_gravity_exceeds(robot, np.broadcast_to(intervals.segments, q.shape[:2]), gravity, limit)
+    per_u = (inverse_dynamics(robot, q, still, first) - gravity) / limit
+    per_x = (inverse_dynamics(robot, q, first, second) - gravity) / limit
+    return per_u, per_x, np.clip(gravity / limit, -MOST_GRAVITY, MOST_GRAVITY)
+
+
+def _bounds(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> FloatArray:
+    """Bounds on x (probes, intervals) by the speed limits of joints and tool."""
+    q, first, _ = intervals.at(PROBES)
+    segments = intervals.segments
+    used = (np.abs(first) / limits.velocity[segments]).max(axis=2)
+    of_tool = limits.tcp_linear_velocity[segments], limits.tcp_angular_velocity[segments]
+    if np.isfinite(of_tool).any():
+        joints = q.shape[2]
+        speeds = tool_speeds(robot, q.reshape(-1, joints), first.reshape(-1, joints))
+        for speed, limit in zip(speeds, of_tool, strict=True):
+            used = np.maximum(used, speed.reshape(used.shape) / limit)
+    bounds = 1.0 / np.maximum(used, MOST_SQUARE**-0.5) ** 2
+    limited: FloatArray = np.minimum(bounds, STEEP * bounds.min(axis=0))
+    return limited

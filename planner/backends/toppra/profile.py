@@ -1,0 +1,190 @@
+"""Profiles of the path velocity: solved on intervals, which are split where that gains time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.backends.shared.time_laws import MOST_HALVINGS
+from planner.backends.toppra.intervals import PROBES, shares_between
+from planner.backends.toppra.path_limits import path_limits
+from planner.polynomials import SegmentedPolynomial, horner, quintic_hermite
+
+if TYPE_CHECKING:
+    from planner.backends.toppra.intervals import Intervals
+    from planner.backends.toppra.path_limits import PathLimits
+    from planner.paths import JointPath
+    from planner.spatial import FloatArray
+
+MOST_REFINEMENTS = 3
+"""Number of times that intervals are split where time is wasted; a second time gains 0.02 %."""
+
+MOST_REPAIRS = 3
+"""Largest number of solutions after these for limits that are still broken."""
+
+WASTE = 0.01
+"""Share of the mean time of an interval that an interval may waste before it is split."""
+
+STEEPEST = 1e6
+"""Largest path acceleration that is told from a jump: with it the highest bound is reached in this share of an interval
+of constant acceleration."""
+
+LEAST_SHARE = 1e-4
+"""Least share of an interval that a part of it has."""
+
+TOLERATED = 1.001
+"""Share of a limit up to which a path acceleration that follows another limit may use it at the ends of an interval."""
+
+PARTS = 3
+"""Parts that an interval is split into where no path acceleration follows the limits along it."""
+
+NODES, WEIGHTS = (part / 2.0 for part in np.polynomial.legendre.leggauss(10))
+"""Gauss's nodes, around 0, and weights on an interval of length 1. They integrate 1 / s' to 1e-9, from rest, too."""
+
+
+class Profile(NamedTuple):
+    """A path velocity at the gridpoints; between them the path acceleration is linear in s.
+
+    Attributes:
+        intervals: The curves.
+        x: (intervals + 1,), s'^2 at the gridpoints.
+        bend: (intervals,), half of what s'' grows by on each.
+    """
+
+    intervals: Intervals
+    x: FloatArray
+    bend: FloatArray
+
+    def at(self, places: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+        """Return s'^2 and s'', each (..., intervals), at shares (..., 1) of each interval."""
+        p, d = np.asarray(places), self.intervals.lengths
+        x = self.x[:-1] * (1.0 - p) + self.x[1:] * p - 2.0 * self.bend * d * p * (1.0 - p)
+        return x, np.diff(self.x) / (2.0 * d) + self.bend * (2.0 * p - 1.0)
+
+    @property
+    def times(self) -> FloatArray:
+        """(intervals,), s."""
+        return self.times_between(0.0, 1.0)
+
+    def times_between(self, start: float, end: float) -> FloatArray:
+        """Return the times (intervals,), s, from one share of each interval to another.
+
+        They are integrated over w, with s about 3 w^2 - 2 w^3: next to rest 1 / s' has no end, and this removes it.
+        """
+        w = NODES[:, None] + 0.5
+        places = start + (end - start) * (3.0 - 2.0 * w) * w * w
+        rates = 6.0 * w * (1.0 - w) / np.sqrt(self.at(places)[0])
+        times: FloatArray = (end - start) * self.intervals.lengths * (WEIGHTS @ rates)
+        return times
+
+    @property
+    def mean_times(self) -> FloatArray:
+        """(intervals,), s: the mean time of the intervals of each one's run."""
+        means: FloatArray = (self.durations / np.bincount(self.intervals.runs))[self.intervals.runs]
+        return means
+
+    @property
+    def durations(self) -> FloatArray:
+        """(runs,), s."""
+        durations: FloatArray = np.bincount(self.intervals.runs, self.times).astype(np.float64)
+        return durations
+
+
+def fastest_on(
+    path: JointPath,
+    intervals: Intervals,
+    factors: FloatArray,
+    refinements: int = MOST_REFINEMENTS,
+    repairs: int = MOST_REPAIRS,
+) -> Profile:
+    """Return the fastest profile on intervals.
+
+    Args:
+        path: With the limits.
+        intervals: Of its curves.
+        factors: (segments,), on all times, beyond what the limits ask.
+        refinements: Number of times that intervals are split where time is wasted.
+        repairs: Largest number of solutions after that for limits that are broken.
+    """
+    # It imports the package, which takes a second.
+    from planner.backends.toppra.reachability import fastest_profile
+
+    throughout = np.zeros(len(intervals.lengths), dtype=bool)
+    limits = path_limits(path.robot, path.limits, intervals, factors)
+    for solution in range(refinements + repairs + 1):
+        x = fastest_profile(intervals.lengths, limits.rows(throughout), limits.at_gridpoints, intervals.rests)
+        bend, used = limits.bend(x)
+        profile = Profile(intervals, x, np.where(throughout, 0.0, bend))
+        broken = (used > TOLERATED) & ~throughout
+        throughout = throughout | broken
+        if solution < refinements:
+            coarse = broken | (limits.dips(x) > TOLERATED - 1.0)
+            if solution:
+                coarse |= throughout & (profile.times * limits.unused(x) > WASTE * profile.mean_times)
+            rows, starts, ends = _refined(profile, limits, coarse)
+            new = ends - starts < 1.0
+            if not new.any():
+                break
+            intervals, throughout = intervals.parts(rows, starts, ends), throughout[rows]
+            own = path_limits(path.robot, path.limits, intervals.of(new), factors)
+            limits = limits.with_new(rows, new, own)
+        elif not broken.any():
+            break
+    return profile
+
+
+def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray]:
+    """Return parts of intervals: their rows, and where they start and end, as shares of the intervals.
+
+    Where an interval could be crossed faster by gaining speed, going on at the highest and braking again, it is split
+    where these meet; into equal parts where it is too coarse for the limits.
+    """
+    x0, x1, d = profile.x[:-1], profile.x[1:], profile.intervals.lengths
+    u = (x1 - x0) / (2.0 * d)
+    top = limits.bounds.max(axis=0)
+    least, steepest = top / d / STEEPEST, STEEPEST * top / d
+    gain = np.clip(limits.range_of_u(0, x0)[1], np.maximum(u, least), steepest)
+    brake = np.clip(-limits.range_of_u(-1, x1)[0], np.maximum(-u, least), steepest)
+    p = PROBES[:, None]
+    highest = np.minimum(np.minimum(x0 + 2.0 * d * gain * p, x1 + 2.0 * d * brake * (1.0 - p)), limits.bounds)
+    speeds = np.sqrt(highest)
+    times = profile.times
+    lost = times - (2.0 * np.diff(p, axis=0) * d / (speeds[:-1] + speeds[1:])).sum(axis=0)
+    wasteful = (lost > WASTE * profile.mean_times) & ~coarse
+    peak = (u + brake) / (gain + brake)
+    first = np.clip((top - x0) / (2.0 * d * gain), 0.0, peak)
+    last = np.clip(1.0 - (top - x1) / (2.0 * d * brake), peak, 1.0)
+    inner = np.column_stack([first, last])
+    inner[inner < LEAST_SHARE] = 0.0
+    inner[inner > 1.0 - LEAST_SHARE] = 1.0
+    inner[inner[:, 1] - inner[:, 0] < LEAST_SHARE, 1] = 1.0
+    inner[(inner[:, 0] == 0.0) & (inner[:, 1] == 1.0), 0] = 0.5
+    inner[~wasteful] = [0.0, 1.0]
+    inner[coarse] = np.arange(1, PARTS) / PARTS
+    return shares_between(inner)
+
+
+def pieces_of(profile: Profile, tolerances: FloatArray) -> SegmentedPolynomial:
+    """Return quintics in time that meet the curves, their velocity and acceleration at both ends of each interval.
+
+    Intervals are halved until the quintics keep to the curves.
+
+    Args:
+        profile: Of the path velocity.
+        tolerances: (runs,), rad or m.
+    """
+    for _ in range(MOST_HALVINGS):
+        intervals, times = profile.intervals, profile.times
+        q, first, second = intervals.at(np.array([0.0, 0.5, 1.0]))
+        x, u = (rows[..., None] for rows in profile.at(np.array([[0.0], [0.5], [1.0]])))
+        states = q, first * np.sqrt(x), second * x + first * u
+        coefficients = quintic_hermite(times, *(tuple(rows[end] for rows in states) for end in (0, -1)))
+        missed = np.abs(horner(coefficients, profile.times_between(0.0, 0.5)[:, None]) - q[1]).max(axis=1)
+        rough = missed > tolerances[intervals.runs]
+        if not rough.any():
+            break
+        x = np.insert(profile.x, np.flatnonzero(rough) + 1, x[1, rough, 0])
+        bend = np.repeat(profile.bend / (1.0 + rough), 1 + rough)
+        profile = Profile(intervals.split(1 + rough), x, bend)
+    return SegmentedPolynomial(times, coefficients, intervals.segments)

@@ -1,0 +1,22 @@
+"""What a worker has done before its first request."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from tests.locations import ROOT
+
+
+def test_a_worker_has_loaded_every_solver_before_its_first_request() -> None:
+    code = """
+import sys
+from api.execution import warm_up
+from api.messages import Caps
+warm_up(Caps(max_deadline=60.0, max_waypoints=100, max_samples=1000, memory_mib=1024))
+print(*sorted(sys.modules))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert {"casadi", "pinocchio", "ruckig", "toppra.solverwrapper.cy_seidel_solverwrapper"} <= set(
+        result.stdout.split()
+    )
