@@ -108,15 +108,13 @@ class SphericalWrist:
         (last, side), (height, side_height) = vectors @ self.fourth.across, vectors @ self.fourth.along
         q5 = self.last_height.angles(height)
         turn5 = np.exp(1j * q5)
-        q4 = np.angle(last[..., None] * self.last_seen(turn5).conj())
+        q4 = _argument(last[..., None] * self.last_seen(turn5).conj())
         turn4 = np.exp(1j * q4)
         # The sixth axis's frame, turned by the fifth and the fourth joint, sees the direction across it at angle q6.
         ahead, back, along = (seen(turn5) for seen in self.sixth_seen)
         around = side[..., None].conj() * turn4 * ahead + side[..., None] * turn4.conj() * back
-        q6 = np.angle(0.5 * around + side_height[..., None] * along)
-        wrist = np.stack([q4, q5, q6], axis=-1)
-        both = np.concatenate([np.broadcast_to(arm[:, :, None], wrist.shape), wrist], axis=-1)
-        return both.reshape(len(positions), -1, 6)
+        q6 = _argument(0.5 * around + side_height[..., None] * along)
+        return _joined(*arm.transpose(2, 0, 1)[..., None], q4, q5, q6)
 
 
 class ThreeParallel:
@@ -159,14 +157,14 @@ class ThreeParallel:
             @ ((h * back.conj())[..., None] * self.first.across.conj() + h_rise * self.first.along).real[..., None]
         )
         h_there = h_turned[..., 0] @ self.sixth
-        q6 = np.angle(self.h_seen(turn5.conj()) * h_there[..., None].conj())
+        q6 = _argument(self.h_seen(turn5.conj()) * h_there[..., None].conj())
         turn6 = np.exp(1j * q6)
         # What the parallel joints turn together: seen on the last axis and on a direction across it.
         ahead, behind = (seen(turn5) for seen in self.sixth_seen)
         side_before = 0.5 * (turn6.conj() * ahead + turn6 * behind)
         last_after, side_after = self.first_seen(last, last_rise[:, None]), self.first_seen(side, side_rise[:, None])
         both = last_after[..., None] * self.last_seen(turn5).conj() + side_after[..., None] * side_before.conj()
-        together = np.angle(both)
+        together = _argument(both)
         # Where the fourth axis is then, and two links that reach it.
         centre = self.first_seen(spoke, rise[:, None]) - self.to_second
         reach = centre[..., None] + np.exp(1j * together) * self.to_fourth
@@ -174,10 +172,9 @@ class ThreeParallel:
         q3 = self.bend.angles((squared - abs(self.upper) ** 2 - abs(self.fore) ** 2) / 2.0)
         # Where the last axis is parallel too, another q6 may be in reach: something to start from.
         q3 = np.where(np.isnan(q3) & (np.abs(last_height) > 1.0 - EPSILON)[..., None, None], 0.0, q3)
-        q2 = np.angle(reach[..., None] * (self.upper + self.fore * np.exp(1j * q3)).conj())
+        q2 = _argument(reach[..., None] * (self.upper + self.fore * np.exp(1j * q3)).conj())
         q4 = together[..., None] - q2 - q3
-        parts = np.broadcast_arrays(q1[..., None, None], q2, q3, q4, q5[..., None], q6[..., None])
-        return np.stack(parts, axis=-1).reshape(len(positions), -1, 6)
+        return _joined(q1[..., None, None], q2, q3, q4, q5[..., None], q6[..., None])
 
 
 class ThreeJoints:
@@ -229,7 +226,7 @@ class ThreeJoints:
         v = x @ self.v_across.T
         q2 = np.arctan2(u[..., 1], u[..., 0]) - np.arctan2(v[..., 1], v[..., 0])
         seen = self.d_seen + (x @ self.v_along) * self.along_seen + u @ self.across_seen
-        q1 = np.angle((from_first @ self.first.across)[:, None] * seen.conj())
+        q1 = _argument((from_first @ self.first.across)[:, None] * seen.conj())
         return np.stack([q1, q2, q3], axis=-1)
 
 
@@ -307,7 +304,7 @@ class _Wave(NamedTuple):
 
     def angles(self, value: FloatArray) -> FloatArray:
         """(..., 2): the angles q at which a function that is real has a value (...) at z = exp(i q), h = 1."""
-        return _angles_to_height(2.0 * self.number, value - complex(self.constant).real)
+        return _angles_to_height(np.asarray(2.0 * self.number), value - complex(self.constant).real)
 
 
 def _moved(
@@ -348,15 +345,29 @@ def _angle(cross: FloatArray, before: FloatArray, after: FloatArray) -> FloatArr
     return angle
 
 
-def _angles_to_height(number: ComplexArray | complex, height: FloatArray) -> FloatArray:
+def _angles_to_height(number: ComplexArray, height: FloatArray) -> FloatArray:
     """(..., 2): the angles q with Re(number exp(i q)) = height."""
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = height / np.abs(number)
     half = np.arccos(np.minimum(np.maximum(np.where(np.abs(cosine) < 1.0 + NEARLY, cosine, np.nan), -1.0), 1.0))
-    middle = -np.angle(number)
+    middle = -_argument(number)
     angles = np.empty((*half.shape, 2))
     angles[..., 0], angles[..., 1] = middle + half, middle - half
     return angles
+
+
+def _joined(*angles: FloatArray) -> FloatArray:
+    """Candidates (N, most, joints) of angles (N, ...) that broadcast against the fourth."""
+    joined = np.empty((*angles[3].shape, len(angles)))
+    for joint, values in enumerate(angles):
+        joined[..., joint] = values
+    return joined.reshape(len(joined), -1, len(angles))
+
+
+def _argument(numbers: ComplexArray) -> FloatArray:
+    """Arguments (...), rad, of complex numbers (...); `np.angle` takes three times as long for a few."""
+    argument: FloatArray = np.arctan2(numbers.imag, numbers.real)
+    return argument
 
 
 def _root(a: FloatArray, b: FloatArray) -> FloatArray:

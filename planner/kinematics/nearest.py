@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.kinematics.descent import Target, descend_many
 from planner.kinematics.forward import jacobian, singular_values
-from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
+from planner.kinematics.search import BEYOND, QUICK, SAME_SOLUTION, STEADY, search_all, targets
 from planner.kinematics.seeds import searched_box, seed_table
 from planner.kinematics.turns import TURN, by_distance, nearest_turn, travel_times, turns_within
 from planner.limits import counted_velocity
@@ -19,7 +19,6 @@ from planner.limits import counted_velocity
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.kinematics.closed_form import ClosedForm
     from planner.kinematics.search import Search
     from planner.spatial import FloatArray
 
@@ -27,7 +26,7 @@ JUMP = 0.5
 """rad or m: where no closed form tells all isolated solutions, what a descent from the reference finds without moving a
 joint by more counts as the nearest."""
 
-CLOSE = 0.05
+CLOSE = 0.02
 """m and rad: where the reference misses the pose by more, no descent from it can prove that it found the nearest."""
 
 FAR = 1.0
@@ -38,6 +37,9 @@ CANDIDATE_ERROR = 0.05
 
 NEARLY_SINGULAR = 1e-5
 """Magnitude of the Jacobian's determinant (m and rad alike) below which a candidate may belong to a continuum."""
+
+NEARLY_FREE = 1e-5
+"""Singular value of such a candidate's Jacobian below which one is looked for: candidates are as good as that."""
 
 SAMPLES_ALONG = 9
 """Joint positions on the line that touches a continuum at a candidate, over two turns of the joint that moves most."""
@@ -75,12 +77,13 @@ def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None
       nearest of what descents from a table find.
     """
     redundant = search.robot.dof > search.rows
-    form = None if redundant else seed_table(search.robot).form(targets([search]))
+    target = targets([search])
+    form = None if redundant else seed_table(search.robot).form(target)
     near = _near_by(search, reference, proved=form is not None)
     if near is not None:
         return near
     if form is not None:
-        return _of_closed_form(search, form, reference)
+        return _of_closed_form(search, form(target.positions, target.rotations)[0], reference)
     if redundant and (found := _with_an_end_joint_held(search, reference)) is not None:
         return found
     solutions = by_distance(search.robot, search_all([search], reference)[0], reference)
@@ -100,27 +103,35 @@ def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArr
     return _slid(search, solution, reference) if np.abs(solution - reference).max() <= JUMP else None
 
 
-def _of_closed_form(search: Search, form: ClosedForm, reference: FloatArray) -> FloatArray | None:
-    """The nearest of all isolated solutions, and of a continuum where there seems to be one."""
-    target = targets([search])
-    candidates = form(target.positions, target.rotations)[0]
+def _of_closed_form(search: Search, candidates: FloatArray, reference: FloatArray) -> FloatArray | None:
+    """The nearest of all isolated solutions, and of a continuum where there seems to be one.
+
+    Args:
+        search: For the pose.
+        candidates: (N, joints), of a closed form.
+        reference: (joints,).
+    """
     starts = _within_limits(search, candidates[np.isfinite(candidates).all(axis=1)], reference)
+    if not len(starts):
+        return None
     best, least = None, np.inf
     slack = float(np.linalg.norm(CANDIDATE_ERROR / counted_velocity(search.robot.limit("velocity"))))
-    for start in starts:
-        if float(travel_times(search.robot, start, reference)) > least + slack:
+    times = travel_times(search.robot, starts, reference).tolist()
+    for start, expected in zip(starts, times, strict=True):
+        if expected > least + slack:
             break
         solution = search.solve(start, **STEADY)
         if solution is None:
             continue
-        solution = nearest_turn(search.robot, solution, reference)
+        if np.abs(solution - start).max() > SAME_SOLUTION:
+            solution = nearest_turn(search.robot, solution, reference)
         time = float(travel_times(search.robot, solution, reference))
         if time < least:
             best, least = solution, time
-    if not len(starts):
-        return best
     J = np.array([jacobian(search.robot, q)[: search.rows] for q in starts])
     singular = np.asarray(np.abs(np.linalg.det(J)) <= NEARLY_SINGULAR)
+    if singular.any():
+        singular[singular] = np.linalg.svd(J[singular], compute_uv=False)[:, -1] <= NEARLY_FREE
     if not singular.any():
         return best
     around = _touching(search, starts[singular], J[singular], reference)
