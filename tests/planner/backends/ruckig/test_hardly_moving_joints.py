@@ -15,6 +15,7 @@ from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, passing
+from tests.sizes import SIZE
 
 TOOL_DOWN = rotation_from_rpy(0.0, np.pi, 0.0)
 
@@ -58,6 +59,7 @@ def test_case_ruckig_1e_15() -> None:
     assert duration == pytest.approx(assert_planned(through_joints(robot, np.array(positions))), rel=1e-6)
 
 
+@pytest.mark.random
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_2", "ur5"])
 @pytest.mark.parametrize("part", range(4))
 def test_tool_down_lists_are_planned(robot_id: str, part: int) -> None:
@@ -65,7 +67,7 @@ def test_tool_down_lists_are_planned(robot_id: str, part: int) -> None:
     robot, rng = load_robot(robot_id), np.random.default_rng(part)
     reach = 1.0 if robot_id == "kuka_kr16_2" else 0.45
     planned = 0
-    while planned < 10:
+    while planned < SIZE.examples // 25:
         count = int(rng.integers(3, 7))
         places = rng.uniform([0.6 * reach, -0.5 * reach, 0.3], [1.1 * reach, 0.5 * reach, 0.7], (count, 3))
         if planned % 2:
@@ -77,11 +79,11 @@ def test_tool_down_lists_are_planned(robot_id: str, part: int) -> None:
         planned += 1
 
 
-@pytest.mark.parametrize("travel", [0.0, 1e-16, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("travel", [1e-16, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5])
 @pytest.mark.parametrize("still", ["one", "half", "all but one"])
 def test_how_little_a_joint_moves_does_not_matter(still: str, travel: float) -> None:
     """Some joints move by about `travel`, the others as far as they like."""
-    for seed, robot_id in enumerate(("ur5", "kuka_kr16_2", "three_dof_arm", "ur5")):
+    for seed, robot_id in enumerate(("ur5", "kuka_kr16_2", "three_dof_arm")):
         robot, rng = load_robot(robot_id), np.random.default_rng(seed)
         lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)
         count = {"one": 1, "half": robot.dof // 2, "all but one": robot.dof - 1}[still]
