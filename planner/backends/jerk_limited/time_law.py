@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.jerk_limited.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
-from planner.backends.jerk_limited.straight_lines import along_lines
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.backends.shared.time_laws import follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import scaled_to_duration
@@ -70,20 +69,13 @@ def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
     may be faster, and by how much, is a smooth function of time even at the ends, where speed over place has a
     singularity. What is left between the places that the search looks at, one exact factor on all times sets right.
 
-    Where the path between waypoints is free, the motion is never slower than a stop at each of them: a smooth curve
-    through two that are 1e-9 rad apart turns so sharply that a law along it all but stops there, and is hard to find.
-
     Raises:
         InvalidProblem: A duration is asked of a segment that is not alone in its run.
         InfeasibleDuration: The asked duration is too short.
         LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
     """
     asked = duration_of_run(path, run)
-    timed = scaled_to_duration(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
-    if not run.is_spline or len(run.segments) == 1:
-        return timed
-    stopping = along_lines(path.straight_motions(run.segments))
-    return min(timed, stopping, key=lambda motion: float(motion.lengths.sum()))
+    return scaled_to_duration(path, run, asked, follow_curve(run, fastest_law(path, run)), ENFORCED)
 
 
 def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:

@@ -10,10 +10,11 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.jerk_limited.straight_lines import along_lines
+from planner.backends.jerk_limited.through_waypoints import time_through_waypoints
 from planner.backends.jerk_limited.time_law import time_run
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.refusals import duration_of_run, infeasible_duration_error, no_duration_error
-from planner.backends.shared.smooth_curve import smooth_curve, smoothed
+from planner.backends.shared.smooth_curve import smooth_curve
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
@@ -84,7 +85,7 @@ class Toppra:
         """The fastest motion along the path; where a duration is asked, the same stretched evenly."""
         if self.jerk_limited:
             lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
-            return assemble(path, [*lines, *(time_run(path, smoothed(path, run)) for run in path.runs)])
+            return assemble(path, [*lines, *(time_through_waypoints(path, run) for run in path.runs)])
         kept = enforced(self)
         lines = time_lines(
             path, path.straight, fastest_trapezoids, lambda run: _time(path, [run], kept), noticed=SLOWED
