@@ -14,7 +14,7 @@ import numpy as np
 
 from planner.backends.shared.refusals import refuse_what_gravity_exceeds
 from planner.backends.toppra.intervals import PROBES
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import path_dynamics
 from planner.kinematics.forward import tool_speeds
 
 if TYPE_CHECKING:
@@ -218,13 +218,10 @@ def _torques(
 ) -> tuple[FloatArray, ...]:
     """Torque per u, per x and without motion, as shares of the limits, each (places, intervals, joints)."""
     q, first, second = states
-    still = np.zeros_like(q)
-    gravity = inverse_dynamics(robot, q, still, still)
+    inertia, centripetal, gravity = path_dynamics(robot, q, first, second)
     limit = np.broadcast_to(limits.torque[intervals.segments], q.shape)
     refuse_what_gravity_exceeds(robot, np.broadcast_to(intervals.segments, q.shape[:2]), gravity, limit)
-    per_u = (inverse_dynamics(robot, q, still, first) - gravity) / limit
-    per_x = (inverse_dynamics(robot, q, first, second) - gravity) / limit
-    return per_u, per_x, np.clip(gravity / limit, -MOST_GRAVITY, MOST_GRAVITY)
+    return inertia / limit, centripetal / limit, np.clip(gravity / limit, -MOST_GRAVITY, MOST_GRAVITY)
 
 
 def _bounds(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> FloatArray:
