@@ -101,7 +101,7 @@ def _sample_faults(
 def _hermite(
     lengths: FloatArray, position: FloatArray, velocity: FloatArray | None, acceleration: FloatArray | None
 ) -> FloatArray:
-    """(pieces, joints, order): the polynomials that meet the given derivatives at both ends of each piece."""
+    """Coefficients (pieces, joints, order) of polynomials that meet the derivatives given at the ends of each piece."""
     h = lengths[:, None]
     p0, step = position[:-1], np.diff(position, axis=0)
     if velocity is None:

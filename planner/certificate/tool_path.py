@@ -24,11 +24,14 @@ if TYPE_CHECKING:
     from planner.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
 
-STEPS, AHEAD = 2, 1e-4
-"""Towards the nearest place on a path, and the step of the difference quotients for that, of the way."""
+STEPS = 2
+"""Number of Gauss-Newton steps towards the nearest point on a path."""
+
+AHEAD = 1e-4
+"""Step of the difference quotients for that, as a share of the path."""
 
 LEAST_SINE = 1e-6
-"""Of an angle by the angle: near half a turn a rotation hardly tells its axis, which serves to find a place only."""
+"""Least sine of an angle by the angle: near half a turn a rotation hardly tells its axis; for first guesses only."""
 
 SAMPLES = 9
 """On each piece, both ends included; what lies between two knots is a quintic, whose error is largest in the middle."""
@@ -239,13 +242,13 @@ def _logarithm(start: FloatArray | None, end: FloatArray | None) -> FloatArray:
 
 
 def _axial(rotations: FloatArray) -> FloatArray:
-    """(N, 3): axes of rotations (N, 3, 3), as long as the sines of their angles."""
+    """Axes (N, 3) of rotations (N, 3, 3), as long as the sines of their angles."""
     skew = (rotations - rotations.transpose(0, 2, 1)) / 2.0
     return np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
 
 
 def _angles(rotations: FloatArray) -> FloatArray:
-    """(N,), rad, of rotations (N, 3, 3)."""
+    """Angles (N,), rad, of rotations (N, 3, 3)."""
     cosines = (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0
     angles: FloatArray = np.arctan2(np.linalg.norm(_axial(rotations), axis=1), cosines)
     return angles

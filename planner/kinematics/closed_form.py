@@ -44,8 +44,11 @@ EPSILON = 1e-9
 LEAST = 1e-15
 """Least leading coefficient of a quartic, relative to the others."""
 
-SAMPLES, FOUND_AGAIN = 24, 1e-2
-"""Random configurations that a form must find again from their poses, and how nearly, rad."""
+SAMPLES = 24
+"""Number of random configurations that a form must find again from their poses."""
+
+FOUND_AGAIN = 1e-2
+"""Difference of an angle, rad, up to which a configuration counts as found again."""
 
 
 class ClosedForm(Protocol):
@@ -205,7 +208,7 @@ class ThreeJoints:
         self.g = np.array([-(h1 @ h2) * self.v_along, -0.5 * squared - (self.d @ h2) * self.v_along])
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None = None) -> FloatArray:
-        """Up to four."""
+        """Find up to four candidates."""
         from_second = positions - self.o2
         from_first = from_second + self.d
         g = np.repeat(self.g[None], len(positions), axis=0)
@@ -242,7 +245,7 @@ class TurnAndSlides:
         self.arm = point - self.origin
 
     def __call__(self, positions: FloatArray, rotations: FloatArray | None = None) -> FloatArray:
-        """Up to two."""
+        """Find up to two candidates."""
         wanted = positions - self.origin
         _, (lift,), (rising, level) = np.linalg.svd((self.slides @ self.axis)[None])
         rising = rising / max(lift, FLAT) * np.sign(rising @ self.slides @ self.axis)
@@ -303,7 +306,7 @@ class _Wave(NamedTuple):
         return value
 
     def angles(self, value: FloatArray) -> FloatArray:
-        """(..., 2): the angles q at which a function that is real has a value (...) at z = exp(i q), h = 1."""
+        """The angles q (..., 2) at which a function that is real has a value (...) at z = exp(i q), h = 1."""
         return _angles_to_height(np.asarray(2.0 * self.number), value - complex(self.constant).real)
 
 
@@ -323,7 +326,7 @@ def _meeting_point(axes: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _frame_about(axis: FloatArray) -> FloatArray:
-    """(2, 3): two directions that make a right-handed frame with an axis."""
+    """Two directions (2, 3) that make a right-handed frame with an axis."""
     first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(axis, first)])
@@ -346,7 +349,7 @@ def _angle(cross: FloatArray, before: FloatArray, after: FloatArray) -> FloatArr
 
 
 def _angles_to_height(number: ComplexArray, height: FloatArray) -> FloatArray:
-    """(..., 2): the angles q with Re(number exp(i q)) = height."""
+    """The angles q (..., 2) with Re(number exp(i q)) = height."""
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = height / np.abs(number)
     half = np.arccos(np.minimum(np.maximum(np.where(np.abs(cosine) < 1.0 + NEARLY, cosine, np.nan), -1.0), 1.0))
@@ -381,7 +384,7 @@ def _circle(angle: FloatArray) -> FloatArray:
 
 
 def _roots(forms: FloatArray) -> FloatArray:
-    """(N, 4), angles q with x^T Q x = 0, x = (cos q, sin q, 1), for quadratic forms Q (N, 3, 3)."""
+    """The angles q (N, 4) with x^T Q x = 0, x = (cos q, sin q, 1), for quadratic forms Q (N, 3, 3)."""
     Q = IN_HALF_TANGENT.T @ forms @ IN_HALF_TANGENT
     least = np.maximum(LEAST * np.abs(Q).max(axis=(1, 2)), np.finfo(float).tiny)
     leading = np.where(np.abs(Q[:, 2, 2]) < least, least, Q[:, 2, 2])

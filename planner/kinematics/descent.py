@@ -19,8 +19,14 @@ if TYPE_CHECKING:
 CONVERGED = 1e-10
 """A descent ends when the error (m, rad) is as small as this; its last step leaves far less."""
 
-DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-13, 1e12
-"""Share of the squared error that damps a step at first; what is added to it; and the share at which steps vanish."""
+DAMPING = 1e-3
+"""Share of the squared error that damps a step at first."""
+
+LEAST_DAMPING = 1e-13
+"""What is added to that: it keeps singular systems solvable, and lets directions of a continuum go free."""
+
+MOST_DAMPING = 1e12
+"""Share of the squared error at which steps vanish, and a descent is given up."""
 
 LONGEST_STEP = 1.5
 """rad or m, the norm of a step: the Jacobian says nothing of what lies further away."""
@@ -166,7 +172,7 @@ class Descent:
             held |= pressing
 
     def _error(self, q: FloatArray) -> FloatArray:
-        """(3,) or (6,), linear over angular, in the tool's axes; leaves the Jacobians at `q` in Pinocchio's data."""
+        """The error (3,) or (6,), linear over angular, in the tool's axes; leaves the Jacobians at `q` in the data."""
         pin.computeJointJacobians(self._model, self._data, q)
         missing = pin.updateFramePlacement(self._model, self._data, self._frame).actInv(self._target)
         error = np.empty(self._rows)
@@ -176,14 +182,14 @@ class Descent:
         return error
 
     def _jacobian(self) -> FloatArray:
-        """(3 or 6, joints) where `_error` was last asked."""
+        """The Jacobian (3 or 6, joints) where `_error` was last asked."""
         J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.ReferenceFrame.LOCAL)
         return J.reshape(6, -1)[: self._rows]  # of a robot with one joint Pinocchio gives a vector
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Where many descents are to bring the tip, or a point of it.
+    """The positions and rotations to which many descents are to bring the tip, or a point of it.
 
     Attributes:
         positions: (N, 3), m.
@@ -259,7 +265,7 @@ def descend_many(
 
 
 def _rotation_vectors(rotations: FloatArray) -> FloatArray:
-    """(N, 3): logarithms of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
+    """The logarithms (N, 3) of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
     vectors = 0.5 * (rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]])
     sine = np.linalg.norm(vectors, axis=1)
     angle = np.arctan2(sine, 0.5 * (np.einsum("nii->n", rotations) - 1.0))

@@ -1,4 +1,4 @@
-"""Where the tool is, and how fast it moves."""
+"""Forward kinematics: poses, Jacobians and speeds of the tool at joint positions."""
 
 from __future__ import annotations
 

@@ -11,10 +11,11 @@ import numpy as np
 
 from planner.kinematics.descent import Target, descend_many
 from planner.kinematics.forward import jacobian, singular_values
-from planner.kinematics.search import BEYOND, QUICK, SAME_SOLUTION, STEADY, search_all, targets
+from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
 from planner.kinematics.seeds import searched_box, seed_table
 from planner.kinematics.turns import TURN, by_distance, nearest_turn, travel_times, turns_within
 from planner.limits import counted_velocity
+from planner.tolerances import SAME_SOLUTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -213,7 +214,7 @@ def _is_only_one_near(search: Search, solution: FloatArray, reference: FloatArra
 
 
 def nearest_in_turn(searches: Sequence[Search], reference: FloatArray | None) -> list[FloatArray | None]:
-    """For each search the solution nearest to that of the one before it; None where none is found.
+    """Find for each search the solution nearest to that of the one before it; None where none is found.
 
     The answers are those of `nearest_solution`, one after the other; where one fails, its reference serves the next. Of
     an arm with a closed form the candidates of all poses are found and checked together, and the chosen ones polished.

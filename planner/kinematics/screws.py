@@ -59,7 +59,7 @@ class Screws:
 
     @cached_property
     def cross(self) -> FloatArray:
-        """(joints, 3, 3), the matrices of the cross products with the axes: cross @ v = axis x v."""
+        """The matrices (joints, 3, 3) of the cross products with the axes: cross @ v = axis x v."""
         return np.cross(self.axes[:, None], np.eye(3)).transpose(0, 2, 1)
 
     def reach_within(self, lower: FloatArray, upper: FloatArray) -> float:
@@ -81,7 +81,7 @@ class Screws:
         return Screws(self.axes[::-1], self.points[::-1], self.is_angle[::-1], np.zeros(3), np.eye(3))
 
     def poses(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where a point of the tip frame is (N, 3), and how the tip is turned (N, 3, 3), in the base's axes.
+        """Compute where a point of the tip frame is (N, 3), and how the tip is turned (N, 3, 3), in the base's axes.
 
         Args:
             positions: (N, joints).
@@ -91,7 +91,7 @@ class Screws:
         return chain.reached.T, chain.turned
 
     def reach(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Where a point of the tip frame is, how the tip is turned, and the Jacobian of both.
+        """Compute where a point of the tip frame is, how the tip is turned, and the Jacobian of both.
 
         Args:
             positions: (N, joints).
@@ -108,7 +108,7 @@ class Screws:
         return chain.reached.T, chain.turned, np.ascontiguousarray(J.transpose(2, 0, 1))
 
     def twists(self, positions: FloatArray, velocities: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Velocity of a point of the tip frame (N, 3), m/s, and of the tip's turning (N, 3), rad/s, in the base's axes.
+        """Compute how fast a point of the tip frame moves and the tip turns (N, 3), m/s and rad/s, in the base's axes.
 
         Args:
             positions: (N, joints).

@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
 
-QUICK_STARTS, QUICK = 16, {"patience": 2, "most": 30}
-"""Starts from the table for a first solution, one after the other; one that is slow is given up for the next."""
+QUICK_STARTS = 16
+"""Number of starts from the table for a first solution, one after the other."""
+
+QUICK = {"patience": 2, "most": 30}
+"""How such descents go: one that is slow is given up for the next."""
 
 STEADY = {"patience": 3, "most": 30}
 """How many descents at once go."""
@@ -29,11 +32,23 @@ STEADY = {"patience": 3, "most": 30}
 POLISH = {"patience": 300, "most": 300}
 """How the nearest pose is approached where none is reached, and convergence is slow."""
 
-STARTS, MORE_STARTS, BLIND_STARTS, NEAREST_STARTS = 28, 256, 16, 6
-"""From the table for all solutions; where some may be missed, and random ones then; for the nearest pose."""
+STARTS = 28
+"""Number of starts from the table for all solutions."""
 
-SPREAD, MOST_SPREAD = 0.3, 16
-"""Of a continuum: how far solutions are apart at least in one joint, rad or m, and how many are given."""
+MORE_STARTS = 256
+"""Number of starts from the table where some solutions may be missed."""
+
+BLIND_STARTS = 16
+"""Number of random starts besides those."""
+
+NEAREST_STARTS = 6
+"""Number of starts from the table for the nearest pose to one that is out of reach."""
+
+SPREAD = 0.3
+"""Least difference in some joint, rad or m, of solutions that are given of a continuum."""
+
+MOST_SPREAD = 16
+"""Number of solutions that are given of a continuum at most."""
 
 BEYOND = 1e-3
 """rad or m, by which a candidate may leave the limits: polishing brings it back, or not."""
@@ -58,7 +73,7 @@ class Search:
 
     @property
     def tip(self) -> pin.SE3:
-        """Where the tip frame is to be, with a rotation."""
+        """The placement that the tip frame is to have; only of a pose with a rotation."""
         return pin.SE3(self.pose.rotation, self.pose.position) * self.robot.tool_in_tip.inverse()
 
     def first(self) -> FloatArray | None:
@@ -112,19 +127,19 @@ class Search:
         return least
 
     def table_starts(self, count: int) -> FloatArray:
-        """(count, joints): from the table, the most promising first."""
+        """Starts (count, joints) from the table, the most promising first."""
         table = seed_table(self.robot)
         if self.pose.rotation is None:
             return table.starts_at(self.pose.position, self.robot.tool_in_tip.translation, count)
         return table.starts(self.tip, count)
 
     def blind_starts(self, count: int) -> FloatArray:
-        """(count, joints): at random, by the seed of the options."""
+        """Starts (count, joints) at random, by the seed of the options."""
         return random_configurations(self.robot, count, self.options.seed)
 
 
 def search_all(searches: Sequence[Search], reference: FloatArray, *, thorough: bool = True) -> list[list[FloatArray]]:
-    """Of every search all isolated solutions, or a spread of a continuum, turned to lie nearest to the reference.
+    """Find for every search all isolated solutions, or a spread of a continuum, turned to lie nearest to the reference.
 
     The searches are of one robot and within the same limits. A closed form, where the arm has one, gives all
     candidates; what is found that way and is isolated is all there is. Else many descents are run at once.
@@ -207,7 +222,7 @@ def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) 
 
 
 def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, FloatArray]:
-    """Of every search, where descents from its starts reach the pose; in the order of the starts."""
+    """The joint positions at which descents from each search's starts reach its pose, in the order of the starts."""
     (count, joints), lower, upper = starts[0].shape, group[0].lower, group[0].upper
     target, screws = targets(group).repeated(count), seed_table(group[0].robot).screws
     errors, ends = descend_many(screws, target, np.vstack(starts), lower, upper, **STEADY)
@@ -219,7 +234,7 @@ def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, Floa
 
 
 def targets(group: Sequence[Search]) -> Target:
-    """Where the searches are to bring the tip; without rotations, where they are to bring the tool's point."""
+    """The places to which the searches are to bring the tip; without rotations, the tool's point."""
     tool = group[0].robot.tool_in_tip
     if group[0].pose.rotation is None:
         return Target(np.array([search.pose.position for search in group]), None, tool.translation)

@@ -29,7 +29,7 @@ LEAST_REACH = 1e-6
 """m: of a tip that moves by less the position does not matter."""
 
 DAMPING = 1e-4
-"""Of the Newton step of every row, so that a row at a singularity predicts no wild step."""
+"""Damping of the Newton step of every row, so that a row at a singularity predicts no wild step."""
 
 OUTSIDE = 2.0
 """What a predicted joint position outside the limits costs, for each rad or m of the predicted step."""
@@ -76,7 +76,7 @@ class SeedTable:
         return self._closed_form if target.rotations is not None else closed_form(self.screws, target.point)
 
     def starts(self, tip: pin.SE3, count: int) -> FloatArray:
-        """(count, joints): for this pose of the tip, the starts that promise the shortest way first."""
+        """Starts (count, joints) for this pose of the tip, those that promise the shortest way first."""
         pose = np.empty(13, dtype=np.float32)
         pose[:3], pose[3:12], pose[12] = tip.translation, tip.rotation.ravel(), 1.0
         rows = np.argpartition(self._likeness @ pose, ROWS - count)[ROWS - count :]
@@ -87,7 +87,7 @@ class SeedTable:
         return best_first
 
     def starts_at(self, point: FloatArray, tool: FloatArray, count: int) -> FloatArray:
-        """(count, joints): configurations that bring the point `tool` of the tip frame near `point`, nearest first."""
+        """Configurations (count, joints) that bring the point `tool` of the tip near `point`, nearest first."""
         distance = ((self.positions + self.rotations @ tool - point) ** 2).sum(axis=1)
         rows = np.argpartition(distance, count)[:count]
         nearest_first: FloatArray = self.configurations[rows[distance[rows].argsort(kind="stable")]]
@@ -100,7 +100,7 @@ def seed_table(robot: Robot) -> SeedTable:
 
 
 def random_configurations(robot: Robot, count: int, seed: int) -> FloatArray:
-    """(count, joints), evenly at random within the limits and one turn."""
+    """Configurations (count, joints), evenly at random within the limits and one turn."""
     return np.random.default_rng(seed).uniform(*searched_box(robot), (count, robot.dof))
 
 
@@ -112,7 +112,7 @@ def searched_box(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def _errors_per_pose(positions: FloatArray, rotations: FloatArray) -> FloatArray:
-    """(rows, 6, 13): what a row's pose lacks of the pose (p, R, 1), linear over angular, as a linear map of it."""
+    """Linear maps (rows, 6, 13) from a pose (p, R, 1) to what each row's pose lacks of it, linear over angular."""
     errors = np.zeros((len(positions), 6, 13))
     errors[:, :3, :3] = np.eye(3)
     errors[:, :3, 12] = -positions

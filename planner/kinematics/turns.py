@@ -74,14 +74,14 @@ def by_distance(robot: Robot, solutions: Sequence[FloatArray] | FloatArray, refe
 
 
 def travel_times(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:
-    """(...), s: norms of the times that joints take at their velocity limits from positions (..., joints)."""
+    """Norms (...), s, of the times that joints take at their velocity limits from positions (..., joints)."""
     away = (positions - reference) / counted_velocity(robot.limit("velocity"))
     times: FloatArray = np.sqrt((away * away).sum(axis=-1))
     return times
 
 
 def distances(robot: Robot, positions: FloatArray, others: FloatArray) -> FloatArray:
-    """(...): the largest difference of a joint between positions (..., joints), whole turns aside."""
+    """The largest difference (...) of a joint between positions (..., joints), whole turns aside."""
     difference = positions - others
     difference -= np.where(robot.is_angle, TURN * np.round(difference / TURN), 0.0)
     largest: FloatArray = np.abs(difference).max(axis=-1)

@@ -48,7 +48,7 @@ class Extreme:
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """Where the tool can be. Collisions are not looked at.
+    """The places where the tool can be. Collisions are not looked at.
 
     Attributes:
         points: (N, 3), m: the tool in the base frame, at random joint positions.
