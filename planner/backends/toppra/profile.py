@@ -126,7 +126,7 @@ def fastest_on(
             new = ends - starts < 1.0
             if not new.any():
                 break
-            intervals, throughout = intervals.parts(rows, starts, ends), throughout[rows]
+            intervals, throughout = intervals.parts(rows, starts, ends), throughout[rows] & ~new
             own = path_limits(path.robot, path.limits, intervals.of(new), factors)
             limits = limits.with_new(rows, new, own)
         elif not broken.any():

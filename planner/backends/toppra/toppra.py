@@ -21,6 +21,7 @@ from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
 from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
 from planner.guarantees import ALL_HARD, Guarantee
+from planner.polynomials import joined
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from planner.backends.shared.time_scaling import TimeScaling
     from planner.backends.toppra.profile import Profile
-    from planner.paths import JointPath, Run
+    from planner.paths import JointPath, Run, StraightMotions
     from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
@@ -87,10 +88,41 @@ class Toppra:
             lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
             return assemble(path, [*lines, *(time_through_waypoints(path, run) for run in path.runs)])
         kept = enforced(self)
-        lines = time_lines(
-            path, path.straight, fastest_trapezoids, lambda run: _time(path, [run], kept), noticed=SLOWED
-        )
-        return assemble(path, [*lines, *([_time(path, path.runs, kept)] if path.runs else [])])
+        lines = _lines(path, path.straight, kept)
+        if not path.runs:
+            return assemble(path, lines)
+        timed = _time(path, path.runs, kept)
+        parts = [_unless_stopping_is_faster(path, run, timed, kept) for run in path.runs]
+        return assemble(path, [*lines, *parts])
+
+
+def _lines(path: JointPath, motions: StraightMotions, kept: frozenset[str]) -> list[SegmentedPolynomial]:
+    """Straight motions from rest to rest: trapezoids, unless torque or the tool's speed slow them down."""
+    return time_lines(path, motions, fastest_trapezoids, lambda run: _time(path, [run], kept), noticed=SLOWED)
+
+
+def _unless_stopping_is_faster(
+    path: JointPath, run: Run, timed: SegmentedPolynomial, kept: frozenset[str]
+) -> SegmentedPolynomial:
+    """The motion of a run; where the way between its waypoints is free, never slower than a stop at each of them.
+
+    Where velocity limits alone count, straight lines are the shortest way, and stops cost little.
+    """
+    own = timed.of(np.isin(timed.segments, run.segments))
+    if not run.is_spline or len(run.segments) == 1 or not np.isnan(path.durations[run.segments]).all():
+        return own
+    motions, duration = path.straight_motions(run.segments), float(own.lengths.sum())
+    travels, limits = np.abs(motions.travels), motions.limits
+    slowness = (travels / limits.velocity).max(axis=1)
+    sluggishness = (travels / limits.acceleration).max(axis=1)
+    if not (slowness > 0.0).all():
+        return own
+    cruises = slowness**2 > sluggishness
+    least = np.where(cruises, slowness + sluggishness / slowness, 2.0 * np.sqrt(sluggishness))
+    if least.sum() >= duration:
+        return own
+    stopping = joined(_lines(path, motions, kept))
+    return stopping if stopping.lengths.sum() < duration else own
 
 
 def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> SegmentedPolynomial:
