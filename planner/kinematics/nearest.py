@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.descent import Target, descend_many
-from planner.kinematics.forward import jacobian, singular_values
+from planner.kinematics.forward import jacobian
 from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
 from planner.kinematics.seeds import searched_box, seed_table
 from planner.kinematics.turns import TURN, by_distance, nearest_turn, travel_times, turns_within
@@ -200,17 +200,26 @@ def _slid(search: Search, solution: FloatArray, reference: FloatArray) -> FloatA
 def _is_only_one_near(search: Search, solution: FloatArray, reference: FloatArray) -> bool:
     """Whether no other solution can be as near to the reference.
 
-    Over a motion d from a solution, the pose changes by J d but for at most C (sum |d_i|)^2: half the arm's reach for
-    the position, 1 for the rotation. Another solution needs sigma_min |d| <= C (sum |d_i|)^2, and to be nearer
-    sum |d_i| <= 2 t |v|, t being the time from the reference and v the velocities that it is measured by.
+    Along a motion d from a solution, column i of the position's Jacobian changes by at most sum_j H_ij |d_j|, H_ij
+    being the largest lever of the later of two joints that turn (1 where the later one slides), and axis i by the sum
+    of |d_j| over the joints before it. So another solution needs J d = r with |r| <= |d|^T H |d| / 2 for the position
+    and 3/4 (sum |d_i|)^2 for the rotation. In units of the time T = |d / v| that is 1 <= T (a h + b w), where v are the
+    velocities by which times are measured, V = diag(v), h the largest eigenvalue of V H V / 2, w = 3/4 |v|^2, and a and
+    b are the norms of V^-1 J^-1 for position and rotation. A nearer solution is no further than twice the time from the
+    reference.
     """
-    velocity = counted_velocity(search.robot.limit("velocity"))
-    motion = 2.0 * float(travel_times(search.robot, solution, reference)) * float(np.linalg.norm(velocity))
-    reach = max(seed_table(search.robot).reach + float(np.linalg.norm(search.robot.tool_in_tip.translation)), 1.0)
-    bound = float(np.hypot(reach / 2.0, 1.0)) * motion * float(np.sqrt(search.robot.dof))
-    if bound > 1.0:
+    robot = search.robot
+    v = counted_velocity(robot.limit("velocity"))
+    J = jacobian(robot, solution)[: search.rows]
+    levers = seed_table(robot).levers + float(np.linalg.norm(robot.tool_in_tip.translation))
+    if abs(np.linalg.det(J)) <= NEARLY_SINGULAR or not np.isfinite(levers).all():
         return False
-    return bool(singular_values(search.robot, solution[None])[0, -1] > bound)
+    inverse = np.linalg.inv(J) / v[:, None]
+    H = np.where(robot.is_angle, levers, 1.0)[np.maximum.outer(range(robot.dof), range(robot.dof))]
+    h = float(np.linalg.eigvalsh(v[:, None] * H * v)[-1]) / 2.0
+    w = 0.75 * float(v[robot.is_angle] @ v[robot.is_angle])
+    bend = float(np.linalg.norm(inverse[:, :3])) * h + float(np.linalg.norm(inverse[:, 3:])) * w
+    return bool(2.0 * float(travel_times(robot, solution, reference)) * bend < 1.0)
 
 
 def nearest_in_turn(searches: Sequence[Search], reference: FloatArray | None) -> list[FloatArray | None]:

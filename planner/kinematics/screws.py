@@ -62,15 +62,17 @@ class Screws:
         """The matrices (joints, 3, 3) of the cross products with the axes: cross @ v = axis x v."""
         return np.cross(self.axes[:, None], np.eye(3)).transpose(0, 2, 1)
 
-    def reach_within(self, lower: FloatArray, upper: FloatArray) -> float:
-        """A bound on the tip's distance from the points on the axes, m; infinite where a joint may slide for ever.
+    def levers(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
+        """Bound the distances (joints,), m, of the tip from each axis; infinite where a later joint may slide for ever.
 
         Args:
             lower: (joints,), position limits.
             upper: (joints,).
         """
-        slides = np.maximum(np.abs(lower), np.abs(upper))[~self.is_angle]
-        return float(sum(np.linalg.norm(shift) for shift in self._shifts[1:]) + slides.sum())
+        slides = np.where(self.is_angle, 0.0, np.maximum(np.abs(lower), np.abs(upper)))
+        lengths = np.array([np.linalg.norm(shift) for shift in self._shifts[1:]]) + np.append(slides[1:], 0.0)
+        levers: FloatArray = np.cumsum(lengths[::-1])[::-1]
+        return levers
 
     def without_first(self) -> Screws:
         """The same arm with its first joint held at 0."""

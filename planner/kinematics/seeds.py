@@ -54,7 +54,7 @@ class SeedTable:
         self.screws = screws_of(robot)
         self.positions, self.rotations, jacobians = self.screws.reach(self.configurations, np.zeros(3))
         self._closed_form = closed_form(self.screws, None)
-        self.reach = self.screws.reach_within(self.lower, self.upper)
+        self.levers = self.screws.levers(self.lower, self.upper)
         self.redundant_form = redundant_form(self.screws)
         reach = float(np.sqrt(self.positions.var(axis=0).sum()))
         reach = reach if reach > LEAST_REACH else 1.0
