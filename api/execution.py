@@ -39,7 +39,7 @@ def execute(task: Task, caps: Caps) -> Reply:
     """Run one task; whatever happens, a reply comes back."""
     started = time.monotonic()
     queue = {"queue": started - task.submitted}
-    failure = None
+    failure, fit = None, True
     try:
         if started >= task.deadline:
             raise errors.DeadlineExceeded("the deadline passed while the request waited for a worker")
@@ -47,13 +47,23 @@ def execute(task: Task, caps: Caps) -> Reply:
         return replace(reply, timings=queue | dict(reply.timings))
     except (PlanningError, errors.ServiceError) as error:
         refusal: PlanningError | errors.ServiceError = error
-    except MemoryError:
-        refusal = errors.MemoryExceeded("the request needs more memory than a worker may use")
     except Exception as error:  # noqa: BLE001 - the boundary of the process: nothing may leave it but a reply
-        refusal = errors.InternalError("the service failed on this request")
-        failure = where_from(error)
+        fit = False
+        if wants_memory(error):
+            refusal = errors.MemoryExceeded("the request needs more memory than a worker may use")
+        else:
+            refusal = errors.InternalError("the service failed on this request")
+            failure = where_from(error)
     status, body = errors.problem_document(refusal, task.instance)
-    return Reply(status, errors.MEDIA_TYPE, body, timings=queue, failure=failure)
+    return Reply(status, errors.MEDIA_TYPE, body, timings=queue, failure=failure, worker_is_fit=fit)
+
+
+def wants_memory(error: BaseException) -> bool:
+    """Whether an error, or one that led to it, says that there was no memory left, in Python's words or in C++'s."""
+    causes = [error]
+    while (cause := causes[-1].__cause__ or causes[-1].__context__) is not None:
+        causes.append(cause)
+    return any(isinstance(cause, MemoryError) or "bad_alloc" in str(cause) for cause in causes)
 
 
 def warm_up(caps: Caps) -> None:

@@ -64,6 +64,8 @@ class Reply:
         headers: Further HTTP headers.
         result: A value for the server, not for the caller.
         failure: Where an unexpected exception came from, for the log. It holds no values of the caller.
+        worker_is_fit: Whether the worker may take another task. After an error that nobody foresaw it may not: one that
+            met its memory cap inside a C++ library keeps failing.
     """
 
     status: int
@@ -73,6 +75,7 @@ class Reply:
     headers: Mapping[str, str] = field(default_factory=dict)
     result: Any = None
     failure: str | None = None
+    worker_is_fit: bool = True
 
 
 def pack(message: Task | Reply | None) -> bytes:

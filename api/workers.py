@@ -115,9 +115,9 @@ class WorkerPool:
     """Runs tasks in worker processes, one at a time each, all from the event loop, which never waits for one.
 
     Each worker has a channel of its own, so that one can be killed at any moment without harm to the others: one
-    that overruns a deadline is, and whichever ends is replaced. (A pool with a queue that its workers share,
-    as pebble's, breaks as a whole when one dies while idle.) Spawned, not forked: a forked worker would inherit
-    the server's sockets and signal handlers.
+    that overruns a deadline is, and one whose task ended in an unexpected error; whichever ends is replaced. (A pool
+    with a queue that its workers share, as pebble's, breaks as a whole when one dies while idle.) Spawned, not forked:
+    a forked worker would inherit the server's sockets and signal handlers.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -199,7 +199,7 @@ class WorkerPool:
             if worker.exit_code == NO_MEMORY_FOR_A_LIBRARY:
                 raise MemoryExceeded("the request needs more memory than a worker may use") from None
             raise InternalError("the service failed on this request") from None
-        if worker.tasks >= self._max_tasks:
+        if worker.tasks >= self._max_tasks or not reply.worker_is_fit:
             worker.kill()
         else:
             self._idle.put_nowait(worker)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import signal
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -12,13 +14,17 @@ import psutil
 import pytest
 from pydantic import ValidationError
 
+from api.execution import RUN, execute, wants_memory
+from api.messages import Caps, Reply, Task
 from api.settings import Settings
+from planner.errors import UnreachableWaypoint
 from tests.api.conftest import wait_until
 from tests.api.requests import dh_robot, plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from api.tasks.work import Work
     from tests.api.conftest import RunningService
 
 PLAN, INVERSE = "/v1/trajectories", "/v1/kinematics/inverse"
@@ -153,14 +159,51 @@ def test_workers_are_recycled(start_service: Callable[..., RunningService]) -> N
     assert len(pids) == 2
 
 
-def test_a_worker_cannot_outgrow_its_memory(one_worker: RunningService) -> None:
+def test_a_worker_that_met_its_memory_cap_is_replaced(one_worker: RunningService) -> None:
+    """Inside casadi it would keep failing, while `/readyz` says that it is ready."""
+    before = {worker.pid for worker in one_worker.workers()}
     # A million rows, whose answer takes more than the cap allows.
     request = plan_request(sample_period=1e-6, include=["jerk", "tcp_pose"], deadline=60.0)
     answer = one_worker.post(PLAN, request)
     assert (answer.status_code, answer.json()["code"]) == (422, "memory_exceeded")
-    assert one_worker.post(PLAN, PATIENT_REQUEST).status_code == 200
+    for backend in ("quintic", "auto"):
+        assert one_worker.post(PLAN, PATIENT_REQUEST | {"backend": {"kind": backend}}).status_code == 200
     one_worker.wait_ready()
-    assert max(worker.memory_info().rss for worker in one_worker.workers()) < 384 * 2**20
+    (worker,) = one_worker.workers()
+    assert worker.pid not in before
+    assert worker.memory_info().rss < 384 * 2**20
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (MemoryError(), "memory_exceeded"),
+        (RuntimeError("Error in Function::call: std::bad_alloc"), "memory_exceeded"),
+        (SystemError("error return without exception set"), "internal_error"),
+        (ZeroDivisionError(), "internal_error"),
+        (UnreachableWaypoint("too far"), "unreachable_waypoint"),
+    ],
+)
+def test_a_worker_is_unfit_after_errors_that_nobody_foresaw(
+    monkeypatch: pytest.MonkeyPatch, error: Exception, code: str
+) -> None:
+    def fail(_: Work) -> Reply:
+        raise error
+
+    monkeypatch.setitem(RUN, "plan_trajectory", fail)
+    reply = execute(Task("plan_trajectory", PLAN, 0.0, math.inf), Caps(60.0, 10, 10, 448))
+    assert json.loads(reply.body)["code"] == code
+    assert reply.worker_is_fit == (code == "unreachable_waypoint")
+
+
+def test_a_memory_error_behind_another_is_found() -> None:
+    try:
+        try:
+            raise MemoryError
+        except MemoryError as error:
+            raise SystemError("a callback failed") from error
+    except SystemError as error:
+        assert wants_memory(error)
 
 
 def test_there_is_room_for_so_many_robots_only(one_worker: RunningService) -> None:

@@ -236,7 +236,9 @@ class Program:
             return x
         error, slopes = self.at_via(x, p)
         inner = len(x) - self.layout.segments
-        change = np.linalg.lstsq(np.array(slopes)[:, :inner], np.array(error).ravel())[0]
+        rows = slopes.sparse()[:, :inner]
+        # A position depends on three coefficients, and waypoints are more intervals apart: the rows are orthogonal.
+        change = rows.T @ (np.array(error).ravel() / rows.multiply(rows).sum(axis=1).A1)
         return np.concatenate([x[:inner] - change, x[inner:]])
 
     def _powers(self, x: FloatArray, p: FloatArray, origin: FloatArray) -> FloatArray:
