@@ -37,9 +37,9 @@ def with_ramps(travels: FloatArray, limits: RateLimits, asked: FloatArray) -> Ra
     the others, or as is asked: T = 2 d / v and j = 32 d / T^3, four equal phases of jerk.
 
     Args:
-        travels: (rows, joints), of any sign.
+        travels: Travels (rows, joints), rad or m, of any sign.
         limits: The limits of each row and joint.
-        asked: (rows,), s; NaN: as short as can be.
+        asked: Asked durations (rows,), s; NaN: as short as can be.
     """
     d = np.abs(travels)
     bare = np.isinf(limits.acceleration) & np.isinf(limits.jerk)
@@ -58,7 +58,7 @@ def least_times(travels: FloatArray, limits: RateLimits) -> FloatArray:
     """The times (rows, joints), s, that the tightest limit alone takes from rest to rest: most of the shortest time.
 
     Args:
-        travels: (rows, joints), of any sign.
+        travels: Travels (rows, joints), rad or m, of any sign.
         limits: The limits of each row and joint.
     """
     d = np.abs(travels)

@@ -35,11 +35,12 @@ from planner.tolerances import ROUNDING
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
-PLACES = np.array([0.0, 0.5, 1.0])
-"""Shares of each interval at which its limits are held. Next to rest the middle tells what the ends cannot."""
+GRIDPOINTS = np.array([0.0, 0.5, 1.0])
+"""Gridpoints of each interval, as shares of it, at which its limits are held. Next to rest the middle tells what the
+ends cannot."""
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
-"""Weights of Simpson's rule at the same points."""
+"""Weights of Simpson's rule at these gridpoints."""
 
 FIRST_SHARE = 0.9
 """Share of the largest constant b within the limits that the search begins with: it has to begin inside of them."""
@@ -66,20 +67,20 @@ ARMIJO = 1e-4
 """Share of the fall that its slope promises which a step has to make (Nocedal and Wright, 2006, eq. 3.4)."""
 
 LEAST_CURVATURE = 0.05
-"""Of the duration's own curvature, what is kept where the jerk limits make the problem concave."""
+"""Share of the duration's own curvature that is kept where the jerk limits make the problem concave."""
 
 
 @dataclass(frozen=True, eq=False)
 class LinearLimits:
-    """|by_b b + by_a a + by_c c + offset| <= constant + inverse / sqrt(b).
+    """Limits of the form |by_b b + by_a a + by_c c + offset| <= constant + inverse / sqrt(b) at gridpoints.
 
     Attributes:
-        by_b: (limits, points).
-        by_a: (limits, points).
-        by_c: (limits, points).
-        offset: (limits, points).
-        constant: (limits, points).
-        inverse: (limits, points).
+        by_b: Coefficients (limits, points) of b.
+        by_a: Coefficients (limits, points) of a.
+        by_c: Coefficients (limits, points) of c.
+        offset: What is there at rest, (limits, points).
+        constant: The part of each bound (limits, points) that does not depend on b.
+        inverse: The part of each bound (limits, points) that goes with 1 / sqrt(b): that of a jerk.
     """
 
     by_b: FloatArray
@@ -90,7 +91,7 @@ class LinearLimits:
     inverse: FloatArray
 
     def values(self, states: FloatArray) -> FloatArray:
-        """(limits, points): by_b b + by_a a + by_c c, for states (3, points)."""
+        """The values by_b b + by_a a + by_c c (limits, points) for states (3, points)."""
         b, a, c = states
         values: FloatArray = self.by_b * b
         values += self.by_a * a
@@ -107,10 +108,11 @@ class LinearLimits:
 
 
 class QuadraticSpline:
-    """b, a and c at the points (all places of all intervals) by the unknowns.
+    """The linear map from the unknowns of the spline to its states b, a and c at the gridpoints of all intervals.
 
     Attributes:
-        maps: (3, 3, places, intervals): (b, a, c) of the unknowns of the interval before, the own and the next.
+        maps: (3, 3, gridpoints, intervals): how b, a and c depend on the unknowns of the interval before, of the own
+            and of the next.
     """
 
     def __init__(self, widths: FloatArray) -> None:
@@ -124,21 +126,21 @@ class QuadraticSpline:
         slope[0, 1] = slope[1, 2] = 1.0 / both
         start, end = value[0, :, :-1], value[1, :, 1:]
         middle = np.array([[0.0], [1.0], [0.0]])
-        self.maps = np.empty((3, 3, len(PLACES), len(widths)))
-        for k, u in enumerate(PLACES):
+        self.maps = np.empty((3, 3, len(GRIDPOINTS), len(widths)))
+        for k, u in enumerate(GRIDPOINTS):
             self.maps[0, :, k] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
             self.maps[1, :, k] = (1.0 - u) * slope[0, :, :-1] + u * slope[1, :, 1:]
             self.maps[2, :, k] = (start - 2.0 * middle + end) / widths**2
         self.count = len(widths)
 
     def states(self, x: FloatArray) -> FloatArray:
-        """(3, points): b, a, c with unknowns (intervals + 2,)."""
+        """The states b, a and c (3, points) that belong to unknowns (intervals + 2,)."""
         n = self.count
         states = self.maps[:, 0] * x[:n] + self.maps[:, 1] * x[1 : n + 1] + self.maps[:, 2] * x[2:]
         return states.reshape(3, -1)
 
     def force(self, forces: FloatArray) -> FloatArray:
-        """What forces (3, points) on b, a and c are on the unknowns (intervals + 2,)."""
+        """Transfer forces (3, points) on b, a and c to the unknowns (intervals + 2,)."""
         n = self.count
         own = np.einsum("yxpn,ypn->xn", self.maps, forces.reshape(3, -1, n))
         total = np.zeros(n + 2)
@@ -147,7 +149,7 @@ class QuadraticSpline:
         return total
 
     def bands(self, stiffness: FloatArray) -> FloatArray:
-        """(3, intervals + 2): the main and two upper diagonals of what stiffness (3, 3, points) is on the unknowns."""
+        """Transfer stiffness (3, 3, points) to the unknowns: the main and two upper diagonals (3, intervals + 2)."""
         n = self.count
         block = stiffness.reshape(3, 3, -1, n)
         bands = np.zeros((3, n + 2))
@@ -159,46 +161,46 @@ class QuadraticSpline:
 
 
 class Aim(ABC):
-    """What a retiming is to make small: a function of b, a and c at the points."""
+    """The objective that a retiming makes small: a function of b, a and c at the gridpoints."""
 
     @abstractmethod
     def value(self, states: FloatArray) -> float:
-        """Of states (3, points); positive."""
+        """The value of the objective at states (3, points); it is positive."""
 
     @abstractmethod
     def slope(self, states: FloatArray) -> FloatArray:
-        """(3, points): its derivative by b, a and c."""
+        """The derivative (3, points) of the objective by b, a and c."""
 
     @abstractmethod
     def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """(3, 3, points): its second derivative, less that of 1 / sqrt(b) times `concave` (points,).
+        """The second derivative (3, 3, points) of the objective, less that of 1 / sqrt(b) times `concave` (points,).
 
-        Where that is not positive semidefinite, what is near and is.
+        Where the difference is not positive semidefinite, a matrix near to it that is stands in for it.
         """
 
 
 class Duration(Aim):
-    """The duration, s.
+    """The duration, s, as the objective: a function of b alone.
 
     Attributes:
-        weights: (points,), of the sum of 1 / sqrt(b) that stands for the integral.
+        weights: Weights (points,), s, in the sum of 1 / sqrt(b) that stands for the integral.
     """
 
     def __init__(self, widths: FloatArray) -> None:
         self.weights = (WEIGHTS[:, None] * widths).ravel()
 
     def value(self, states: FloatArray) -> float:
-        """A function of b alone."""
+        """The duration, s, at states (3, points)."""
         return float((self.weights * states[0] ** -0.5).sum())
 
     def slope(self, states: FloatArray) -> FloatArray:
-        """By b alone."""
+        """The derivative (3, points) of the duration; only that by b is not 0."""
         slope = np.zeros_like(states)
         slope[0] = -0.5 * self.weights * states[0] ** -1.5
         return slope
 
     def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """By b alone."""
+        """The second derivative (3, 3, points) by b, of which at least `LEAST_CURVATURE` remains."""
         result = np.zeros((3, *states.shape))
         result[0, 0] = 0.75 * states[0] ** -2.5 * np.maximum(self.weights - concave, LEAST_CURVATURE * self.weights)
         return result
@@ -208,30 +210,30 @@ class AskedDurations(NamedTuple):
     """Durations of parts of a law that are to be met.
 
     Attributes:
-        weights: (parts, points), of the sums of 1 / sqrt(b) that stand for them.
-        durations: (parts,), s.
+        weights: Weights (parts, points), s, in the sums of 1 / sqrt(b) that stand for the durations.
+        durations: The asked durations (parts,), s.
     """
 
     weights: FloatArray
     durations: FloatArray
 
     def missed(self, b: FloatArray) -> FloatArray:
-        """(parts,), s: by how much too long they are."""
+        """The excess (parts,), s, of the durations over those that are asked."""
         missed: FloatArray = self.weights @ b**-0.5 - self.durations
         return missed
 
     def slopes(self, b: FloatArray) -> FloatArray:
-        """(parts, 3, points): by b, a and c."""
+        """The derivatives (parts, 3, points) of the durations by b, a and c."""
         slopes = np.zeros((len(self.weights), 3, len(b)))
         slopes[:, 0] = -0.5 * self.weights * b**-1.5
         return slopes
 
 
 class Retiming(NamedTuple):
-    """What was found.
+    """The result of a search for the best law.
 
     Attributes:
-        unknowns: (intervals + 2,), of the spline b.
+        unknowns: The unknowns (intervals + 2,) of the spline b.
         converged: Whether nothing better is left, within the tolerance, and durations are met as closely.
     """
 
@@ -240,7 +242,7 @@ class Retiming(NamedTuple):
 
 
 def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
-    """The unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
+    """Find the unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
     none_asked = AskedDurations(np.empty((0, limits.by_b.shape[1])), np.empty(0))
     return best_retiming(widths, limits, Duration(widths), none_asked, tolerance).unknowns
 
@@ -253,22 +255,23 @@ def best_retiming(
     tolerance: float,
     stop_at: float | None = None,
 ) -> Retiming:
-    """The best law within limits.
+    """Find the best law within limits.
 
-    A primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19) without slacks.
+    The method is a primal-dual interior-point method (Nocedal and Wright, Numerical Optimization, 2006, ch. 19)
+    without slack variables.
 
     Args:
-        widths: (intervals,), of the old law's time.
-        limits: At the first places of all intervals, then at the second ones, and so on. They allow rest.
-        aim: At the same points.
+        widths: Lengths (intervals,), s, of the intervals of the old law's time.
+        limits: Limits at the first gridpoints of all intervals, then at the second ones, and so on. They allow rest.
+        aim: The objective, at the same gridpoints.
         asked: Durations to be met.
-        tolerance: Gap between the aim and its lower bound, relative, that may be left.
-        stop_at: By the monotonic clock, s; None: no limit of time.
+        tolerance: Gap between the objective and its lower bound, relative, that may be left.
+        stop_at: Instant of the monotonic clock, s, at which the search ends; None: no limit of time.
     """
     spline = QuadraticSpline(widths)
     x = np.ones(len(widths) + 2)
     x *= FIRST_SHARE * limits.scale(spline.states(x))
-    # On the slow side of what is asked.
+    # The search begins on the slow side of the asked durations.
     share = (1.0 + asked.missed(spline.states(x)[0]) / asked.durations).min(initial=1.0)
     x *= share**2
     states = spline.states(x)
@@ -318,10 +321,10 @@ def best_retiming(
 
 
 class _Barrier:
-    """The barrier at some b: what is left of the limits, and its derivatives by (b, a, c) at each point.
+    """The barrier at some b: what is left of the limits, and its derivatives by (b, a, c) at each gridpoint.
 
     Attributes:
-        slacks: (2, limits, points), what is left below the upper bounds and above the lower ones.
+        slacks: What is left (2, limits, points) below the upper bounds and above the lower ones.
     """
 
     def __init__(self, limits: LinearLimits, states: FloatArray) -> None:
@@ -333,25 +336,25 @@ class _Barrier:
         self.narrowing = 0.5 * limits.inverse * states[0] ** -1.5  # of the bounds, by b
 
     def slack_changes(self, change: FloatArray) -> FloatArray:
-        """(2, limits, points), to first order, when b, a and c change (3, points)."""
+        """The changes of the slacks (2, limits, points), to first order, when b, a and c change (3, points)."""
         values, narrowing = self.limits.values(change), self.narrowing * change[0]
         return np.stack([-narrowing - values, values - narrowing])
 
     def height(self) -> float:
-        """Of a barrier of unit strength; infinite where a limit is reached."""
+        """The value of the barrier of strength 1, minus the sum of log(slacks); infinite where a limit is reached."""
         if self.slacks.min() <= 0.0:
             return np.inf
         return -float(np.log(self.slacks).sum())
 
     def force(self, push: FloatArray) -> FloatArray:
-        """(3, points): away from the limits; `push` is the barrier by the slack, (2, limits, points)."""
+        """The force (3, points) away from the limits, by the barrier's `push` (2, limits, points) on each slack."""
         difference = push[1] - push[0]
         force = np.stack([_over_limits(difference, row) for row in self.rows])
         force[0] -= _over_limits(push[0] + push[1], self.narrowing)
         return force
 
     def stiffness(self, stiffness: FloatArray) -> FloatArray:
-        """(3, 3, points): the Hessian, by that of each slack (2, limits, points)."""
+        """The Hessian (3, 3, points) by b, a and c, by the stiffness (2, limits, points) of each slack."""
         upper, lower = stiffness
         both, pull = upper + lower, (upper - lower) * self.narrowing
         result = np.empty((3, 3, upper.shape[1]))
@@ -368,13 +371,13 @@ class _Barrier:
 
 
 def _over_limits(first: FloatArray, second: FloatArray) -> FloatArray:
-    """(points,): the sums of products over the limits."""
+    """The sums (points,) over the limits of products (limits, points)."""
     result: FloatArray = np.einsum("lp,lp->p", first, second)
     return result
 
 
 def _solve(bands: FloatArray, right: FloatArray) -> FloatArray:
-    """Solution of a positive definite system with two diagonals on either side: L D L^T, number by number."""
+    """Solve a positive definite system with two diagonals on either side, as L D L^T, number by number."""
     main, first, second = (row.tolist() for row in np.pad(bands, ((0, 0), (0, 2))))
     z = [*right.tolist(), 0.0, 0.0]
     count = len(right)

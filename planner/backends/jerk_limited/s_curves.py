@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 
 def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
-    """The fastest laws from 0 to 1, and which of their limits set their time.
+    """Compute the fastest laws from 0 to 1, and which of their limits set their time.
 
-    What Ruckig computes, too, but for limits of any size: four phases of jerk, each t_j long, two of constant
+    Ruckig computes the same, but not for limits of any size: four phases of jerk, each t_j long, two of constant
     acceleration (t_a) and a cruise (t_v); Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and
     Robots (2008), ch. 3.4. The times alone determine the law: v = 1 / (2 t_j + t_a + t_v), a = v / (t_j + t_a) and
     j = a / t_j.
 
     Args:
-        V: (rows,), limits of velocity, 1/s; infinite: none.
-        A: (rows,), of acceleration, 1/s^2.
-        J: (rows,), of jerk, 1/s^3; infinite: the acceleration jumps.
+        V: Limits of velocity (rows,), 1/s; infinite: none.
+        A: Limits of acceleration (rows,), 1/s^2; infinite: none.
+        J: Limits of jerk (rows,), 1/s^3; infinite: the acceleration jumps.
 
     Returns:
         Durations (rows,), s, infinite where there is no limit at all; the laws; for each limit where it binds, (rows,).

@@ -22,7 +22,7 @@ ROUNDED_UP = 1.0 + 1e-10
 
 
 def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
-    """Run straight lines from rest to rest: the path parameter goes from 0 to 1 like a joint with the tightest limits.
+    """Run straight lines from rest to rest: the path position goes from 0 to 1 like a joint with the tightest limits.
 
     A longer duration stretches the law evenly.
     """

@@ -1,4 +1,4 @@
-"""As fast as can be along a curve, the jerk limits kept as well."""
+"""The fastest time law along a curve that keeps every limit, those of jerk included."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.retiming import PLACES, LinearLimits, QuadraticSpline, fastest_retiming
+from planner.backends.jerk_limited.retiming import GRIDPOINTS, LinearLimits, QuadraticSpline, fastest_retiming
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.backends.shared.time_laws import follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import scaled_to_duration
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 ROUNDS = ((20, 10, 3e-2), (35, 20, 1e-3))
-"""Of the search: pieces of the law, those of each segment in addition, and the gap to the optimum that may be left."""
+"""Rounds of the search: the number of pieces of the law, that of each segment in addition, and the relative gap to the
+optimum that may be left."""
 
 MOST_REFINEMENTS = 10
 """Rounds after these, while a limit is exceeded by more than it may be."""
@@ -51,7 +52,7 @@ FINEST = 400
 """Number of its like in the duration from which on an idle piece stays whole: little time can be gained on it."""
 
 GAUSS_POINTS = 5
-"""On each piece of a law, to integrate the time that it takes after retiming."""
+"""Number of Gauss points on each piece of a law, to integrate the time that it takes after retiming."""
 
 SAMPLES_PER_PIECE = 5
 """Gridpoints for torque and tool speed on each piece of a curve at least."""
@@ -60,14 +61,16 @@ SAMPLES_PER_RADIAN = 25
 """Gridpoints in addition for each radian (or m) that the joint travels which travels farthest on the piece."""
 
 ENFORCED = frozenset(QUANTITIES)
+"""The quantities whose limits the law keeps: all there are."""
 
 
 def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
     """The fastest law s(t) along the run's curve that keeps every limit, jerk included; C2, from rest to rest.
 
     The search begins with one quintic over the whole run. Each round splits its longest pieces and retimes it: where it
-    may be faster, and by how much, is a smooth function of time even at the ends, where speed over place has a
-    singularity. What is left between the places that the search looks at, one exact factor on all times sets right.
+    may be faster, and by how much, is a smooth function of time even at the ends, where path velocity over path
+    position has a singularity. What is left between the gridpoints of the search, one exact factor on all times sets
+    right.
 
     Raises:
         InvalidProblem: A duration is asked of a segment that is not alone in its run.
@@ -79,7 +82,7 @@ def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
 
 
 def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
-    """The law, but for what is left between the places that the search looks at.
+    """Find the law, but for what is left between the gridpoints of the search.
 
     Raises:
         LimitsUnsatisfiable: Gravity exceeds a torque limit.
@@ -102,18 +105,18 @@ def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
 
 
 def _quintic(run: Run) -> PiecewisePolynomial:
-    """From rest to rest in 1 s, with a breakpoint where the curve has one."""
-    places = run.curve.breakpoints
-    inner = places[1:-1]
-    whole = PiecewisePolynomial(np.ones(1), places[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
+    """The law from rest to rest in 1 s that is one quintic, with a breakpoint where the curve has one."""
+    knots = run.curve.breakpoints
+    inner = knots[1:-1]
+    whole = PiecewisePolynomial(np.ones(1), knots[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
     law = split_at_knots(whole, inner, np.zeros(len(inner) + 1, dtype=int))
     law.coefficients[1:, 0, 0] = inner
     return law
 
 
 def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
-    """(pieces,), s, that the pieces of a law take after retiming."""
-    b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(PLACES), -1)
+    """The durations (pieces,), s, of the pieces of a law after retiming."""
+    b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
     u, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     u, weights = (u[:, None] + 1.0) / 2.0, weights / 2.0
     inside = b[0] * (1.0 - u) ** 2 + 2.0 * u * (1.0 - u) * unknowns[1:-1] + b[-1] * u**2
@@ -123,7 +126,7 @@ def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArra
 
 def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
     """The law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
-    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(PLACES), -1)
+    b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
     lengths = retimed_lengths(law, unknowns)
     s, speed, gain = law.coefficients[:, 0, :3].T * [[1.0], [1.0], [2.0]]
     end = horner(law.coefficients[-1, 0], law.lengths[-1])
@@ -134,15 +137,15 @@ def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomi
 
 
 class Rates(NamedTuple):
-    """What a law does at the places of its pieces.
+    """The motion that a law makes at the gridpoints of its pieces.
 
     Attributes:
-        s: (places, pieces).
-        ds: (places, pieces, 1), as the next.
-        dds: Second derivative.
-        first: (places, pieces, joints), velocity of the joints; and so on.
-        second: Acceleration.
-        third: Jerk.
+        s: Path positions (gridpoints, pieces).
+        ds: Path velocities (gridpoints, pieces, 1).
+        dds: Path accelerations (gridpoints, pieces, 1).
+        first: Velocities (gridpoints, pieces, joints), rad/s or m/s.
+        second: Accelerations (gridpoints, pieces, joints), rad/s^2 or m/s^2.
+        third: Jerks (gridpoints, pieces, joints), rad/s^3 or m/s^3.
     """
 
     s: FloatArray
@@ -154,10 +157,10 @@ class Rates(NamedTuple):
 
 
 class LimitsOnCurve:
-    """What the limits say about retiming a law along the run's curve.
+    """The limits of a run, as they constrain the retiming of a law along its curve.
 
     Attributes:
-        sampled: Torques and tool speeds.
+        sampled: The limits of torque and tool speed.
     """
 
     def __init__(self, path: JointPath, run: Run, *, knows_torques: bool = False) -> None:
@@ -165,25 +168,25 @@ class LimitsOnCurve:
         self.sampled = _Sampled(path, run, knows_torques)
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
-        """(pieces of the law,): the piece of the curve that each is on."""
+        """The indices (pieces of the law,) of the pieces of the curve that they are on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
     def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
-        """The law, with the segment that each of its pieces is on."""
+        """Mark each piece of the law with the segment that it is on."""
         return law.of_segments(self.curve.segments[self.pieces(law)])
 
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
-        """(pieces,), twice: the most and the least that the law uses of its limits on each, nodes and middle."""
+        """The largest and the least share (pieces,) of its limits that the law uses at the gridpoints of each piece."""
         halves = self.along(law.split(np.full(len(law.lengths), 2)))
         ratios = np.abs(halves.by_b + halves.offset) / (halves.constant + halves.inverse)
-        used = ratios.max(axis=0).reshape(len(PLACES), -1, 2)
+        used = ratios.max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
 
     def rates(self, law: PiecewisePolynomial) -> Rates:
-        """Of the joints."""
+        """Compute the motion that a law makes of the curve."""
         on = self.pieces(law)
         s, ds, dds, ddds = (
-            horner(differentiate(law.coefficients[:, 0], k), PLACES[:, None] * law.lengths) for k in range(4)
+            horner(differentiate(law.coefficients[:, 0], k), GRIDPOINTS[:, None] * law.lengths) for k in range(4)
         )
         x = np.clip(s - self.curve.breakpoints[on], 0.0, self.curve.lengths[on])[..., None]
         dq, ddq, dddq = (horner(self.curve.derivative_coefficients(k)[on], x) for k in (1, 2, 3))
@@ -192,7 +195,7 @@ class LimitsOnCurve:
         return Rates(s, ds, dds, dq * ds, ddq * ds**2 + dq * dds, third)
 
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
-        """All of them, as shares of the limits, at the places of the law's pieces."""
+        """Linearise all limits at the gridpoints of the law's pieces, each divided by the limit itself."""
         s, ds, dds, first, second, third = self.rates(law)
         own = self.limits.of(self.curve.segments[self.pieces(law)])
         speeds = (np.abs(first) / own.velocity).max(axis=2)[..., None]
@@ -250,9 +253,9 @@ class _Sampled:
         """The torques' coefficients of b, a and c, and gravity, each (..., joints), where a law is at s (...).
 
         Args:
-            s: (...).
-            ds: (..., 1), the law's path velocity.
-            dds: (..., 1), the law's path acceleration.
+            s: Path positions (...).
+            ds: Path velocities (..., 1) of the law.
+            dds: Path accelerations (..., 1) of the law.
         """
         values = np.stack([np.interp(s, self.gridpoints, own) for own in self.dynamics], axis=-1)
         inertia, centripetal, gravity = np.split(values, 3, axis=-1)

@@ -70,7 +70,7 @@ class Ruckig:
     )
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The fastest motion, or one of the asked durations."""
+        """Compute the fastest motion found, or one of the asked durations."""
         ends = end_states(self, path.robot.dof)
         lines = self._lines(path, ends)
         parts = time_lines(path, lines, along_lines, partial(time_run, path))
@@ -107,7 +107,7 @@ class Ruckig:
         return min(others, key=lambda pieces: float(pieces.lengths.sum()))
 
     def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
-        """At each waypoint of a run."""
+        """The motion that stops at each waypoint of a run."""
         if self.synchronization == "phase":
             lines = path.straight_motions(run.segments)
             return joined(time_lines(path, lines, along_lines, partial(time_run, path)))

@@ -1,4 +1,4 @@
-"""Joints from state to state, each as fast as its limits allow: single calls of Ruckig, taken out as cubics.
+"""Motions of joints from state to state, each as fast as its limits allow: single calls of Ruckig, read as cubics.
 
 A state is a position, a velocity and an acceleration (Berscheid and Kroeger, Jerk-limited Real-time Trajectory
 Generation with Arbitrary Target States, 2021). Numbers should be about 1 for the library's absolute tolerances: the
@@ -28,23 +28,24 @@ _SYNCHRONIZATIONS = {
     "time": ruckig.Synchronization.Time,
     "none": ruckig.Synchronization.No,
 }
+"""The library's names of the synchronizations; with `none` each joint has a duration of its own."""
 
 
 class Rates(NamedTuple):
-    """Velocity and acceleration, both (states, joints)."""
+    """Velocities and accelerations of several states, both (states, joints)."""
 
     velocity: FloatArray
     acceleration: FloatArray
 
 
 class Passage(NamedTuple):
-    """One motion of all joints.
+    """One motion of all joints from state to state.
 
     Attributes:
-        duration: s.
-        lowest: (joints,), the least position on the way, from the start on.
-        highest: (joints,), the greatest.
-        profiles: Ruckig's, one a joint.
+        duration: The duration, s or in the caller's unit of time.
+        lowest: The least position (joints,) on the way, relative to the start.
+        highest: The greatest position (joints,) on the way, relative to the start.
+        profiles: Ruckig's profiles, one a joint.
     """
 
     duration: float
@@ -54,13 +55,13 @@ class Passage(NamedTuple):
 
 
 class ShortestTimes:
-    """The shortest times of many motions of single joints: one call of the library for all of them.
+    """The shortest times of many motions of single joints: one call of the library computes all of them.
 
     The library's degrees of freedom are the joints of all rows, which it does not synchronise.
 
     Args:
-        travels: (rows, joints).
-        limits: Of each row and joint.
+        travels: Travels (rows, joints).
+        limits: The limits of each row and joint.
     """
 
     def __init__(self, travels: FloatArray, limits: RateLimits) -> None:
@@ -71,7 +72,7 @@ class ShortestTimes:
         self._output = ruckig.Trajectory(travels.size)
 
     def between(self, starts: Rates, ends: Rates) -> FloatArray:
-        """(rows, joints), s; infinite, all of them, where any of these motions is impossible."""
+        """The shortest times (rows, joints); all of them are infinite where any of these motions is impossible."""
         if not _calculate(self._library, self._input, self._output, starts, ends):
             return np.full(self.shape, np.inf)
         times: FloatArray = np.array(self._output.independent_min_durations).reshape(self.shape)
@@ -82,9 +83,9 @@ class Passages:
     """Motions of all joints at once, row by row.
 
     Args:
-        travels: (rows, joints).
-        limits: Of each row and joint.
-        least: (rows,), s: no motion is shorter; NaN: as short as can be.
+        travels: Travels (rows, joints).
+        limits: The limits of each row and joint.
+        least: Durations (rows,) that the motions take at least; NaN: as short as can be.
         synchronization: `time`: all joints arrive at the same time. `phase`: on a straight line, too, if the states
             at the ends permit it.
     """
@@ -99,7 +100,7 @@ class Passages:
         self._library = ruckig.Ruckig(travels.shape[1])
 
     def of(self, rows: Sequence[int], starts: Rates, ends: Rates) -> list[Passage | None]:
-        """Some of the motions, from the rates (motions, joints) at their starts to those at their ends; None: none."""
+        """Compute some of the motions, with rates (motions, joints) at their starts and ends; None: impossible."""
         outputs: list[ruckig.Trajectory | None] = []
         for row, *rates in zip(rows, *starts, *ends, strict=True):
             output = ruckig.Trajectory(len(rates[0]))
@@ -118,6 +119,7 @@ class Passages:
 def _input(
     travel: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray
 ) -> ruckig.InputParameter:
+    """The library's input for a motion from position 0 over a travel (joints,) within limits (joints,)."""
     asked = ruckig.InputParameter(len(travel))
     asked.target_position = travel.tolist()
     asked.max_velocity, asked.max_acceleration = velocity.tolist(), acceleration.tolist()
@@ -128,11 +130,12 @@ def _input(
 def _calculate(
     library: ruckig.Ruckig, asked: ruckig.InputParameter, output: ruckig.Trajectory, start: Rates, end: Rates
 ) -> bool:
+    """Whether the library finds the motion between two states, which it then leaves in `output`."""
     asked.current_velocity, asked.current_acceleration = (rate.ravel().tolist() for rate in start)
     asked.target_velocity, asked.target_acceleration = (rate.ravel().tolist() for rate in end)
     try:
         library.calculate(asked, output)
-    except (ruckig.RuckigError, ValueError):  # a ValueError: of a result that its enumeration has no name for
+    except (ruckig.RuckigError, ValueError):  # a ValueError, if its enumeration has no name for the result
         return False
     return True
 
@@ -152,15 +155,15 @@ def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArra
 
 
 def cubic_pieces(profiles: Sequence[ruckig.Profile], travel: FloatArray, end: Rates) -> tuple[FloatArray, FloatArray]:
-    """The profiles as cubics on common pieces: the phases of all joints.
+    """Read the profiles as cubics on common pieces: the phases of all joints.
 
-    What rounding has left between the end of the profiles and the state that they are to reach is taken up by a change
-    of the jerks, the least there is.
+    The least change of the jerks that will do takes up what rounding has left between the end of the profiles and the
+    state that they are to reach.
 
     Args:
-        profiles: One a joint, from position 0 on.
-        travel: (joints,), to the end.
-        end: Velocity and acceleration (joints,) there.
+        profiles: Profiles, one a joint, from position 0 on.
+        travel: Travel (joints,) from start to end.
+        end: Velocity and acceleration (joints,) at the end.
 
     Returns:
         Lengths (pieces,), and coefficients (pieces, joints, 4), ascending powers of local time.

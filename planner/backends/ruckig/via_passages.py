@@ -1,4 +1,4 @@
-"""The synchronised motions between waypoints, and how they are mended by slowing single joints."""
+"""The synchronised motions between waypoints, which are mended by slowing single joints."""
 
 from __future__ import annotations
 
@@ -18,11 +18,16 @@ SLOWER = (0.75, 0.5, 0.25, 0.0)
 """Factors on a joint's velocity and acceleration at a waypoint that are tried where a segment is to be mended."""
 
 MOST_MENDINGS = 24
-"""Joints that are slowed at a waypoint, one after the other."""
+"""Number of times that a joint is slowed at a waypoint, or at two, at most."""
 
 
 class MendedPassages:
-    """The synchronised motions between the waypoints, in the units of the search."""
+    """The synchronised motions between the waypoints, in units in which everything is about 1.
+
+    Args:
+        problem: The waypoints and their limits, in these units.
+        rates: Velocities and accelerations (waypoints, joints) with which the waypoints are passed.
+    """
 
     def __init__(self, problem: ViaProblem, rates: Rates) -> None:
         self.problem, self.rates = problem, rates
@@ -35,14 +40,16 @@ class MendedPassages:
 
     @property
     def cost(self) -> float:
-        """The total time, and what it leaves undone."""
+        """The total time, and the weighted violations of asked durations and of position limits."""
         return sum(self._cost(segment, passage) for segment, passage in enumerate(self.passages))
 
     def _passage(self, segment: int, rates: Rates) -> Passage | None:
+        """The motion on a segment with rates (waypoints, joints); None: it is impossible."""
         (passage,) = self._passages.of([segment], *_ends(Rates(*(rate[segment : segment + 2] for rate in rates))))
         return passage
 
     def _cost(self, segment: int, passage: Passage | None) -> float:
+        """The time of a motion on a segment, and its weighted violations; infinite: it is impossible."""
         if passage is None:
             return np.inf
         asked = self.problem.asked[segment]
@@ -50,13 +57,13 @@ class MendedPassages:
         return float(time + OUTSIDE * self._outside(segment, passage).sum())
 
     def _outside(self, segment: int, passage: Passage) -> FloatArray:
-        """(joints,), how far each joint leaves its limits, and 1 for doing so at all."""
+        """How far (joints,) each joint leaves its position limits, and 1 in addition where it does."""
         below, above = self._room[0][segment] - passage.lowest, passage.highest - self._room[1][segment]
         outside: FloatArray = np.maximum(np.maximum(below, above), 0.0)
         return np.where(outside > LIMIT_TOLERANCE, 1.0 + outside, 0.0)
 
     def _faults(self, segment: int) -> tuple[float, np.ndarray]:
-        """How much could be gained by mending a segment, and which joints might be to blame."""
+        """How much could be gained by mending a segment, and the indices of the joints that may be to blame."""
         passage = self.passages[segment]
         everyone = np.arange(self.shortest.shape[1])
         if passage is None:
@@ -70,7 +77,7 @@ class MendedPassages:
 
     @property
     def faulty_joints(self) -> np.ndarray:
-        """(joints,): which might be to blame for what is to be mended."""
+        """Whether each joint (joints,) may be to blame for a segment that is to be mended."""
         faulty = np.zeros(self.shortest.shape[1], dtype=bool)
         for segment in range(len(self.passages)):
             worth, joints = self._faults(segment)
@@ -92,20 +99,23 @@ class MendedPassages:
                 hopeless.clear()
 
     def _mend(self, segment: int, joints: np.ndarray) -> bool:
+        """Slow one of the joints at one end of a segment or at both, if that lowers the cost; whether it does."""
         inner = [k for k in (segment, segment + 1) if 0 < k < len(self.passages)]
-        places = [[k] for k in inner] + ([inner] if len(inner) == 2 else [])
+        choices = [[k] for k in inner] + ([inner] if len(inner) == 2 else [])
         near = range(max(segment - 1, 0), min(segment + 2, len(self.passages)))
         least = sum(self._cost(s, self.passages[s]) for s in near) * (1.0 - LIMIT_TOLERANCE)
         best = None
         for joint in joints:
-            for place in places:
-                if not any(rate[place, joint].any() for rate in self.rates):
+            for waypoints in choices:
+                if not any(rate[waypoints, joint].any() for rate in self.rates):
                     continue
                 for factor in SLOWER:
                     rates = Rates(*(rate.copy() for rate in self.rates))
                     for rate in rates:
-                        rate[place, joint] *= factor
-                    trial = {s: self._passage(s, rates) if {s, s + 1} & set(place) else self.passages[s] for s in near}
+                        rate[waypoints, joint] *= factor
+                    trial = {
+                        s: self._passage(s, rates) if {s, s + 1} & set(waypoints) else self.passages[s] for s in near
+                    }
                     cost = sum(self._cost(s, passage) for s, passage in trial.items())
                     if cost < least:
                         least, best = cost, (rates, trial)
@@ -118,11 +128,20 @@ class MendedPassages:
         return True
 
     def _shortest(self) -> FloatArray:
-        """(segments, joints)."""
+        """The shortest times (segments, joints) of the single joints."""
         return self._times.between(*_ends(self.rates))
 
     def motion(self, problem: ViaProblem, length: FloatArray, time: float) -> ViaMotion | None:
-        """In SI units; None where one of the motions is impossible."""
+        """Give the motion in SI units.
+
+        Args:
+            problem: The problem in SI units.
+            length: The unit of length (joints,) of each joint, rad or m.
+            time: The unit of time, s.
+
+        Returns:
+            None: One of the motions is impossible.
+        """
         passages = [passage for passage in self.passages if passage is not None]
         if len(passages) < len(self.passages):
             return None
@@ -148,5 +167,5 @@ class MendedPassages:
 
 
 def _ends(rates: Rates) -> tuple[Rates, Rates]:
-    """(segments, joints), at the start and at the end of each, of those at waypoints."""
+    """The rates (segments, joints) at the start and at the end of each segment, from those at waypoints."""
     return Rates(*(rate[:-1] for rate in rates)), Rates(*(rate[1:] for rate in rates))

@@ -1,4 +1,4 @@
-"""Waypoints to be passed, and how they are passed."""
+"""The problem of passing waypoints without stopping, its units, and the motion that solves it."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ OUTSIDE = 30.0
 """Weight of the travel beyond a position limit, in units of the search, against the duration."""
 
 NO_TRAVEL = 1e-7
-"""Share of what a joint could travel below which its travel is none: what it is in truth takes as little of its limits,
-and is put back when the motion is found."""
+"""Share of what a joint could travel below which its travel counts as none while the motion is sought: it takes as
+little of the joint's limits, and is put back when the motion is found."""
 
 LEAST_TRAVEL = 1e-4
 """Share of what a joint could travel below which its travel is not its unit of length: in such units its limits are at
@@ -35,14 +35,14 @@ class ViaProblem:
     """Waypoints to be passed.
 
     Attributes:
-        positions: (waypoints, joints), rad or m, within their limits.
-        lower: (joints,), rad or m.
-        upper: (joints,), rad or m.
-        limits: Of each segment and joint.
-        asked: (segments,), s; NaN: as short as can be.
+        positions: Positions (waypoints, joints), rad or m, within their limits.
+        lower: Lower position limits (joints,), rad or m.
+        upper: Upper position limits (joints,), rad or m.
+        limits: Limits of velocity, acceleration and jerk of each segment and joint.
+        asked: Asked durations (segments,), s; NaN: as short as can be.
         start: Rates (joints,) at the first waypoint.
         end: Rates (joints,) at the last.
-        synchronization: Of the joints on a segment.
+        synchronization: How the joints are synchronised on a segment.
     """
 
     positions: FloatArray
@@ -56,20 +56,20 @@ class ViaProblem:
 
     @property
     def travels(self) -> FloatArray:
-        """(segments, joints)."""
+        """The travels (segments, joints), rad or m."""
         travels: FloatArray = np.diff(self.positions, axis=0)
         return travels
 
     @property
     def possible_travels(self) -> FloatArray:
-        """(segments, joints): how far each joint could travel from rest to rest while the slowest one does its part."""
+        """How far (segments, joints) each joint could travel from rest to rest while the slowest one does its part."""
         t = least_times(self.travels, self.limits).max(axis=1)[:, None]
         velocity, acceleration, jerk = self.limits
         possible: FloatArray = np.minimum(np.minimum(velocity * t, acceleration * t**2 / 4.0), jerk * t**3 / 32.0)
         return possible
 
     def without_rounding(self) -> ViaProblem:
-        """The same problem, joints at rest that would move by no more than rounding."""
+        """Hold the joints at rest that would move by no more than rounding."""
         moves = (np.abs(self.travels) > NO_TRAVEL * self.possible_travels).any(axis=0)
         moves |= np.any([rates != 0.0 for rates in (*self.start, *self.end)], axis=0)
         return replace(self, positions=np.where(moves, self.positions, self.positions[0]))
@@ -86,7 +86,7 @@ class ViaProblem:
         return length, float(times.mean())
 
     def in_units(self, length: FloatArray, time: float) -> ViaProblem:
-        """The same problem in other units: a length (joints,) for each joint, and a time."""
+        """Convert the problem to units of length (joints,), rad or m, one a joint, and of time, s."""
         speed, surge = length / time, length / time**2
         limits = RateLimits(
             self.limits.velocity / speed, self.limits.acceleration / surge, self.limits.jerk * time / surge
@@ -104,14 +104,14 @@ class ViaProblem:
 
 
 class ViaMotion(NamedTuple):
-    """How the waypoints are passed.
+    """A motion that passes the waypoints.
 
     Attributes:
-        durations: (segments,), s.
+        durations: Durations (segments,), s.
         pieces: The motion in cubics of time; their `segments` are rows of the problem.
-        lowest: (segments, joints), the least positions.
-        highest: (segments, joints), the greatest.
-        slowest: (segments,), index of the joint that takes the longest.
+        lowest: The least positions (segments, joints), rad or m.
+        highest: The greatest positions (segments, joints), rad or m.
+        slowest: Index (segments,) of the joint that takes the longest.
     """
 
     durations: FloatArray

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 PIECES = 8
-"""Of constant jerk in each segment."""
+"""Number of pieces of constant jerk in each segment."""
 
 MOST_STEPS = 30
 """Newton steps in one search."""
@@ -70,19 +70,20 @@ NO_ROOM = 1e-3
 """Share of that room below which a limit leaves next to none."""
 
 NO_LIMIT = 1e6
-"""In the place of infinite, in units in which everything is about 1."""
+"""Number that stands for an infinite limit, in units in which everything is about 1."""
 
 FIXED = 4
 """Unknowns of a joint on a segment that are not its own: velocity and acceleration at its start and at its end."""
 
 
 class _Grid(NamedTuple):
-    """What is limited, on a segment of duration 1.
+    """The limited quantities of a joint on a segment of duration 1, as linear functions of travel and unknowns.
 
     Attributes:
-        rows: (rows, unknowns): by velocity and acceleration at the start and the end, and the free numbers.
-        travel: (rows,): by the travel.
-        powers: (rows,): 3 for jerks, 2 for accelerations, 1 for velocities, 0 for positions.
+        rows: Coefficients (rows, unknowns) of velocity and acceleration at the start and the end, and of the free
+            numbers.
+        travel: Coefficients (rows,) of the travel.
+        powers: Orders of differentiation (rows,): 3 for jerks, 2 for accelerations, 1 for velocities, 0 for positions.
     """
 
     rows: FloatArray
@@ -91,12 +92,12 @@ class _Grid(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """Where the search is.
+    """The values of all unknowns of the search.
 
     Attributes:
-        times: (segments,).
-        states: (waypoints, joints, 2): velocity and acceleration.
-        free: (segments, joints, free).
+        times: Durations (segments,).
+        states: Velocities and accelerations (waypoints, joints, 2).
+        free: The free numbers (segments, joints, free) of each joint on each segment.
     """
 
     times: FloatArray
@@ -104,15 +105,15 @@ class _Point(NamedTuple):
     free: FloatArray
 
     def moved(self, step: _Point, share: float) -> _Point:
-        """A part of a step further."""
+        """Go a share of a step further."""
         return _Point(*(own + share * change for own, change in zip(self, step, strict=True)))
 
 
 def passing_states(problem: ViaProblem) -> Rates:
-    """Velocities and accelerations (waypoints, joints) for a fast motion, near to the fastest.
+    """Find velocities and accelerations (waypoints, joints) for a fast motion, near to the fastest.
 
     Args:
-        problem: In units in which everything is about 1.
+        problem: The problem, in units in which everything is about 1.
     """
     point = _Program(problem).solve()
     return Rates(point.states[..., 0], point.states[..., 1])
@@ -144,7 +145,7 @@ class _Program:
         self.widened = np.where(slacks < NO_ROOM * margin, margin - slacks, 0.0)
 
     def _start(self, problem: ViaProblem) -> _Point:
-        """At rest at all waypoints, but for the ends of the whole: the jerks are the least there are."""
+        """The point at which the search begins: at rest at all inner waypoints, with the least jerks there are."""
         count, joints = problem.travels.shape
         times = np.zeros(count)
         for power in (1, 2, 3):
@@ -158,14 +159,14 @@ class _Program:
         return _Point(np.maximum(times, self.shortest) * SLOWER, states, free)
 
     def _scales(self, times: FloatArray) -> FloatArray:
-        """(segments, 1, unknowns): what the unknowns of duration 1 are by those of the segment."""
+        """The factors (segments, 1, unknowns) from the unknowns of a segment to those on a segment of duration 1."""
         scales = np.ones((len(times), 1, self.grid.rows.shape[1]))
         scales[:, 0, 0] = scales[:, 0, 2] = times
         scales[:, 0, 1] = scales[:, 0, 3] = times**2
         return scales
 
     def _slacks(self, point: _Point) -> FloatArray:
-        """What is left of the limits, flat: of the upper and the lower ones, then of the durations (segments,)."""
+        """The slacks, flat: those of the upper and the lower limits, then those of the durations (segments,)."""
         ends = np.concatenate([point.states[:-1], point.states[1:]], axis=-1)
         unknowns = self._scales(point.times) * np.concatenate([ends, point.free], axis=-1)
         values = self.by_travel + unknowns @ self.grid.rows.T
@@ -173,7 +174,7 @@ class _Program:
         return np.append(limits - self.signs * values, point.times - self.shortest)
 
     def solve(self) -> _Point:
-        """The point at which the search ends."""
+        """Search, and give the point at which the search ends."""
         point, widened = self.start, self.widened
         slacks = self._slacks(point) + widened
         limits = InteriorPoint.on_central_path(slacks, FIRST_SHARE * float(self.costs @ point.times) / slacks.size)
@@ -204,11 +205,11 @@ class _Program:
         return point
 
     def _newton(self, point: _Point, terms: NewtonTerms) -> tuple[_Point, FloatArray]:
-        """The step, and the change of the slacks, to first order.
+        """Compute Newton's step, and the changes of the slacks, to first order.
 
         Args:
-            point: Where it starts.
-            terms: Of the slacks.
+            point: The point where the step starts.
+            terms: What the limits add to Newton's system.
         """
         rows, powers, times = self.grid.rows, self.grid.powers, point.times[:, None, None]
         count, joints = point.times.size, point.free.shape[1]
@@ -258,7 +259,7 @@ class _Program:
 
 @lru_cache(maxsize=1)
 def _grid(pieces: int) -> _Grid:
-    """By the Bezier points of equal pieces of constant jerk."""
+    """Build the grid of equal pieces of constant jerk: what is limited are their Bezier points."""
     d, identity = 1.0 / pieces, np.eye(pieces + 2)
     # All by velocity and acceleration at the start, and the jerks of the pieces.
     jerks = identity[2:]

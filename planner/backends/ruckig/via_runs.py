@@ -1,4 +1,4 @@
-"""Joint motions from state to state with durations: waypoints passed without stopping, ends in motion."""
+"""Runs of joint motions with their durations: waypoints are passed without stopping, and ends may be in motion."""
 
 from __future__ import annotations
 
@@ -31,34 +31,35 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_SLOWINGS = 10
-"""Times that segments are slowed until they keep the limits of torque and tool speed."""
+"""Number of times that segments are slowed, at most, until they keep the limits of torque and tool speed."""
 
 ENOUGH_SLOWINGS = 4
-"""Times after which a motion will do that keeps them when it is stretched as a whole."""
+"""Number of times after which a motion will do that keeps them when it is stretched as a whole."""
 
 HASTE = 1.0 + 1e-4
 """Factor by which segments are slowed beyond their need, so that the search ends."""
 
 MOST_TRIALS = 4
-"""Of longer durations, before those of stopping are offered."""
+"""Number of trials of longer durations, before those of stopping are offered as a remedy."""
 
 SURELY = 1.0 + 1e-6
-"""What a duration that is offered as a remedy is longer by than the one that was found."""
+"""Factor by which a duration that is offered as a remedy is longer than the one that was found."""
 
 
 def time_joint_run(
     path: JointPath, segments: np.ndarray, ends: EndStates, synchronization: Synchronization, enforced: frozenset[str]
 ) -> tuple[SegmentedPolynomial, bool]:
-    """The fastest motion found through the waypoints of some joint motions, never slower than stopping at each.
-
-    And whether torque or tool speed slowed it down.
+    """Find the fastest motion through the waypoints of some joint motions, never slower than stopping at each.
 
     Args:
-        path: With limits and durations.
-        segments: (segments,), indices of segments that follow each other.
-        ends: Of the whole path; those that are its first or last segment heed them.
-        synchronization: Of the joints, where there are no waypoints between.
+        path: The path, with limits and durations.
+        segments: Indices (segments,) of segments that follow each other.
+        ends: The motion asked at the ends of the whole path, which its first and its last segment heed.
+        synchronization: How the joints are synchronised where there are no waypoints between.
         enforced: The quantities whose limits are kept.
+
+    Returns:
+        The motion, and whether torque or tool speed slowed it down.
 
     Raises:
         InfeasibleDuration: An asked duration is too short.
@@ -71,15 +72,15 @@ def time_joint_run(
 
 @dataclass(frozen=True, eq=False)
 class _Candidate:
-    """A motion that keeps its limits, but for what is said here.
+    """A motion that keeps its limits, but for the durations asked of it.
 
     Attributes:
-        pieces: Of it.
-        durations: (segments,), s.
-        shortest: (segments,), s: those without any asked, where each segment is by itself.
-        motion: As it came, before it was stretched.
-        needed: By segment, how it is to be scaled in time to keep its limits.
-        slowed: Whether torque or tool speed ask for noticeably more time than the joints' own limits.
+        pieces: The motion.
+        durations: Durations (segments,), s.
+        shortest: Durations (segments,), s, that the segments take by themselves when none is asked.
+        motion: The motion before it was stretched.
+        needed: The factor on time with which each segment just keeps its limits, by segment.
+        slowed: Whether torque or tool speed take noticeably more time than the joints' own limits.
     """
 
     pieces: SegmentedPolynomial
@@ -91,7 +92,7 @@ class _Candidate:
 
 
 class _JointRun:
-    """A run of joint motions, and what is asked of it."""
+    """A run of joint motions, with the durations and the motion at its ends that are asked."""
 
     def __init__(
         self,
@@ -155,7 +156,7 @@ class _JointRun:
         return too_short
 
     def _least_stopping(self) -> float:
-        """S, what stopping at each waypoint takes at least: the joint limits by themselves."""
+        """The time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it."""
         d = np.abs(self.problem.travels)
         with np.errstate(divide="ignore"):
             times = s_curves(*((limit / d).ravel() for limit in self.problem.limits))[0].reshape(d.shape)
@@ -183,7 +184,7 @@ class _JointRun:
         return _Candidate(joined(parts), np.array(durations), motion.durations * factors, motion, needed, slowed)
 
     def _slowed(self, asked: FloatArray, *, stopping: bool, stop_times: FloatArray | None = None) -> _Candidate | None:
-        """The motion under limits that are made narrower until torque and tool speed keep theirs, too."""
+        """Narrow the joints' limits until torque and tool speed keep theirs, too; None: no motion is found."""
         slowness = np.ones(len(asked))
         if stop_times is not None:
             # Where there is more time than from rest to rest, a slow motion rather than a detour.
@@ -227,7 +228,10 @@ class _JointRun:
         return best
 
     def _slowed_limits(self, slowness: FloatArray, speeds: FloatArray) -> RateLimits:
-        """The limits of slower segments, no joint faster than `speeds`; wide enough for the motion at the ends."""
+        """Narrow the limits by factors on time (segments,), and velocities to speeds (segments, joints).
+
+        They remain wide enough for the motion at the ends.
+        """
         slowed = self.problem.limits.slowed(slowness)
         slowed = slowed._replace(velocity=np.minimum(slowed.velocity, speeds))
         for row, rates in ((0, self.problem.start), (-1, self.problem.end)):
@@ -275,7 +279,7 @@ class _JointRun:
         )
 
     def _infeasible_error(self, candidate: _Candidate, stop_times: FloatArray | None) -> InfeasibleDuration:
-        """The refusal of asked durations, with such instead that are found by trying them."""
+        """The refusal of asked durations, with longer ones as remedies that are found by trying them."""
         short = self._too_short(candidate)
         needed = self._longer_durations(candidate.durations, stop_times)
         first = int(np.flatnonzero(short)[0])

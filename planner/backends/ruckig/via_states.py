@@ -1,4 +1,4 @@
-"""With which velocities and accelerations to pass waypoints, so that the whole takes the least time.
+"""The velocities and accelerations with which waypoints are passed, so that the whole takes the least time.
 
 Between two waypoints each joint moves from state to state as fast as it can, and waits for the slowest: a segment
 takes the longest of its joints' shortest times. States near to the best come from the program of `via_program`, whose
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 EXPONENT = 200.0
-"""Of the norm that stands for the longest time: joints that hardly wait are not to hold up the others."""
+"""Exponent of the norm that stands for the longest time: joints that hardly wait are not to hold up the others."""
 
 AROUND = np.array([[0.0, 0.0], *([np.cos(angle), np.sin(angle)] for angle in 0.1 + np.arange(6) * np.pi / 3.0)])
-"""Changes of the two variables of a joint at a waypoint that are tried; none first."""
+"""Changes of the two variables of a joint at a waypoint that are tried, in radii: first none, then six around."""
 
 WIDEST = 0.15
 """Size of the first changes, in units of the variables, which are shares of what is possible."""
 
 MOST_SWEEPS = 3
-"""Times that all waypoints are moved."""
+"""Number of times that all waypoints are moved."""
 
 LEAST_GAIN = 1e-6
 """Relative gain of time that is worth a move."""
@@ -45,10 +45,10 @@ INSIDE = 1.0 - 1e-4
 
 
 def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
-    """The fastest motion found; asked durations and position limits are kept as far as can be: to be looked at.
+    """Find a fast motion; asked durations and position limits are kept as far as can be, which the caller has to check.
 
     Args:
-        problem: In SI units.
+        problem: The problem in SI units.
         stopping: Whether to come to rest at each inner waypoint.
 
     Returns:
@@ -67,7 +67,7 @@ def pass_waypoints(problem: ViaProblem, *, stopping: bool) -> ViaMotion | None:
 
 
 class _Search:
-    """Over velocities and accelerations at the inner waypoints; in units in which everything is about 1.
+    """The search over velocities and accelerations at the inner waypoints, in units in which everything is about 1.
 
     The variables are shares of the velocities and accelerations that are possible.
     """
@@ -78,7 +78,7 @@ class _Search:
         count, joints = travels.shape
         self.asked = problem.asked
         velocity, acceleration, jerk = (np.minimum(limit[1:], limit[:-1]) for limit in limits)
-        # Never faster than a joint can be that travels all the way in one direction: the variables are to matter.
+        # No faster than a joint can be that travels all the way in one direction, so that the variables matter.
         way = np.maximum(np.abs(travels).sum(axis=0), 1.0)
         velocity = np.minimum(velocity, np.minimum(np.cbrt(4.0 * jerk * way**2), 2.0 * np.sqrt(acceleration * way)))
         velocity = velocity * INSIDE
@@ -90,11 +90,11 @@ class _Search:
 
     @property
     def at_rest(self) -> Rates:
-        """(waypoints, joints): all inner waypoints at rest."""
+        """The rates (waypoints, joints) with all inner waypoints at rest."""
         return self.rates(np.zeros(self._shape))
 
     def rates(self, x: FloatArray) -> Rates:
-        """(waypoints, joints), of the variables (2, inner waypoints, joints)."""
+        """The rates (waypoints, joints) that belong to variables (2, inner waypoints, joints)."""
         inner, start, end = self._inner_rates(x), self.problem.start, self.problem.end
         return Rates(
             np.vstack([start.velocity, inner.velocity, end.velocity]),
@@ -102,7 +102,7 @@ class _Search:
         )
 
     def _inner_rates(self, x: FloatArray) -> Rates:
-        """(..., inner waypoints, joints), of the variables (..., 2, inner waypoints, joints)."""
+        """The rates (..., inner waypoints, joints) that belong to variables (..., 2, inner waypoints, joints)."""
         share = np.clip(x, -1.0, 1.0)
         acceleration = share[..., 1, :, :] * self.acceleration
         velocity = share[..., 0, :, :]
@@ -117,7 +117,7 @@ class _Search:
         return self.rates(self._variables(rates))
 
     def polished(self, rates: Rates) -> MendedPassages:
-        """The same, each joint's state at each waypoint moved to the best of those around it, as long as that helps.
+        """Move each joint's state at each waypoint to the best of those around it, as long as that helps.
 
         The shortest times have cliffs, where a joint can just not reach a speed in its segment, and no slope leads
         along them. Every other waypoint is moved at once, as its segments depend on no other that moves. A joint whose
@@ -139,7 +139,7 @@ class _Search:
         return passages
 
     def _variables(self, rates: Rates) -> FloatArray:
-        """(2, inner waypoints, joints): those of rates, or of the nearest that are possible."""
+        """The variables (2, inner waypoints, joints) of rates, or of the nearest rates that are possible."""
         velocity, acceleration = (rate[1:-1] for rate in rates)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(np.nan_to_num(acceleration / self.acceleration), -1.0, 1.0)
@@ -148,7 +148,7 @@ class _Search:
         return limited
 
     def _moved(self, x: FloatArray, group: np.ndarray, batch: ShortestTimes, radius: FloatArray) -> FloatArray:
-        """The variables with these waypoints moved, and the radius (inner waypoints, joints) adapted for the next."""
+        """Move these waypoints, and adapt the radius (inner waypoints, joints) for the next time."""
         rates, trials = self.rates(x), x + AROUND[:, :, None, None] * radius
         starts, ends = [], []
         for own, trial in zip(rates, self._inner_rates(trials), strict=True):
@@ -168,10 +168,11 @@ class _Search:
         return x
 
     def _batch(self, rows: np.ndarray) -> ShortestTimes:
+        """The shortest times of some of the segments."""
         return ShortestTimes(self.problem.travels[rows], self.problem.limits.of(rows))
 
     def _costs(self, times: FloatArray, segments: np.ndarray) -> FloatArray:
-        """(trials, segments, joints): of a segment where one joint takes another time (the first trial: as it is)."""
+        """The costs (trials, segments, joints) of segments where one joint takes another time; first, as it is."""
         own = times[:1]
         longest = np.maximum(own.max(axis=2, keepdims=True), LIMIT_TOLERANCE)
         with np.errstate(over="ignore"):

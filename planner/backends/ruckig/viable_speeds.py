@@ -1,4 +1,4 @@
-"""With which speeds a joint may pass a place between its position limits."""
+"""The speeds with which a joint may pass a position, so that it stays within its position limits."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 NO_LIMIT = 1e6
-"""In the place of infinite, in units in which everything is about 1: so that 0 times it is 0."""
+"""Number that stands for an infinite limit, in units in which everything is about 1, so that 0 times it is 0."""
 
 
 class ViableSpeeds:
     """Speeds from which a joint can stop before its position limits, and to which it can have come from rest.
 
     Args:
-        above: (places, joints): room below the upper position limits.
-        below: The same above the lower ones.
-        velocity: (places, joints), limits there and on both sides.
-        acceleration: The same.
-        jerk: The same.
+        above: Room (waypoints, joints) below the upper position limits.
+        below: Room (waypoints, joints) above the lower position limits.
+        velocity: Velocity limits (waypoints, joints), valid before and after each waypoint.
+        acceleration: Acceleration limits (waypoints, joints), valid there.
+        jerk: Jerk limits (waypoints, joints), valid there.
     """
 
     def __init__(
@@ -36,15 +36,15 @@ class ViableSpeeds:
         self._at_rest = self._stopping(self._rooms)
 
     def highest(self, acceleration: FloatArray, velocity: FloatArray) -> FloatArray:
-        """The highest speed with an acceleration, in the direction of a velocity.
+        """Compute the highest speed (..., waypoints, joints) with an acceleration, in the direction of a velocity.
 
         It must not have been beyond its limit just before, nor be so just after. With an acceleration, the joint has a
         speed v + j t^2 / 2 when that ends, or had it when that began, t = |acceleration| / j later, or earlier where
         the acceleration opposes the motion, and v t + j t^3 / 3 onward, or back.
 
         Args:
-            acceleration: (..., places, joints).
-            velocity: (..., places, joints).
+            acceleration: Accelerations (..., waypoints, joints).
+            velocity: Velocities (..., waypoints, joints), of which the sign matters only.
         """
         up = velocity > 0.0
         onward = np.where(up, acceleration, -acceleration)
@@ -58,7 +58,7 @@ class ViableSpeeds:
         return np.maximum(speed - change, 0.0)
 
     def _stopping(self, room: FloatArray) -> FloatArray:
-        """The highest speed without acceleration from which a joint stops within its room."""
+        """The highest speed (..., joints) without acceleration from which a joint stops within its room."""
         room = np.maximum(room, 0.0)
         eased = np.cbrt(room**2 * self._finite_jerk)
         half = self._eased / 2.0
