@@ -211,7 +211,10 @@ class PlanningProblem:
 
     Attributes:
         robot: The arm, with its tool already attached if there is one.
-        waypoints: Two or more; the robot starts at rest at the first and ends at rest at the last.
+        waypoints: One or more; the robot starts at rest at the first and ends at rest at the last. One at the joint
+            position of the one before (up to 1e-9 rad or m) is passed with it, as the strictest of their transitions
+            asks; a `duration` there is a rest of that time. Where nothing moves and no rest is asked, the robot rests
+            for 0.01 s.
         limits: Limits on the whole trajectory; a waypoint's own limits go before these.
         inverse_kinematics: How the poses among the waypoints are solved.
         payload: What the robot carries; None: nothing.
@@ -228,8 +231,9 @@ class PlanningProblem:
         object.__setattr__(self, "waypoints", tuple(self.waypoints))
 
     def segment_limits(self) -> SegmentLimits:
-        """The limits in force on each segment."""
-        return segment_limits(self.robot, self.limits, tuple(waypoint.limits for waypoint in self.waypoints[1:]))
+        """The limits in force on each segment; of a single waypoint, those while the robot rests there."""
+        own = tuple(waypoint.limits for waypoint in self.waypoints[1:])
+        return segment_limits(self.robot, self.limits, own or (None,))
 
     @property
     def all_limits(self) -> tuple[Limits, ...]:

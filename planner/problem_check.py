@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 def check_problem(problem: PlanningProblem, backend: object) -> None:
     """Hold the problem against its robot: lengths of arrays, widths of limits, order of waypoints.
 
-    What depends on the solved waypoints is refused where they are known (`planner.paths`): two of them at the same
-    joint position, and a corner that cannot be passed.
+    What depends on the solved waypoints is refused where they are known (`planner.paths`): a corner that cannot be
+    passed.
 
     Args:
         problem: What is asked.
@@ -105,8 +105,8 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     robot, waypoints = problem.robot, problem.waypoints
-    if len(waypoints) < 2:
-        yield ("waypoints",), "a trajectory needs at least two waypoints"
+    if not waypoints:
+        yield ("waypoints",), "a trajectory needs a waypoint"
     yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)
     for i, waypoint in enumerate(waypoints):
         if waypoint.limits is not None:

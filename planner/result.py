@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.shared.assembly import assemble
 from planner.certificate.limits import certificate_of
 from planner.certificate.tool_path import certify_tool_path
-from planner.errors import LimitsUnsatisfiable
-from planner.guarantees import Guarantee, end_states
+from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.fields import BACK_END
+from planner.guarantees import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
 from planner.limits import JOINT_QUANTITIES
-from planner.problem import BlendTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
     from planner.trajectory import Trajectory
+
+MOST_NAMED = 10
+"""The most waypoints that one warning names."""
 
 
 @dataclass(frozen=True)
@@ -67,24 +71,36 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
         path: The solved path of the problem.
 
     Raises:
+        InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
         InfeasibleDuration: A segment's duration is shorter than its limits allow.
         LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
         PlanningError: Another refusal of the back end.
     """
-    trajectory = backend.parametrize(path)
+    trajectory = backend.parametrize(path) if len(path.moving) else _rest(path, backend)
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
-    return Plan(problem, backend, path, trajectory, certificate, tuple(_warnings(problem, backend, trajectory)))
+    return Plan(problem, backend, path, trajectory, certificate, tuple(_warnings(problem, backend, path, trajectory)))
+
+
+def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
+    """The trajectory where nothing moves, which no back end has to put time on."""
+    if isinstance(backend, MovesAtItsEnds):
+        moving = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
+        if moving:
+            message = "all waypoints are one joint position: the robot rests there"
+            raise InvalidProblem([((BACK_END, name), message) for name in moving])
+    return assemble(path, [])
 
 
 def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Certificate:
-    blended = [isinstance(waypoint.transition, BlendTransition) for waypoint in problem.waypoints]
+    wanted = path.positions.copy()
+    wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
     return certificate_of(
         trajectory,
         path.robot,
         path.limits,
         backend.guarantees,
-        np.where(np.array(blended)[:, None], np.nan, path.positions),
+        wanted,
         certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
         end_states(backend, path.robot.dof),
     )
@@ -110,8 +126,16 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
     )
 
 
-def _warnings(problem: PlanningProblem, backend: BackEnd, trajectory: Trajectory) -> Iterator[PlanWarning]:
+def _warnings(
+    problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory
+) -> Iterator[PlanWarning]:
     robot = problem.robot
+    repeated = np.setdiff1d(np.arange(len(path.durations)), path.moving) + 1
+    if len(repeated):
+        named = ", ".join(map(str, repeated[:MOST_NAMED].tolist()))
+        more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
+        message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
+        yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
     if problem.payload is not None and not robot.has_dynamics:
         yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")
     elif not robot.has_dynamics and np.isfinite(robot.limit("torque")).any():

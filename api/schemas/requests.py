@@ -246,8 +246,11 @@ class TrajectoryRequest(Schema):
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
-    waypoints: Annotated[list[Waypoint], Field(min_length=2, max_length=100_000)]
-    """Where the robot is to go, in order; it starts at rest at the first and ends at rest at the last."""
+    waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100_000)]
+    """Where the robot is to go, in order; it starts at rest at the first and ends at rest at the last. A waypoint at
+    the joint position of the one before (within 1e-9 rad or m) is passed with it, as the strictest of their transitions
+    asks, and a warning says so; its `duration` is a rest of that time. Where the robot is to go nowhere and no rest is
+    asked, it rests for 0.01 s."""
     limits: Limits = Limits()
     """Limits of the whole trajectory; those of a waypoint go before these on its segment."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()

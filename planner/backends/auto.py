@@ -61,9 +61,9 @@ def _choices(path: JointPath) -> Iterator[tuple[BackEnd, str, str]]:
     inside = any(len(run.segments) > 1 and asked[run.segments].any() for run in path.runs)
     if inside:
         yield Quintic(), "quintic", "it keeps the durations asked of segments that are passed without stopping"
-    elif asked.all():
+    elif asked[path.moving].all():
         yield Quintic(), "quintic", "every duration is asked, so there is no time to gain, and its jerk is low"
     yield Ruckig(), "ruckig", "the fastest that keeps the jerk limits, too"
     yield Toppra(jerk_limited=True), "toppra, jerk_limited", "the fastest on the given path within the jerk limits"
-    if not inside and not asked.all():
+    if not inside and not asked[path.moving].all():
         yield Quintic(), "quintic", "within all limits"

@@ -21,7 +21,7 @@ from planner.guarantees import QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
 from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
-from planner.tolerances import CONTINUITY_TOLERANCE
+from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -112,7 +112,8 @@ def _polynomial_check(
         lower, upper = np.where(limited, limits.lower, 0.0), np.where(limited, limits.upper, 0.0)
         middle = (lower + upper) / 2.0
         polynomials = polynomials.minus(middle)
-        limit = np.tile(np.where(limited, (upper - lower) / 2.0, np.inf), (len(trajectory.lengths), 1))
+        half = np.maximum((upper - lower) / 2.0, POSITION_TOLERANCE)  # of a joint without room to move in: rounding
+        limit = np.tile(np.where(limited, half, np.inf), (len(trajectory.lengths), 1))
     else:
         limit = getattr(limits, quantity)[trajectory.segments]
     # Without any limit the largest value is still worth knowing: measure every joint by 1.

@@ -9,18 +9,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import InvalidProblem
 from planner.paths.runs import Run, build_run, straight_run
-from planner.problem import JointMotion, StopTransition
-from planner.tolerances import POSITION_TOLERANCE
+from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from planner.limits import SegmentLimits
-    from planner.problem import PlanningProblem
+    from planner.problem import AnyWaypoint, PlanningProblem, Transition
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
+
+SHORTEST_REST = 0.01
+"""How long a trajectory lasts, s, that neither moves nor is asked to rest: a length of time there has to be, and this
+is one step of a controller at 100 Hz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +57,17 @@ class StraightMotions:
 class JointPath:
     """What the joints do, without time. Its existence means: every waypoint is solved, every motion can be followed.
 
+    Neighbouring waypoints at one joint position, up to rounding, have exactly the same. Between them is a segment of no
+    length, which belongs to no run and is no straight motion: the robot rests there as long as is asked, or not at all.
+
     Attributes:
         robot: The arm, with tool and payload.
         waypoints: The solved waypoints, in order; segment i goes from waypoint i to waypoint i + 1.
         limits: The limits in force on each segment.
         durations: (segments,), s; NaN: as fast as the limits allow.
         dwells: (waypoints,), s.
-        runs: What is passed without stopping, and motions of the tool; all other segments are straight joint motions
-            from rest to rest.
+        runs: What is passed without stopping, and motions of the tool; all other segments with a length are straight
+            joint motions from rest to rest.
         tool_motions: (segments,), the line or circle of the tool; None: a joint motion.
     """
 
@@ -78,6 +85,16 @@ class JointPath:
         return np.array([waypoint.position for waypoint in self.waypoints])
 
     @cached_property
+    def moving(self) -> np.ndarray:
+        """Indices of the segments that have a length, ascending."""
+        return _moving(self.positions)
+
+    def positions_of(self, run: Run) -> FloatArray:
+        """(segments + 1, joints), rad or m: the waypoints of a run, each joint position once."""
+        positions: FloatArray = self.positions[np.append(run.segments, run.segments[-1] + 1)]
+        return positions
+
+    @cached_property
     def every_run(self) -> tuple[Run, ...]:
         """The runs, and each straight motion as a run of its own, in order."""
         own = self.straight_runs(self.straight.segments)
@@ -85,9 +102,9 @@ class JointPath:
 
     @cached_property
     def straight(self) -> StraightMotions:
-        """The segments that belong to no run."""
+        """The segments that have a length and belong to no run."""
         in_runs = [run.segments for run in self.runs]
-        segments = np.setdiff1d(np.arange(len(self.durations)), np.concatenate(in_runs) if in_runs else [])
+        segments = np.setdiff1d(self.moving, np.concatenate(in_runs)) if in_runs else self.moving
         return self.straight_motions(segments)
 
     def straight_motions(self, segments: np.ndarray) -> StraightMotions:
@@ -110,8 +127,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     """Solve the waypoints, choose their branches and join their motions.
 
     Raises:
-        InvalidProblem: Two neighbouring waypoints are the same joint position; a corner cannot be passed; no one
-            circle goes through three poses.
+        InvalidProblem: A corner cannot be passed; no one circle goes through three poses.
         UnreachableWaypoint: A pose has no solution, or a motion of the tool leaves what the arm can reach.
         JointPositionLimit: A waypoint or the way to it lies beyond a joint's position limits.
         ConfigurationChange: A motion of the tool ends in another configuration than its waypoint.
@@ -120,21 +136,25 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     robot = problem.robot if problem.payload is None else problem.robot.with_payload(problem.payload)
     waypoints, options = problem.waypoints, problem.inverse_kinematics
     solved = solve_waypoints(robot, waypoints, options)
-    _refuse_standing_still(solved)
     limits = problem.segment_limits()
     durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]
-    rests = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
+    dwells = np.array([waypoint.dwell for waypoint in waypoints])
+    moving = _moving(np.array([waypoint.position for waypoint in solved]))
+    transitions = [_transition(waypoints[before + 1 : after + 1]) for before, after in pairwise(moving.tolist())]
+    stops = [k for k, transition in enumerate(transitions, 1) if isinstance(transition, StopTransition)]
     runs = tuple(
-        build_run(robot, waypoints, solved, limits, first, last)
-        for first, last in pairwise(rests)
-        if last > first + 1 or not isinstance(waypoints[last].motion, JointMotion)
+        build_run(robot, waypoints, solved, limits, moving[first:last], transitions[first : last - 1])
+        for first, last in pairwise([0, *stops, len(moving)])
+        if last > first + 1 or (last > first and not isinstance(waypoints[moving[first] + 1].motion, JointMotion))
     )
+    if not len(moving) and np.nansum([*durations, *dwells]) == 0.0:
+        dwells[-1] = SHORTEST_REST
     return JointPath(
         robot=robot,
         waypoints=solved,
         limits=limits,
         durations=np.array(durations),
-        dwells=np.array([waypoint.dwell for waypoint in waypoints]),
+        dwells=dwells,
         runs=runs,
         tool_motions=tuple(
             None if waypoint.tool_motion is None else waypoint.tool_motion.path for waypoint in solved[1:]
@@ -142,9 +162,23 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     )
 
 
-def _refuse_standing_still(solved: tuple[SolvedWaypoint, ...]) -> None:
-    travels = np.diff([waypoint.position for waypoint in solved], axis=0)
-    still = np.flatnonzero(np.abs(travels).max(axis=1) < POSITION_TOLERANCE)
-    if len(still):
-        message = "the same joint position as the waypoint before; to rest there, use that waypoint's dwell"
-        raise InvalidProblem([(("waypoints", i + 1), message) for i in still.tolist()])
+def _moving(positions: FloatArray) -> np.ndarray:
+    """Indices of the segments between joint positions (waypoints, joints) that differ."""
+    return np.flatnonzero(np.diff(positions, axis=0).any(axis=1))
+
+
+def _transition(waypoints: Sequence[AnyWaypoint]) -> Transition:
+    """How waypoints at one joint position are passed together.
+
+    The strictest of their transitions holds, and the smallest radius. The robot stops, too, where a duration is asked
+    for the way from one to the next: that is a rest.
+    """
+    transitions = [waypoint.transition for waypoint in waypoints]
+    rests = any(waypoint.duration is not None for waypoint in waypoints[1:])
+    if rests or any(isinstance(transition, StopTransition) for transition in transitions):
+        return StopTransition()
+    if any(isinstance(transition, ThroughTransition) for transition in transitions):
+        return ThroughTransition()
+    return BlendTransition(
+        min(transition.radius for transition in transitions if isinstance(transition, BlendTransition))
+    )

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.limits import SegmentLimits
-    from planner.problem import AnyWaypoint
+    from planner.problem import AnyWaypoint, Transition
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.waypoints.solve import SolvedWaypoint
@@ -45,7 +45,7 @@ class Run:
     """Segments that are passed without stopping.
 
     Attributes:
-        first: Index of the first segment.
+        segments: Indices of its segments, ascending; those of no length between them are left out.
         curve: Joint positions over a length in s: the time that the slowest joint needs at full speed, about. C2.
         waypoint_knots: (segments + 1,), index of the breakpoint of the curve where each waypoint lies; one that is
             blended: the middle of its blend.
@@ -56,7 +56,7 @@ class Run:
         blended: Indices of the waypoints that are blended.
     """
 
-    first: int
+    segments: np.ndarray
     curve: SegmentedPolynomial = field(repr=False)
     waypoint_knots: np.ndarray
     blend_knots: np.ndarray
@@ -66,9 +66,9 @@ class Run:
     blended: tuple[int, ...] = ()
 
     @property
-    def segments(self) -> np.ndarray:
-        """Indices of its segments."""
-        return np.arange(self.first, self.first + len(self.waypoint_knots) - 1)
+    def first(self) -> int:
+        """Index of the first segment."""
+        return int(self.segments[0])
 
     @property
     def knots(self) -> np.ndarray:
@@ -88,7 +88,7 @@ def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: Flo
     time = float((np.abs(end - start) / counted_velocity(velocity)).max())
     coefficients = np.stack([start, (end - start) / time], axis=-1)[None]
     return Run(
-        first=segment,
+        segments=np.array([segment]),
         curve=SegmentedPolynomial(np.array([time]), coefficients, np.array([segment])),
         waypoint_knots=np.array([0, 1]),
         blend_knots=np.array([], dtype=int),
@@ -102,31 +102,39 @@ def build_run(
     waypoints: Sequence[AnyWaypoint],
     solved: Sequence[SolvedWaypoint],
     limits: SegmentLimits,
-    first: int,
-    last: int,
+    segments: np.ndarray,
+    transitions: Sequence[Transition],
 ) -> Run:
-    """The curve through waypoints `first` to `last`, the only ones where the robot rests.
+    """The curve of segments that are passed without stopping, from rest to rest.
+
+    Args:
+        robot: With its tool.
+        waypoints: All of the problem.
+        solved: The same, with their joint positions.
+        limits: In force on each segment of the problem.
+        segments: Indices of the segments; those of no length between them are left out.
+        transitions: (segments - 1,), how the robot passes from each to the next.
 
     Raises:
         InvalidProblem: Two motions of the tool meet in a corner that is to be passed without stopping.
         JointPositionLimit: The curve that passes a waypoint smoothly leaves the position limits.
     """
-    builder = _Builder(waypoints, solved, limits, first, last)
+    builder = _Builder(waypoints, solved, limits, segments, transitions)
     curves = builder.curves()
     blends = {}
-    for k in range(first + 1, last):
-        if isinstance(transition := waypoints[k].transition, BlendTransition):
-            before, after = curves[k - first - 1], curves[k - first :]
-            ways = ways_within(robot, before, after[0], solved[k].pose.position, transition.radius)
+    for k, transition in enumerate(transitions, 1):
+        if isinstance(transition, BlendTransition):
+            before, after, corner = curves[k - 1], curves[k:], solved[segments[k]].pose.position
+            ways = ways_within(robot, before, after[0], corner, transition.radius)
             # The tool is to come and go at the same pace.
-            curves[k - first :] = [curve.stretched(ways[0] / ways[1]) for curve in after]
-            blends[k] = blend(robot, before, curves[k - first], ways[0], solved[k].pose.position, transition.radius)
+            curves[k:] = [curve.stretched(ways[0] / ways[1]) for curve in after]
+            blends[k] = blend(robot, before, curves[k], ways[0], corner, transition.radius)
     parts: list[PiecewisePolynomial] = []
     piece_segments: list[int] = []
     waypoint_knots, blend_knots = [0], []
-    for segment, curve in zip(range(first, last), curves, strict=True):
+    for k, (segment, curve) in enumerate(zip(segments.tolist(), curves, strict=True)):
         start, end = 0.0, float(curve.breakpoints[-1])
-        leaving, arriving = blends.get(segment), blends.get(segment + 1)
+        leaving, arriving = blends.get(k), blends.get(k + 1)
         if leaving is not None:
             parts.append(leaving.leaving)
             start = leaving.end
@@ -141,18 +149,18 @@ def build_run(
         waypoint_knots.append(len(piece_segments))
     whole = joined(parts).of_segments(np.array(piece_segments))
     if (beyond := first_beyond(robot, whole)) is not None:
-        raise _leaves_limits_error(robot, waypoints, whole, *beyond)
-    inner = waypoints[first + 1 : last]
+        raise _leaves_limits_error(robot, segments, whole, *beyond)
+    ends = [waypoints[segment + 1] for segment in segments]
     return Run(
-        first=first,
+        segments=segments,
         curve=whole,
         waypoint_knots=np.array(waypoint_knots),
         blend_knots=np.array(blend_knots, dtype=int),
-        is_spline=all(isinstance(waypoint.motion, JointMotion) for waypoint in (*inner, waypoints[last]))
-        and all(isinstance(waypoint.transition, ThroughTransition) for waypoint in inner),
-        tolerance=_joint_tolerance(waypoints[first + 1 : last + 1]),
-        tool_motions=tuple(builder.tool),
-        blended=tuple(blends),
+        is_spline=all(isinstance(waypoint.motion, JointMotion) for waypoint in ends)
+        and all(isinstance(transition, ThroughTransition) for transition in transitions),
+        tolerance=_joint_tolerance(ends),
+        tool_motions=tuple(segments[list(builder.tool)].tolist()),
+        blended=tuple(waypoint for k in blends for waypoint in range(segments[k - 1] + 1, segments[k] + 1)),
     )
 
 
@@ -164,19 +172,18 @@ class _Builder:
         waypoints: Sequence[AnyWaypoint],
         solved: Sequence[SolvedWaypoint],
         limits: SegmentLimits,
-        first: int,
-        last: int,
+        segments: np.ndarray,
+        transitions: Sequence[Transition],
     ) -> None:
-        self.waypoints, self.first, self.last = waypoints, first, last
-        self.positions = np.array([waypoint.position for waypoint in solved])
-        self.speeds = counted_velocity(limits.velocity)
+        self.waypoints, self.segments, self.transitions = waypoints, segments, transitions
+        self.positions = np.array([solved[k].position for k in (*segments, segments[-1] + 1)])
+        self.speeds = counted_velocity(limits.velocity[segments])
         self.tool: dict[int, PiecewisePolynomial] = {}
-        for segment in range(first, last):
+        for k, segment in enumerate(segments):
             motion = solved[segment + 1].tool_motion
             if motion is not None:
-                self.tool[segment] = self._tool_motion(segment, motion.curve)
-        travels = np.abs(np.diff(self.positions, axis=0))
-        self.times = (travels / self.speeds).max(axis=1)
+                self.tool[k] = self._tool_motion(k, motion.curve)
+        self.times = (np.abs(np.diff(self.positions, axis=0)) / self.speeds).max(axis=1)
 
     def curves(self) -> list[PiecewisePolynomial]:
         """The curve of each segment from the first to the last, in order.
@@ -185,31 +192,28 @@ class _Builder:
         joint passes with the harmonic mean of its slopes, zero where it turns back, so that none overshoots (Fritsch
         and Butland 1984). Beside a motion of the tool they go on like that.
         """
-        first, last = self.first, self.last
-        lengths, positions = self.times[first:last], self.positions[first : last + 1]
+        lengths, positions = self.times, self.positions
         means = np.diff(positions, axis=0) / lengths[:, None]
         starts, ends = np.stack([means, np.zeros_like(means)]), np.stack([means, np.zeros_like(means)])
-        passed = [isinstance(waypoint.transition, ThroughTransition) for waypoint in self.waypoints[first + 1 : last]]
+        passed = [isinstance(transition, ThroughTransition) for transition in self.transitions]
         starts[0, 1:][passed] = ends[0, :-1][passed] = _slopes_between(means[:-1], means[1:])[passed]
-        for segment, curve in self.tool.items():
-            k = segment - first
-            if segment > first and passed[k - 1]:
+        for k, curve in self.tool.items():
+            if k > 0 and passed[k - 1]:
                 ends[:, k - 1] = np.concatenate(curve.evaluate(np.zeros(1), [1, 2]))
-            if segment < last - 1 and passed[k]:
+            if k < len(passed) and passed[k]:
                 starts[:, k + 1] = np.concatenate(curve.evaluate(curve.breakpoints[-1:], [1, 2]))
         coefficients = quintic_hermite(lengths, (positions[:-1], *starts), (positions[1:], *ends))
         return [
-            self.tool[first + k] if first + k in self.tool else PiecewisePolynomial(lengths[k : k + 1], own[None])
+            self.tool[k] if k in self.tool else PiecewisePolynomial(lengths[k : k + 1], own[None])
             for k, own in enumerate(coefficients)
         ]
 
-    def _tool_motion(self, segment: int, curve: PiecewisePolynomial) -> PiecewisePolynomial:
+    def _tool_motion(self, k: int, curve: PiecewisePolynomial) -> PiecewisePolynomial:
         """A motion of the tool, as long as its joints take at full speed; one that continues another, at its pace."""
-        passed = isinstance(self.waypoints[segment].transition, ThroughTransition)
-        if segment == self.first or not passed or segment - 1 not in self.tool:
+        if k == 0 or not isinstance(self.transitions[k - 1], ThroughTransition) or k - 1 not in self.tool:
             at = curve.evaluate(curve.breakpoints, [0])[0]
-            return curve.stretched(float((np.abs(np.diff(at, axis=0)) / self.speeds[segment]).max(axis=1).sum()))
-        before = self.tool[segment - 1].evaluate(self.tool[segment - 1].breakpoints[-1:], [1, 2])
+            return curve.stretched(float((np.abs(np.diff(at, axis=0)) / self.speeds[k]).max(axis=1).sum()))
+        before = self.tool[k - 1].evaluate(self.tool[k - 1].breakpoints[-1:], [1, 2])
         after = curve.evaluate(np.zeros(1), [1, 2])
         factor = float(np.linalg.norm(after[0]) / np.linalg.norm(before[0]))
         bends = np.abs(before[1] - after[1] / factor**2).max() > TANGENT * max(1.0, np.abs(before[1]).max())
@@ -218,11 +222,11 @@ class _Builder:
                 "the tool cannot pass this waypoint without stopping: its path has a corner or a sudden bend here; "
                 "blend it, or stop"
             )
-            field = "waypoints", segment, "transition"
-            remedies = [
-                Remedy(field, BlendTransition(RADIUS), "cut the corner within this radius, m"),
-                Remedy(field, StopTransition(), "come to rest at the waypoint"),
-            ]
+            waypoint = int(self.segments[k])
+            field = "waypoints", waypoint, "transition"
+            remedies = [Remedy(field, StopTransition(), "come to rest at the waypoint")]
+            if self.segments[k - 1] == waypoint - 1:  # of several at one position a stop of one is enough
+                remedies.insert(0, Remedy(field, BlendTransition(RADIUS), "cut the corner within this radius, m"))
             raise InvalidProblem([(field, message)], remedies)
         return curve.stretched(factor)
 
@@ -237,7 +241,7 @@ def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
 
 def _leaves_limits_error(
     robot: Robot,
-    waypoints: Sequence[AnyWaypoint],
+    segments: np.ndarray,
     curve: SegmentedPolynomial,
     at: float,
     position: FloatArray,
@@ -247,7 +251,7 @@ def _leaves_limits_error(
     name, value = robot.joint_names[joint], float(position[joint])
     lower, upper = robot.joints[joint].lower, robot.joints[joint].upper
     limit = lower if value < (lower + upper) / 2.0 else upper
-    ends = [k for k in (segment, segment + 1) if not isinstance(waypoints[k].transition, StopTransition)]
+    ends = [k for k in (segment, segment + 1) if segments[0] < k <= segments[-1]]
     return passing_error(ends, segment, name, value, limit)
 
 

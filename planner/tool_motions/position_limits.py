@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
-from planner.tolerances import LIMIT_TOLERANCE
+from planner.tolerances import LIMIT_TOLERANCE, POSITION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.polynomials import PiecewisePolynomial
@@ -24,7 +24,10 @@ def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, Float
     limited = np.isfinite(lower) & np.isfinite(upper)
     if not len(curve.lengths) or not limited.any():
         return None
-    middle, half = np.where(limited, (lower + upper) / 2.0, 0.0), np.where(limited, (upper - lower) / 2.0, np.inf)
+    lower, upper = np.where(limited, lower, 0.0), np.where(limited, upper, 0.0)
+    # A joint without room to move in is where it is but for rounding.
+    middle, half = (lower + upper) / 2.0, np.maximum((upper - lower) / 2.0, POSITION_TOLERANCE)
+    half = np.where(limited, half, np.inf)
     polynomials = derivatives_on_unit_time(curve, 1)[0].minus(middle)
     if (np.abs(polynomials.bernstein).max(axis=2) <= half).all():  # these bound the curve: mostly they settle it
         return None

@@ -18,16 +18,17 @@ from planner.errors import (
 )
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import inverse_kinematics
+from planner.kinematics.search import pose_errors
+from planner.polynomials import PiecewisePolynomial
 from planner.problem import CircularMotion, JointMotion, JointWaypoint
 from planner.spatial import Pose
-from planner.tolerances import SAME_CONFIGURATION
+from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.follow import Lost, follow
 from planner.tool_motions.pose_paths import Arc, Line
 from planner.tool_motions.position_limits import first_beyond
 
 if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.polynomials import PiecewisePolynomial
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -132,6 +133,8 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
     robot, waypoint = asked.robot, asked.waypoint
     assert not isinstance(waypoint.motion, JointMotion)  # noqa: S101 - asked for motions of the tool only
     given = np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else None
+    if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
+        return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
     tolerance = waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation
     result = follow(robot, path, start, given, tolerance)
     curve = result.curve if isinstance(result, Lost) else result
@@ -143,6 +146,8 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
         error = _lost_error(asked, path, result)
     else:
         end: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
+        if given is None and np.abs(end - start).max() <= POSITION_TOLERANCE:
+            end = start
         if given is None or np.abs(end - given).max() <= SAME_CONFIGURATION:
             return ToolMotion(path, curve, end if given is None else given)
         u, position = 1.0, end
@@ -150,6 +155,14 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
     error.segment, error.waypoint = asked.index - 1, asked.index
     error.path_point = PathPoint(u, tool_pose(robot, position), position)
     return RefusedMotion(asked, start, path, error.path_point, error)
+
+
+def _stands_still(path: PosePath) -> bool:
+    """Whether a line has no length, and the tool does not turn on it."""
+    if not isinstance(path, Line):
+        return False
+    distance, angle = pose_errors(path.pose(0.0), path.pose(1.0))
+    return max(distance, angle or 0.0) <= POSITION_TOLERANCE
 
 
 def _limit_error(asked: AskedMotion, u: float, position: FloatArray, joint: int) -> JointPositionLimit:

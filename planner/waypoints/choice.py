@@ -146,7 +146,11 @@ class _Search:
         best = stage.costs.argsort(kind="stable")[:DESCENTS]
         layer = stop.layer.with_descents(stage.positions[best])
         reached = layer.reached_from(stage.positions)
-        costs = self._motion_costs(stage.positions[:, None], reached)
+        origin = stage.positions[:, None]
+        if stop.index > 0:  # what is one joint position but for rounding becomes the same
+            same = (np.abs(reached - origin) <= POSITION_TOLERANCE).all(axis=-1, keepdims=True)
+            reached = np.where(same, origin, reached)
+        costs = self._motion_costs(origin, reached)
         if stop.asked is None:
             weight = self.weight if len(self.stages) == 1 else 1.0
             costs = stage.costs[:, None] + weight * costs

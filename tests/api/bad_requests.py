@@ -228,10 +228,7 @@ BAD_REQUESTS = [
     Bad("deadline as a string", PLAN, plan_request(deadline="10"), INVALID, "/deadline"),
     # Waypoints.
     Bad("no waypoint", PLAN, waypoints(), INVALID, "/waypoints"),
-    Bad("one waypoint", PLAN, waypoints(A), INVALID, "/waypoints"),
     Bad("too many waypoints", PLAN, waypoints(*[A, B] * 1000), INVALID, "/waypoints"),
-    Bad("identical waypoints", PLAN, waypoints(A, A), INVALID, "/waypoints/1"),
-    Bad("identical later waypoints", PLAN, waypoints(A, B, B, C), INVALID, "/waypoints/2"),
     Bad("too few joints", PLAN, second(joint(0.1, 0.2)), INVALID, "/waypoints/1/position"),
     Bad("too many joints", PLAN, second(joint(0.1, 0.2, 0.3, 0.4)), INVALID, "/waypoints/1/position"),
     Bad("no joints", PLAN, second(joint()), INVALID, "/waypoints/1/position"),

@@ -194,7 +194,7 @@ def start_is_goal(place: Place, variant: int) -> Draft:
         programme.to(here, **options)
     else:
         programme.line(here, **options)
-    rest = 2.0 if options else 0.0
+    rest = 2.0 if options else 0.01
     laws: tuple[Law, ...] = ("cubic", "quintic", "trapezoidal", "s_curve")
     durations = dict.fromkeys(laws, rest)
     if asked == 3:

@@ -186,7 +186,7 @@ class Search:
 
     def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
         weights = Duration(law.lengths).weights.reshape(-1, len(law.segments))
-        own = self.parts[:, law.segments - self.run.first]
+        own = self.parts[:, np.searchsorted(self.run.segments, law.segments)]
         return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)
 
 

@@ -158,7 +158,7 @@ class ThroughWaypoints(Optimum):
 
     def __init__(self, options: MinEffortOptions, path: JointPath, run: Run, stop_at: float | None) -> None:
         super().__init__(options, path, run, stop_at)
-        self.positions = path.positions[run.first : run.first + len(run.segments) + 1]
+        self.positions = path.positions_of(run)
         self.limits = path.limits.of(run.segments)
 
     def find(self) -> SegmentedPolynomial:

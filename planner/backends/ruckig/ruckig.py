@@ -89,7 +89,7 @@ class Ruckig:
 
         Such a limit slows a segment as a whole, but the law along a curve only where it has to.
         """
-        is_first, is_last = run.first == 0, run.segments[-1] == len(path.durations) - 1
+        is_first, is_last = run.segments[0] == path.moving[0], run.segments[-1] == path.moving[-1]
         moves = (is_first and ends.starts_moving) or (is_last and ends.ends_moving)
         try:
             own, slowed = time_joint_run(path, run.segments, ends, self.synchronization, enforced(self))
@@ -117,6 +117,6 @@ class Ruckig:
         """The straight motions that one scalar law moves, from rest to rest."""
         motions = path.straight
         there = np.full(len(motions.segments), self.synchronization == "phase")
-        there[motions.segments == 0] &= not ends.starts_moving
-        there[motions.segments == len(path.durations) - 1] &= not ends.ends_moving
+        there[motions.segments == path.moving[0]] &= not ends.starts_moving
+        there[motions.segments == path.moving[-1]] &= not ends.ends_moving
         return motions.of(there)

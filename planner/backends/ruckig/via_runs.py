@@ -105,7 +105,7 @@ class _JointRun:
         self.path, self.segments, self.enforced = path, segments, enforced
         self.asked = path.durations[segments]
         self.still = np.zeros(path.robot.dof)
-        is_first, is_last = segments[0] == 0, segments[-1] == len(path.durations) - 1
+        is_first, is_last = segments[0] == path.moving[0], segments[-1] == path.moving[-1]
         start = Rates(ends.initial_velocity, ends.initial_acceleration) if is_first else Rates(self.still, self.still)
         end = Rates(ends.final_velocity if is_last else self.still, self.still)
         own = path.limits.of(segments)

@@ -41,16 +41,19 @@ def largest_speeds(pieces: SegmentedPolynomial) -> FloatArray:
 
 
 def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajectory:
-    """The trajectory of all segments, with the dwells at their ends.
+    """The trajectory of all segments, with the dwells at their ends; a duration asked for one of no length is a rest.
 
     Args:
         path: The path, with its dwells and the durations that are asked.
-        parts: The motions of all segments of the path, the segments in any order.
+        parts: The motions of all segments of the path that have a length, the segments in any order.
     """
     # A dwell belongs to the segment that ends there, the first to segment 0, which it precedes.
     ends = np.arange(len(path.dwells)) - 1
     dwells = SegmentedPolynomial(path.dwells, path.positions[:, :, None], ends)
-    motion = joined(parts)
+    asked = np.flatnonzero(~np.isnan(path.durations))
+    still = np.setdiff1d(asked, path.moving)
+    rests = SegmentedPolynomial(path.durations[still], path.positions[still][:, :, None], still)
+    motion = joined([*parts, rests])
     motion = motion.of(np.argsort(motion.segments, kind="stable"))
     lengths = summing_to(motion.lengths, motion.segments, path.durations)
     whole = joined([replace(motion, lengths=lengths), dwells])

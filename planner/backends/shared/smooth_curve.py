@@ -29,7 +29,7 @@ def smooth_curve(path: JointPath, run: Run) -> SegmentedPolynomial:
     Those are chords, measured by the joints' velocity limits. A joint that would overshoot its position limits is
     pulled towards the run's own curve, which keeps them.
     """
-    positions = path.positions[run.first : run.first + len(run.waypoint_knots)]
+    positions = path.positions_of(run)
     spline = natural_spline(run.curve.lengths, positions)
     coefficients = np.zeros_like(run.curve.coefficients)
     coefficients[..., : spline.shape[2]] = spline

@@ -119,7 +119,7 @@ class _SplineTiming(_Timing):
     def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
         super().__init__(path, run, degree, enforced)
         self.segments = run.segments
-        self.positions = path.positions[run.first : run.first + len(run.segments) + 1]
+        self.positions = path.positions_of(run)
 
     def first_durations(self) -> FloatArray:
         """The durations of the shortest spline that is found."""
@@ -130,12 +130,12 @@ class _SplineTiming(_Timing):
             raise no_duration_error(self.run.first) from None
         except DurationsTooShort as short:
             name = self.path.robot.joint_names[short.joint]
-            segment = self.run.first + short.segment
+            segment = int(self.segments[short.segment])
             needed = TimeScaling(short.factor, BindingLimit(short.quantity, name))
             raise self.too_short_error(needed, segment) from None
         except PositionOvershoot as overshoot:
             name = self.path.robot.joint_names[overshoot.joint]
-            segment = self.run.first + overshoot.segment
+            segment = int(self.segments[overshoot.segment])
             ends = [k for k in (segment, segment + 1) if self.run.first < k <= self.run.segments[-1]]
             raise passing_error(ends, segment, name, overshoot.value, overshoot.limit) from None
 

@@ -82,10 +82,11 @@ def test_trap_waypoints_that_are_nearly_the_same(apart: float) -> None:
     assert result.trajectory.duration <= 1.04 * stopping.trajectory.duration
 
 
-def test_trap_waypoints_that_are_the_same_are_refused() -> None:
+def test_trap_waypoints_that_are_the_same_are_a_rest() -> None:
     """Trap 3: it answered Ok, with a duration of 0.2 ms."""
-    with pytest.raises(InvalidProblem, match="the same joint position"):
-        plan(joint_problem("ngv_refuelling_arm", [[0.1] * 6, [0.1] * 6, [0.1] * 6]), Toppra())
+    result = plan(joint_problem("ngv_refuelling_arm", [[0.1] * 6, [0.1] * 6, [0.1] * 6]), Toppra())
+    assert result.trajectory.duration == 0.01
+    assert (result.trajectory.evaluate(result.trajectory.sample_times(0.001), [0])[0] == 0.1).all()
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.7, 50.0])
