@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Guarantee(StrEnum):
-    """What a back end promises about a quantity."""
+    """A promise that a back end makes about a quantity."""
 
     HARD = "hard"
     """The limit is kept, or the request is refused."""
@@ -23,25 +23,25 @@ class Guarantee(StrEnum):
     """The certificate reports it; the limit may be exceeded."""
 
 
-QUANTITIES = (
-    "position",
-    "velocity",
-    "acceleration",
-    "jerk",
-    "torque",
-    "tcp_linear_velocity",
-    "tcp_angular_velocity",
-)
+JOINT_DERIVATIVES = ("position", "velocity", "acceleration", "jerk")
+"""Names of a joint's position and of its derivatives by time, by their order."""
+
+QUANTITIES = (*JOINT_DERIVATIVES, "torque", "tcp_linear_velocity", "tcp_angular_velocity")
 """Everything that a limit can be put on, in the order of the certificate."""
 
-
 ALL_HARD: Mapping[str, Guarantee] = dict.fromkeys(QUANTITIES, Guarantee.HARD)
-"""Every limit kept."""
+"""The guarantees of a back end that keeps every limit."""
 
 
 @dataclass(frozen=True, eq=False)
 class EndStates:
-    """How a trajectory begins and ends; each (joints,), rad or m by s and s^2. It never ends with an acceleration."""
+    """The motion at the first and at the last waypoint of a trajectory, which never ends with an acceleration.
+
+    Attributes:
+        initial_velocity: Velocity (joints,) at the first waypoint, rad/s or m/s.
+        initial_acceleration: Acceleration (joints,) at the first waypoint, rad/s^2 or m/s^2.
+        final_velocity: Velocity (joints,) at the last waypoint, rad/s or m/s.
+    """
 
     initial_velocity: FloatArray
     initial_acceleration: FloatArray
@@ -68,10 +68,10 @@ class MovesAtItsEnds(Protocol):
 
 
 END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
-"""Of a back end that moves at its ends."""
+"""Names of the options of a back end whose trajectory may begin and end in motion, in the order of `EndStates`."""
 
 
 def end_states(backend: object, joints: int) -> EndStates:
-    """What a back end's options ask at the ends; rest, where it has none."""
+    """Read from a back end's options which motion is asked at the ends; a back end without such options is at rest."""
     asked = [getattr(backend, name) if isinstance(backend, MovesAtItsEnds) else None for name in END_OPTIONS]
     return EndStates(*(np.zeros(joints) if rates is None else np.array(rates) for rates in asked))

@@ -17,7 +17,7 @@ import numpy as np
 from planner.certificate.checks import Certificate, Check
 from planner.dynamics import inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
-from planner.guarantees import QUANTITIES, EndStates, Guarantee
+from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
 from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
@@ -34,11 +34,8 @@ if TYPE_CHECKING:
 MOST_CONTINUOUS = 4
 """Continuity is looked into up to this derivative, fewer than `DERIVATIVES`."""
 
-ORDER_OF = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
-"""Derivative of the polynomials that each exactly checked quantity is."""
-
-SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in ORDER_OF)
-"""The other quantities."""
+SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in JOINT_DERIVATIVES)
+"""The quantities that are no polynomials of time, whose peaks are sampled."""
 
 
 def certificate_of(
@@ -67,7 +64,7 @@ def certificate_of(
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
     checks = [
         _polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced[quantity], smooth)
-        for quantity in ORDER_OF
+        for quantity in JOINT_DERIVATIVES
     ]
     checks += _sampled_checks(trajectory, derivatives, robot, limits, enforced)
     checks += more_checks
@@ -105,7 +102,7 @@ def _polynomial_check(
     enforced: bool,
     smooth: int,
 ) -> Check:
-    order = ORDER_OF[quantity]
+    order = JOINT_DERIVATIVES.index(quantity)
     polynomials, middle = derivatives[order], np.zeros(robot.dof)
     if quantity == "position":
         limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)

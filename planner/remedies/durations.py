@@ -10,10 +10,10 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import sampled
-from planner.backends.shared.time_scaling import RATES
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
+from planner.guarantees import JOINT_DERIVATIVES
 from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES, Limits
 from planner.remedies.higher_limits import higher_limits, limit_of
@@ -122,8 +122,8 @@ class _Motion:
                 if quantity in kept and value > limit_of(limits, *key):
                     needs[key] = max(value, needs.get(key, 0.0))
 
-        derivatives = derivatives_on_unit_time(self.pieces, len(RATES))
-        for order, quantity in list(enumerate(RATES))[1:]:
+        derivatives = derivatives_on_unit_time(self.pieces, len(JOINT_DERIVATIVES))
+        for order, quantity in list(enumerate(JOINT_DERIVATIVES))[1:]:
             for joint in range(self.robot.dof):
                 only = np.full((len(groups), self.robot.dof), np.inf)
                 only[:, joint] = 1.0

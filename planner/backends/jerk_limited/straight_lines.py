@@ -9,13 +9,12 @@ import numpy as np
 from planner.backends.jerk_limited.rate_limits import RateLimits, with_ramps
 from planner.backends.jerk_limited.s_curves import s_curves
 from planner.backends.shared.rest_to_rest import time_straight_motions
+from planner.guarantees import JOINT_DERIVATIVES
 
 if TYPE_CHECKING:
     from planner.paths import StraightMotions
     from planner.polynomials import SegmentedPolynomial
 
-QUANTITIES = ("velocity", "acceleration", "jerk")
-"""The quantities that limit a motion, by their order of differentiation."""
 
 ROUNDED_UP = 1.0 + 1e-10
 """Factor on durations, for what rounding may add to an acceleration where phases of jerk are very short."""
@@ -27,13 +26,14 @@ def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
     A longer duration stretches the law evenly.
     """
     travels, limits = np.abs(motions.travels), motions.limits
+    quantities = JOINT_DERIVATIVES[1:]
     with np.errstate(divide="ignore"):
-        by_joint = [getattr(limits, quantity) / travels for quantity in QUANTITIES]
+        by_joint = [getattr(limits, quantity) / travels for quantity in quantities]
     one = np.ones((len(travels), 1))
     line = with_ramps(one, RateLimits(*(limit.min(axis=1, keepdims=True) for limit in by_joint)), motions.durations)
     shortest, laws, binds = s_curves(*(limit[:, 0] for limit in line))
     bounds = {
         quantity: np.where(bind[:, None] & (own <= limit), shortest[:, None] * ROUNDED_UP, 0.0)
-        for quantity, own, limit, bind in zip(QUANTITIES, by_joint, line, binds, strict=True)
+        for quantity, own, limit, bind in zip(quantities, by_joint, line, binds, strict=True)
     }
     return time_straight_motions(motions, bounds, lambda _durations: laws)

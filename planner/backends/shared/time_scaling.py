@@ -9,6 +9,7 @@ import numpy as np
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
+from planner.guarantees import JOINT_DERIVATIVES
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
 
     from planner.paths import JointPath, Run
     from planner.polynomials import SegmentedPolynomial
-
-RATES = ("position", "velocity", "acceleration", "jerk")
-"""Names of a motion and of its derivatives by time, by their order."""
 
 
 class TimeScaling(NamedTuple):
@@ -58,14 +56,14 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
         if factor > worst[group].factor:
             worst[group] = TimeScaling(factor, binding)
 
-    orders = [order for order, quantity in enumerate(RATES) if order and quantity in guarantees]
-    derivatives = derivatives_on_unit_time(pieces, len(RATES))
+    orders = [order for order, quantity in enumerate(JOINT_DERIVATIVES) if order and quantity in guarantees]
+    derivatives = derivatives_on_unit_time(pieces, len(JOINT_DERIVATIVES))
     for order in orders:
-        limit = getattr(path.limits, RATES[order])[pieces.segments]
+        limit = getattr(path.limits, JOINT_DERIVATIVES[order])[pieces.segments]
         found = largest_magnitudes(derivatives[order], limit, groups)
         factors = (np.abs(found.values) / limit[found.pieces, found.joints]) ** (1.0 / order)
         for group, (factor, joint) in enumerate(zip(factors.tolist(), found.joints.tolist(), strict=True)):
-            note(group, factor, BindingLimit(RATES[order], path.robot.joint_names[joint]))
+            note(group, factor, BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
         asked = sampled.stretch(pieces, pieces.segments, groups)

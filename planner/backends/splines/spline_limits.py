@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.splines.shortest_durations import LinearisedLimits
+from planner.guarantees import JOINT_DERIVATIVES
 from planner.polynomials import bernstein_matrix, differentiate, horner
 from planner.tolerances import LIMIT_TOLERANCE
 
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
     from planner.limits import SegmentLimits
     from planner.spatial import FloatArray
 
-RATES = {3: ("velocity", "acceleration"), 5: ("velocity", "acceleration", "jerk")}
-"""The derivatives 1, 2, ... of position that a spline of each degree has without jumps, and whose limits it keeps."""
+HIGHEST_LIMITED_ORDER = {3: 2, 5: 3}
+"""Order of the highest derivative, by degree of the spline, that has no jumps and whose limits the spline keeps."""
 
 NEAR = 0.65
 """Share of the worst rate (all brought to first order) above which rates are looked into."""
@@ -150,7 +151,7 @@ class SplineAgainstLimits:
         rates = np.flatnonzero(self.order > 0)
         worst = rates[np.argmax(self.excess[rates])]
         segment, joint = int(self.segment[worst]), int(self.joint[worst])
-        quantity = RATES[self.spline.degree][self.order[worst] - 1]
+        quantity = JOINT_DERIVATIVES[self.order[worst]]
         factor = float(self.ratios.max())
         return DurationsTooShort(
             segment=segment,
@@ -168,7 +169,7 @@ def hold_against_limits(
 ) -> SplineAgainstLimits:
     """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter."""
     degree, h = spline.degree, spline.durations
-    rates = RATES[degree]
+    rates = JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[degree] + 1]
     by_order = [spline.unit]
     for _ in range(degree - 1):
         by_order.append(differentiate(by_order[-1]))
