@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
-"""Gauss-Legendre points and weights on [-1, 1] for integrals over each part of a piece."""
+GAUSS_RULE = np.polynomial.legendre.leggauss(4)
+"""Gauss-Legendre points (4,) and weights (4,) on [-1, 1] for integrals over each part of a piece."""
 
 PARTS = 400
 """The number of parts that a trajectory is cut into for integrals, since absolute values have kinks."""
@@ -35,7 +35,7 @@ PATH_SAMPLES = 120
 
 @dataclass(frozen=True)
 class Figures:
-    """What a plan costs.
+    """The figures by which plans are compared.
 
     Attributes:
         duration: Time from start to end, s.
@@ -60,7 +60,7 @@ class Figures:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What one back end makes of a problem: a plan and its figures, or a refusal.
+    """The outcome of one back end for a problem: a plan and its figures, or a refusal.
 
     Attributes:
         backend: The back end, with its options.
@@ -89,6 +89,7 @@ def compare(problem: PlanningProblem, backends: Iterable[BackEnd]) -> list[Compa
 
 
 def _compared(problem: PlanningProblem, backend: BackEnd) -> Comparison:
+    """Plan a problem with one back end."""
     try:
         solved = plan(problem, backend)
     except PlanningError as refusal:
@@ -97,21 +98,22 @@ def _compared(problem: PlanningProblem, backend: BackEnd) -> Comparison:
 
 
 def figures(plan: Plan) -> Figures:
-    """Compute what a plan costs."""
+    """Compute the figures of a plan."""
     trajectory, robot = plan.trajectory, plan.path.robot
     parts = np.ceil(PARTS * trajectory.lengths / trajectory.duration).astype(int)
     pieces = np.repeat(np.arange(len(parts)), parts)
     part = np.arange(len(pieces)) - np.repeat(np.cumsum(parts) - parts, parts)
     lengths = (trajectory.lengths / parts)[pieces]
-    tau = ((part[:, None] + 0.5 * (POINTS + 1.0)) * lengths[:, None])[..., None]
-    weights = (0.5 * WEIGHTS * lengths[:, None]).ravel()
+    gauss_points, gauss_weights = GAUSS_RULE
+    tau = ((part[:, None] + 0.5 * (gauss_points + 1.0)) * lengths[:, None])[..., None]
+    weights = (0.5 * gauss_weights * lengths[:, None]).ravel()
     coefficients = trajectory.coefficients[pieces][:, None]
     q, dq, ddq, jerk = (horner(differentiate(coefficients, k), tau).reshape(-1, robot.dof) for k in range(4))
     effort = energy = None
     if robot.has_dynamics:
         torque = inverse_dynamics(robot, q, dq, ddq)
         energy = float(weights @ np.abs(torque * dq).sum(axis=1))
-        limit = plan.path.limits.torque[np.repeat(trajectory.segments[pieces], len(POINTS))]
+        limit = plan.path.limits.torque[np.repeat(trajectory.segments[pieces], len(gauss_points))]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
     jerks = derivatives_on_unit_time(trajectory, 4)[3]
@@ -128,6 +130,7 @@ def figures(plan: Plan) -> Figures:
 
 
 def _path_deviation(plan: Plan) -> float:
+    """The largest distance of the tool, m, from where it goes when it stops at every waypoint."""
     robot, trajectory, path = plan.path.robot, plan.trajectory, plan.path
     worst = 0.0
     for segment, motion in enumerate(path.tool_motions):
@@ -144,11 +147,12 @@ def _path_deviation(plan: Plan) -> float:
 
 
 def _tools(robot: Robot, positions: FloatArray) -> FloatArray:
+    """The positions (N, 3) of the tool, m, at joint positions (N, joints)."""
     return np.array([tool_pose(robot, q).position for q in positions])
 
 
 def _distance_to_line(point: FloatArray, corners: FloatArray) -> float:
-    """Distance of a point (3,) from the polygon through the corners (N, 3)."""
+    """The distance of a point (3,) from the polygon through the corners (N, 3)."""
     ways = np.diff(corners, axis=0)
     squared = np.maximum((ways**2).sum(axis=1), np.finfo(float).tiny)
     share = np.clip(((point - corners[:-1]) * ways).sum(axis=1) / squared, 0.0, 1.0)

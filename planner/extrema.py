@@ -25,7 +25,7 @@ PARTS = 8
 """Parts that an interval is cut into at once: fewer need more rounds, more need larger ones."""
 
 MOST_CUTS = 16
-"""How often intervals are cut, at most: 8^-16 of a piece is less than the spacing of floating-point numbers."""
+"""Number of times that intervals are cut, at most: 8^-16 of a piece is less than the spacing of numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +44,19 @@ class UnitPolynomials:
         return UnitPolynomials(self.coefficients[index], self.bernstein[index])
 
     def minus(self, constants: FloatArray) -> UnitPolynomials:
-        """The same polynomials less a constant (joints,) each."""
+        """Subtract a constant (joints,) from the polynomials of each joint."""
         coefficients = self.coefficients.copy()
         coefficients[..., 0] -= constants
         return UnitPolynomials(coefficients, self.bernstein - constants[:, None])
 
     @property
     def starts(self) -> FloatArray:
-        """(..., pieces, joints): values at the start of each piece."""
+        """The values (..., pieces, joints) at the start of each piece."""
         return self.bernstein[..., 0]
 
     @property
     def ends(self) -> FloatArray:
-        """(..., pieces, joints): values at the end of each piece."""
+        """The values (..., pieces, joints) at the end of each piece."""
         return self.bernstein[..., -1]
 
 
@@ -93,7 +93,7 @@ class Extrema(NamedTuple):
 
 
 def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tuple[int, int, float, float]:
-    """Where |p| / measure is largest over all polynomials (pieces, joints), exactly.
+    """Find where |p| / measure is largest over all polynomials (pieces, joints), exactly.
 
     Args:
         polynomials: The polynomials of every piece and joint.
@@ -107,7 +107,7 @@ def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tupl
 
 
 def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups: np.ndarray) -> Extrema:
-    """Where |p| / measure is largest over the pieces and joints of each group, exactly.
+    """Find where |p| / measure is largest over the pieces and joints of each group, exactly.
 
     Args:
         polynomials: The polynomials of every piece and joint.

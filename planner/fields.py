@@ -19,6 +19,7 @@ KIND = "__class__"
 """Last step of a path to the type of a value."""
 
 T = TypeVar("T")
+"""The type of the value in which a field is changed."""
 
 
 def field_name(path: FieldPath) -> str:

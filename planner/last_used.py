@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 T = TypeVar("T")
+"""The type of what is kept."""
 
 
 class LastUsed(Generic[T]):
@@ -18,7 +19,7 @@ class LastUsed(Generic[T]):
         self.kept: dict[Any, T] = {}
 
     def get(self, key: Any, build: Callable[[], T]) -> T:
-        """What belongs to the key, built if it is not there."""
+        """Get the value of a key, built if it is not there."""
         value = self.kept.pop(key) if key in self.kept else build()
         self.kept[key] = value
         if len(self.kept) > self.most:

@@ -36,7 +36,7 @@ class PiecewisePolynomial:
 
     @cached_property
     def breakpoints(self) -> FloatArray:
-        """Where the pieces begin and end: (pieces + 1,), from 0 to the whole length."""
+        """The breakpoints (pieces + 1,) between which the pieces lie, from 0 to the whole length."""
         return cumulative_sums(self.lengths)
 
     def derivative_coefficients(self, order: int) -> FloatArray:
@@ -60,12 +60,12 @@ class PiecewisePolynomial:
         return [horner(self.derivative_coefficients(order)[pieces], column) for order in derivatives]
 
     def stretched(self, factors: FloatArray | float) -> Self:
-        """The same curve over pieces `factors` times as long: one factor for all pieces, or (pieces,)."""
+        """Stretch the pieces to `factors` times their lengths: one factor for all of them, or (pieces,)."""
         coefficients = stretched(self.coefficients, np.reshape(factors, (-1, 1)))
         return replace(self, lengths=self.lengths * factors, coefficients=coefficients)
 
     def padded(self, order: int) -> Self:
-        """The same curve with `order` coefficients a piece, the highest of them zero."""
+        """Write the same curve with `order` coefficients a piece, the highest of them zero."""
         missing = order - self.coefficients.shape[2]
         return replace(self, coefficients=np.pad(self.coefficients, ((0, 0), (0, 0), (0, missing))))
 
@@ -77,7 +77,7 @@ class PiecewisePolynomial:
         return replace(self, lengths=lengths, coefficients=shifted(self.coefficients[rows], offsets[:, None]))
 
     def of_segments(self, segments: np.ndarray) -> SegmentedPolynomial:
-        """The same curve, its pieces belonging to segments (pieces,)."""
+        """Mark the pieces with the segments (pieces,) that they belong to."""
         return SegmentedPolynomial(self.lengths, self.coefficients, segments)
 
     def followed_by(self, *others: Self) -> Self:

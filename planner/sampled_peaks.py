@@ -38,7 +38,7 @@ MOST_PARTS = 512
 """Parts that a piece has at most."""
 
 OFF_PARABOLA = 3e-4
-"""What a joint's velocity and acceleration may be off parabolas on a part, as a share of their peaks."""
+"""Share of their peaks by which a joint's velocity and acceleration may be off parabolas on a part."""
 
 LEAST_SHARE = 0.01
 """Share of the largest peak of any joint that a joint's own peak counts as at least: smaller motions do not matter."""
@@ -60,10 +60,10 @@ class Peaks(NamedTuple):
     """The largest magnitude of each quantity (second axis) on the pieces of each group (first axis).
 
     Attributes:
-        use: (groups, quantities): as shares of the limits there; 0 where nothing is larger.
-        pieces: (groups, quantities): indices of the pieces where it is.
-        units: (groups, quantities): when, on unit time of the piece.
-        columns: (groups, quantities): which function of the quantity it is.
+        use: Magnitudes (groups, quantities) as shares of the limits there; 0 where nothing is larger.
+        pieces: Indices (groups, quantities) of the pieces where they are.
+        units: Unit times (groups, quantities) on these pieces.
+        columns: Indices (groups, quantities) of the functions that have them.
     """
 
     use: FloatArray
@@ -149,7 +149,7 @@ def _raised(
 ) -> Peaks:
     """The peaks, replaced where samples are larger."""
     use, at, when, which = (part.copy() for part in peaks)
-    owners, magnitudes = groups[pieces], np.abs(values)
+    groups_of_samples, magnitudes = groups[pieces], np.abs(values)
     for quantity in range(use.shape[1]):
         columns = np.flatnonzero(quantities == quantity)
         own = magnitudes[:, columns]
@@ -157,7 +157,7 @@ def _raised(
         largest = own[np.arange(len(own)), column]
         order = np.argsort(largest, kind="stable")
         last = np.full(len(use), -1)
-        last[owners[order]] = order  # of each group the largest, which is written last
+        last[groups_of_samples[order]] = order  # of each group the largest, which is written last
         better = np.flatnonzero((last >= 0) & (largest[last] > use[:, quantity]))
         row = last[better]
         use[better, quantity], at[better, quantity] = largest[row], pieces[row]

@@ -87,7 +87,7 @@ class Trajectory(SegmentedPolynomial):
         return [row[0] for row in rows] if times.ndim == 0 else rows
 
     def stretched(self, factors: FloatArray | float) -> Self:
-        """The same path over pieces `factors` times as long; waypoints stay at the breakpoints where they are."""
+        """Run the same path in pieces `factors` times as long; waypoints stay at the breakpoints where they are."""
         slower = super().stretched(factors)
         arrivals, departures = (
             np.interp(times, self.breakpoints, slower.breakpoints) for times in (self.arrivals, self.departures)

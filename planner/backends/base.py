@@ -1,4 +1,4 @@
-"""What a back end is: something that puts time on a joint path, and says what it guarantees."""
+"""The protocol of a back end, which puts time on a joint path and says what it guarantees."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class BackEnd(Protocol):
-    """What puts time on a joint path: a frozen dataclass whose fields are its options.
+    """A back end puts time on a joint path: it is a frozen dataclass whose fields are its options.
 
     Each field carries `metadata` with a `description` and, where they apply, the bounds `gt`, `ge`, `le`.
 

@@ -1,4 +1,4 @@
-"""Motions of segments and dwells, put together to a trajectory."""
+"""The assembly of motions and dwells to a trajectory, and samples of motions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def largest_speeds(pieces: SegmentedPolynomial) -> FloatArray:
 
 
 def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajectory:
-    """The trajectory of all segments, with the dwells at their ends; a duration asked for one of no length is a rest.
+    """Put the motions of all segments and the dwells at their ends together to a trajectory.
+
+    A duration asked of a segment that has no length is a rest.
 
     Args:
         path: The path, with its dwells and the durations that are asked.

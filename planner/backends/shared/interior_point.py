@@ -38,7 +38,7 @@ MOST_QUADRATIC_STEPS = 25
 
 
 class NewtonTerms(NamedTuple):
-    """What the limits add to Newton's system, each of the shape of the slacks.
+    """The terms that the limits add to Newton's system, each of the shape of the slacks.
 
     Attributes:
         push: mu / s, the force of the barrier on each slack.
@@ -50,7 +50,7 @@ class NewtonTerms(NamedTuple):
 
 
 class InteriorStep(NamedTuple):
-    """How far a Newton step can be made.
+    """The shares of a Newton step that can be made.
 
     Attributes:
         primal: Share of the step of x that keeps the slacks positive, to first order.
@@ -92,7 +92,7 @@ class InteriorPoint:
     def step(
         self, terms: NewtonTerms, slack_changes: FloatArray, share_to_boundary: float = SHARE_TO_BOUNDARY
     ) -> InteriorStep:
-        """How far to go when Newton's step of x changes the slacks by `slack_changes`, to first order."""
+        """Limit the step when Newton's step of x changes the slacks by `slack_changes`, to first order."""
         dual_changes = terms.push - self.duals - terms.stiffness * slack_changes
         return InteriorStep(
             longest_step(self.slacks, slack_changes, share_to_boundary),
@@ -141,7 +141,7 @@ class QuadraticProgram(NamedTuple):
     upper: FloatArray
 
     def slacks(self, x: FloatArray) -> FloatArray:
-        """(limits + 2 variables,): what is left of the limits, of the lower and of the upper bounds."""
+        """The slacks (limits + 2 variables,) of the limits, of the lower and of the upper bounds."""
         return np.concatenate([self.bounds - self.matrix @ x, x - self.lower, self.upper - x])
 
 

@@ -52,8 +52,8 @@ def infeasible_duration_error(
     """The error where durations are too short.
 
     Args:
-        asked: Duration of the first segment that is too short, s.
-        too_short: By segment, the first at fault first: the duration that will do, s. To be applied together.
+        asked: The duration asked of the first segment that is too short, s.
+        too_short: Durations, s, that will do if applied together, by segment, the first one at fault first.
         binding: The limit that takes more time.
     """
     segment, needed = next(iter(too_short.items()))
@@ -90,13 +90,13 @@ def ramps_error(binding: BindingLimit) -> LimitsUnsatisfiable:
 
 
 def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:
-    """No duration helps where standing still takes too much torque.
+    """Refuse a path on which standing still takes too much torque, which no duration helps.
 
     Args:
-        robot: With its payload.
-        segments: (...,), index of each row.
-        gravity: (..., joints), torques without motion.
-        limit: (..., joints).
+        robot: The robot, with its payload.
+        segments: Index (...,) of the segment of each row.
+        gravity: Torques (..., joints) without motion, N m or N.
+        limit: Torque limits (..., joints), N m or N.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone reaches a torque limit.

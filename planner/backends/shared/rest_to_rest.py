@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 
 MOST_STRETCHES = 50
-"""How often a segment is lengthened, at most, for its sampled limits; each time by less."""
+"""Number of times that a segment is lengthened, at most, for its sampled limits; each time by less."""
 
 
 def unit_laws(lengths: FloatArray, coefficients: FloatArray) -> SegmentedPolynomial:
-    """The laws of motions on unit time, from laws with as many pieces each.
+    """Make the laws of several motions on unit time, each of the same number of pieces.
 
     Args:
-        lengths: (motions, pieces), each row summing to 1; a piece of length 0 is left out.
-        coefficients: (motions, pieces, order), ascending powers of local time.
+        lengths: Lengths (motions, pieces), each row summing to 1; a piece of length 0 is left out.
+        coefficients: Coefficients (motions, pieces, order), ascending powers of local time.
     """
     there = lengths > 0.0
     return SegmentedPolynomial(lengths[there], coefficients[there][:, None], np.nonzero(there)[0])
@@ -58,7 +58,7 @@ class PolynomialLaw:
     jerk: float | None = None
 
     def time(self, motions: StraightMotions) -> SegmentedPolynomial:
-        """The motions under this law, at the asked durations or the shortest."""
+        """Time motions by this law, at the asked durations or the shortest."""
         travels, limits = np.abs(motions.travels), motions.limits
         bounds = {
             "velocity": self.velocity * travels / limits.velocity,
@@ -82,7 +82,7 @@ def time_straight_motions(
 def _choose_durations(
     motions: StraightMotions, bounds: dict[str, FloatArray], laws_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> FloatArray:
-    """The asked durations (segments,), s, or the shortest that keep the limits.
+    """Choose the durations (segments,), s: those asked, or the shortest that keep the limits.
 
     Args:
         motions: The motions, with asked durations, NaN where the shortest is wanted.
@@ -110,7 +110,7 @@ def _choose_durations(
 
 
 def _moved(motions: StraightMotions, laws: SegmentedPolynomial, durations: FloatArray) -> SegmentedPolynomial:
-    """The motions under their laws on unit time, in these durations (motions,), s."""
+    """Move the joints by laws on unit time, in these durations (motions,), s."""
     rows = laws.segments
     timed = laws.stretched(durations[rows])
     coefficients = timed.coefficients * motions.travels[rows][..., None]
@@ -121,12 +121,13 @@ def _moved(motions: StraightMotions, laws: SegmentedPolynomial, durations: Float
 def _stretched(
     motions: StraightMotions, durations: FloatArray, laws_of: Callable[[FloatArray], SegmentedPolynomial]
 ) -> tuple[FloatArray, dict[int, BindingLimit]]:
-    """The shortest durations (segments,), s, from `durations` on, that keep the sampled limits, which set some of them.
+    """Lengthen durations (segments,), s, until they keep the sampled limits.
 
-    The second value holds these limits, by row.
-
-    What a law needs does not depend on the duration. Laws whose shape does (a trapezoid with its own times)
+    The time that a law needs does not depend on its duration. Laws whose shape does (a trapezoid with its own times)
     are looked at again at each longer duration, until nothing changes.
+
+    Returns:
+        The durations (segments,), s, and the limits that set some of them, by row.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
@@ -141,9 +142,9 @@ def _stretched(
         rows = np.flatnonzero(sampled.limited)
         there = sampled.limited[laws.segments]
         own, pieces = laws.segments[there], _moved(motions, laws, durations).of(there)
-        factors, asks = sampled.stretch(pieces, own, np.searchsorted(rows, own))
+        factors, limits = sampled.stretch(pieces, own, np.searchsorted(rows, own))
         limited = factors > 1.0 + DURATION_TOLERANCE
-        binding |= {row: sampled.each[limit] for row, limit in zip(rows[limited], asks[limited], strict=True)}
+        binding |= {row: sampled.each[limit] for row, limit in zip(rows[limited], limits[limited], strict=True)}
         durations[rows[limited]] *= factors[limited]
     return durations, binding
 
@@ -155,6 +156,7 @@ def _infeasible_error(
     shortest: FloatArray,
     short: np.ndarray,
 ) -> InfeasibleDuration:
+    """The error where the asked durations of the rows `short` are shorter than the shortest (segments,), s."""
     row = int(short[0])
     by_joint = {quantity: float(bound[row].max()) for quantity, bound in bounds.items()}
     quantity = max(by_joint, key=by_joint.__getitem__)

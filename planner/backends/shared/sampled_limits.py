@@ -1,4 +1,4 @@
-"""The limits that no polynomial has, torque and tool speed: what they ask of durations, found on samples."""
+"""The limits of torque and tool speed, which are no polynomials: the durations that they need, found on samples."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ SAMPLED_MARGIN = 1.0005
 
 
 class SampledLimits:
-    """Limits that no polynomial has: torque and tool speed, found on samples.
+    """The limits of torque and tool speed, whose use is found on samples.
 
     Attributes:
-        limited: (segments,), where there is any.
+        limited: Whether (segments,) a segment has such a limit.
         each: The limits there are, one of each joint and two of the tool.
     """
 
@@ -51,34 +51,38 @@ class SampledLimits:
         rows: np.ndarray,
         groups: np.ndarray,
     ) -> tuple[FloatArray, np.ndarray]:
-        """(groups,): factors on all times with which pieces keep these limits, less than 1 where they could be faster.
-
-        And (groups,): index in `each` of the limit that sets it.
+        """Find the factors on time with which groups of pieces just keep these limits.
 
         Args:
-            pieces: Of some length each.
-            rows: (pieces,), of the limits.
-            groups: (pieces,), from 0 on without gaps.
+            pieces: The motion, in pieces of positive length.
+            rows: Row (pieces,) of the limits that each piece has to keep.
+            groups: Group (pieces,) of each piece, from 0 on without gaps.
+
+        Returns:
+            The factors (groups,), less than 1 where a group could be faster, and the index (groups,) in `each` of the
+            limit that sets each.
 
         Raises:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
 
         def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+            """The factors (N, limits) that samples of pieces `at` (N,) need."""
             torque = partial(self._stretch_for_torque, segments=pieces.segments[at], q=q, v=v, a=a)
             return self._of_samples(rows[at], q, v, torque)
 
         return _peaks(needed, pieces, groups)
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
-        """(pieces,): the largest share of one of these limits that each piece uses.
+        """The largest share (pieces,) of one of these limits that each piece uses.
 
         Args:
-            pieces: Of some length each.
-            rows: (pieces,), of the limits.
+            pieces: The motion, in pieces of positive length.
+            rows: Row (pieces,) of the limits that each piece has to keep.
         """
 
         def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+            """The shares (N, limits) that samples of pieces `at` (N,) use."""
             return self._of_samples(rows[at], q, v, lambda limit: np.abs(inverse_dynamics(self.robot, q, v, a)) / limit)
 
         return _peaks(shares, pieces, np.arange(len(rows)))[0]
@@ -86,7 +90,7 @@ class SampledLimits:
     def _of_samples(
         self, rows: np.ndarray, q: FloatArray, v: FloatArray, of_torque: Callable[[FloatArray], FloatArray]
     ) -> FloatArray:
-        """(N, limits): shares of the limits of tool speed, and what is to be known of the torque limits (N, joints)."""
+        """Join the shares of the limits of tool speed and what `of_torque` makes of those of torque: (N, limits)."""
         linear, angular, torque = self.linear[rows], self.angular[rows], self.torque[rows]
         values = np.zeros((len(rows), len(self.each)))
         if np.isfinite(linear).any() or np.isfinite(angular).any():
@@ -99,7 +103,7 @@ class SampledLimits:
     def _stretch_for_torque(
         self, limit: FloatArray, segments: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray
     ) -> FloatArray:
-        """(N, joints). With q(t / T) the torque is g(q) + b / T^2, b being the torque of T = 1 without gravity."""
+        """The factors (N, joints) on time T: the torque of q(t / T) is g + b / T^2, b that of T = 1 without gravity."""
         still = np.zeros_like(q)
         gravity = inverse_dynamics(self.robot, q, still, still)
         refuse_what_gravity_exceeds(self.robot, segments, gravity, limit)
@@ -118,12 +122,13 @@ def _peaks(
 
     Args:
         of_samples: Values (N, columns) of piece (N,), position, velocity and acceleration (N, joints).
-        motion: Pieces of some length each.
-        groups: (pieces,), from 0 on without gaps.
+        motion: The motion, in pieces of positive length.
+        groups: Group (pieces,) of each piece, from 0 on without gaps.
     """
     derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
 
     def values(pieces: np.ndarray, units: FloatArray) -> FloatArray:
+        """The values (N, columns) at unit times (N,) of pieces (N,)."""
         return of_samples(pieces, *(horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3)))
 
     columns = motion.coefficients.shape[1] + len(TCP_QUANTITIES)

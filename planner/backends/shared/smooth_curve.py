@@ -19,7 +19,7 @@ SHARES = (1.0, 0.5, 0.25, 0.0)
 
 
 def smoothed(path: JointPath, run: Run) -> Run:
-    """The run on a smoother curve, where what lies between its waypoints is free."""
+    """Put a run on a smoother curve, if the path between its waypoints is free."""
     return replace(run, curve=smooth_curve(path, run)) if run.is_spline else run
 
 
@@ -52,8 +52,8 @@ def natural_spline(lengths: FloatArray, positions: FloatArray) -> FloatArray:
     ch. IV.
 
     Args:
-        lengths: (intervals,).
-        positions: (intervals + 1, joints).
+        lengths: Lengths (intervals,) in the path position.
+        positions: Positions (intervals + 1, joints), rad or m.
     """
     h, slopes = lengths[:, None], np.diff(positions, axis=0) / lengths[:, None]
     count = len(positions)

@@ -1,4 +1,4 @@
-"""Straight joint motions from rest to rest: in closed form, unless torque or tool speed slow them down."""
+"""Straight joint motions from rest to rest, in closed form unless torque or tool speed slow them down."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def time_lines(
         return [closed_form(motions)]  # the refusal is to know all limits
     pieces = pieces.of(pieces.lengths > 0.0)
     rows = np.searchsorted(motions.segments, pieces.segments)
-    factors, asks = sampled.stretch(pieces, rows, rows)
+    factors, binding = sampled.stretch(pieces, rows, rows)
     free = np.isnan(motions.durations)
     slowed = factors > np.where(free, noticed, 1.0 + DURATION_TOLERANCE)
     whole = pieces.stretched(np.where(free, np.maximum(factors, 1.0), 1.0)[rows])
@@ -73,5 +73,5 @@ def time_lines(
     if too_short:
         first = next(iter(too_short))
         at = int(np.searchsorted(motions.segments, first))
-        raise infeasible_duration_error(float(motions.durations[at]), too_short, sampled.each[asks[at]])
+        raise infeasible_duration_error(float(motions.durations[at]), too_short, sampled.each[binding[at]])
     return parts

@@ -25,7 +25,7 @@ PROBES = np.array([0.25, 0.5, 0.75])
 """Shares of the time of a piece at which it is compared with the curve that it follows; at its ends it is on it."""
 
 MOST_HALVINGS = 12
-"""How often pieces are halved, at most, until they follow the curve: their errors shrink by 2^6 each time."""
+"""Number of times that pieces are halved, at most, until they follow the curve: errors shrink by 2^6 each time."""
 
 BISECTIONS = 55
 """Steps of bisection until a time is as exact as a floating-point number of 53 bits."""

@@ -37,12 +37,12 @@ def slowest(needed: Iterable[TimeScaling]) -> TimeScaling:
 
 
 def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: frozenset[str]) -> dict[int, TimeScaling]:
-    """How each segment of some pieces is to be scaled in time, so that it just keeps its limits.
+    """Find how each segment of some pieces has to be scaled in time, so that it just keeps its limits.
 
     Velocity goes with 1 / T, acceleration with 1 / T^2, jerk with 1 / T^3, so that the factors are exact.
 
     Args:
-        path: With the limits.
+        path: The path, with its limits.
         pieces: The motion of whole segments.
         guarantees: The quantities that have to be kept.
 
@@ -53,6 +53,7 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
     worst = [TimeScaling(0.0, BindingLimit())] * len(segments)
 
     def note(group: int, factor: float, binding: BindingLimit) -> None:
+        """Keep the largest factor of a group, and the limit that sets it."""
         if factor > worst[group].factor:
             worst[group] = TimeScaling(factor, binding)
 
@@ -66,8 +67,8 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
             note(group, factor, BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
     sampled = SampledLimits(path.robot, path.limits)
     if sampled.limited[segments].any():
-        asked = sampled.stretch(pieces, pieces.segments, groups)
-        for group, (factor, limit) in enumerate(zip(*(values.tolist() for values in asked), strict=True)):
+        stretches = sampled.stretch(pieces, pieces.segments, groups)
+        for group, (factor, limit) in enumerate(zip(*(values.tolist() for values in stretches), strict=True)):
             note(group, factor, sampled.each[limit])
     return dict(zip(segments.tolist(), worst, strict=True))
 

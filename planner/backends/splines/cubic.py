@@ -32,6 +32,6 @@ class Cubic:
     law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The cubic of each segment, at the asked durations or the shortest."""
+        """Put the cubic on each segment, at the asked durations or the shortest."""
         runs = [time_run(path, run, 3, enforced(self)) for run in path.runs]
         return assemble(path, [self.law.time(path.straight), *runs])

@@ -1,4 +1,4 @@
-"""Interpolating splines in time, at rest at both ends: C2 of degree 3, C4 of degree 5; and how they depend on time.
+"""Interpolating splines in time, at rest at both ends: C2 of degree 3, C4 of degree 5; and their sensitivities.
 
 On each segment the spline is the Hermite polynomial of the derivatives at its ends. Those at the inner waypoints
 (velocity for degree 3, velocity and acceleration for degree 5) are the unknowns; that the next derivatives are
@@ -32,13 +32,13 @@ class InterpolatingSpline:
     Below, k = (degree - 1) / 2 is the number of derivatives that are known at an end, or unknown at a waypoint.
 
     Attributes:
-        degree: 3 or 5.
-        durations: (segments,), s.
-        unit: (segments, joints, degree + 1), ascending powers of unit time.
-        ends: (segments, joints, degree): travel, then derivatives 1 to k at the start, then at the end, by unit time.
-        scales: (segments - 1,), s: the shorter segment beside each inner waypoint.
-        system: (k (segments - 1), k (segments - 1)): jumps of derivatives k + 1 to 2 k at each inner waypoint by its
-            and its neighbours' derivatives 1 to k, all by time in units of `scales`.
+        degree: The degree, 3 or 5.
+        durations: Durations (segments,), s.
+        unit: Coefficients (segments, joints, degree + 1), ascending powers of unit time.
+        ends: Travel, then derivatives 1 to k at the start, then at the end, by unit time; (segments, joints, degree).
+        scales: Duration (segments - 1,), s, of the shorter segment beside each inner waypoint.
+        system: Jumps of derivatives k + 1 to 2 k at each inner waypoint by its and its neighbours' derivatives 1 to k,
+            all by time in units of `scales`; (k (segments - 1), k (segments - 1)).
     """
 
     degree: Degree
@@ -58,15 +58,18 @@ class InterpolatingSpline:
         return np.asarray(np.linalg.inv(self.system), dtype=np.float64)
 
     def sensitivities(self, segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray) -> FloatArray:
-        """Slopes (points, segments) of derivatives by time at fixed unit times, by the logarithm of each duration.
+        """Differentiate derivatives by time at fixed unit times by the logarithm of each duration.
 
-        Differentiates the system: its solution x at A x = b changes by -A^-1 times the change of A x - b at fixed x.
+        The solution x of the system A x = b changes by -A^-1 times the change of A x - b at fixed x.
 
         Args:
-            segment: (points,).
-            joint: (points,).
-            order: (points,), of the derivative.
-            u: (points,), unit time on the segment.
+            segment: Index (points,) of the segment.
+            joint: Index (points,) of the joint.
+            order: Order (points,) of the derivative.
+            u: Unit time (points,) on the segment.
+
+        Returns:
+            The slopes (points, segments).
         """
         h, (hermite, orders), k = self.durations, _hermite(self.degree), (self.degree - 1) // 2
         points, segments = np.arange(len(u)), len(h)
@@ -97,16 +100,16 @@ class InterpolatingSpline:
 
 
 def interpolating_spline(positions: FloatArray, durations: FloatArray, degree: Degree) -> PiecewisePolynomial:
-    """The spline of `degree` through `positions`, at rest at both ends, one piece a segment; see `interpolate`."""
+    """Interpolate `positions` by the spline of `degree`, at rest at both ends, one piece a segment: `interpolate`."""
     return interpolate(positions, durations, degree).curve
 
 
 def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) -> InterpolatingSpline:
-    """The spline of `degree` through `positions`, at rest at both ends.
+    """Interpolate `positions` by the spline of `degree` that is at rest at both ends.
 
     Args:
-        positions: (segments + 1, joints).
-        durations: (segments,), s, positive.
+        positions: Positions (segments + 1, joints), rad or m.
+        durations: Durations (segments,), s, positive.
         degree: 3: velocity 0 at both ends, C2. 5: velocity and acceleration 0 at both ends, C4.
     """
     h, k = durations, (degree - 1) // 2
@@ -119,6 +122,7 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
     known, matched = np.arange(1, k + 1), np.arange(k + 1, 2 * k + 1)
 
     def block(weights: FloatArray, h: FloatArray, row_scale: FloatArray, column_scale: FloatArray) -> FloatArray:
+        """Scale the blocks (inner, k, k) of the system that go with segments of durations h."""
         rows: FloatArray = (row_scale / h)[:, None, None] ** matched[:, None]
         return weights * rows * (h / column_scale)[:, None, None] ** known
 
@@ -144,7 +148,7 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
 
 @lru_cache
 def _hermite(degree: Degree) -> tuple[FloatArray, np.ndarray]:
-    """(degree + 1, degree): travel and derivatives at both ends to powers on unit time; and the derivatives' orders."""
+    """The matrix (degree + 1, degree) from `ends` to powers of unit time, and the orders (degree,) of these values."""
     known = range(1, (degree + 1) // 2)
     orders = np.array([0, *known, *known])
     conditions = np.zeros((degree, degree))
@@ -168,12 +172,12 @@ def _matched_derivatives(degree: Degree) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache
 def _falling_factorials(degree: Degree) -> FloatArray:
-    """(degree + 1, degree + 1): of the power k (column) differentiated r (row) times."""
+    """The factors (degree + 1, degree + 1) of the power k (column) when it is differentiated r (row) times."""
     return np.array([[float(perm(power, order)) for power in range(degree + 1)] for order in range(degree + 1)])
 
 
 def _monomials(degree: Degree, order: np.ndarray, u: FloatArray) -> FloatArray:
-    """(points, degree + 1): derivatives of the powers 0 to `degree` at u, both (points,)."""
+    """The derivatives (points, degree + 1) of the powers 0 to `degree` of orders (points,) at u (points,)."""
     exponents = np.maximum(np.arange(degree + 1) - order[:, None], 0)
     values: FloatArray = _falling_factorials(degree)[order] * u[:, None] ** exponents
     return values

@@ -35,6 +35,6 @@ class Quintic:
     )
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The quintic of each segment, at the asked durations or the shortest."""
+        """Put the quintic on each segment, at the asked durations or the shortest."""
         runs = [time_run(path, run, 5, enforced(self)) for run in path.runs]
         return assemble(path, [self.law.time(path.straight), *runs])

@@ -1,4 +1,4 @@
-"""Splines for runs: in time through the waypoints, or as a time law s(t) along the run's curve."""
+"""Splines that time a run: in time through its waypoints, or as a time law s(t) along its curve."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ SAMPLES = 24
 """Samples of a law on each of its intervals while its shape is sought; the shape found is then checked exactly."""
 
 SHARES = np.linspace(0.0, 1.0, 9)
-"""How far free intervals are slowed down beside slow ones until the law ascends: from not at all (0) to their pace."""
+"""Shares, tried in turn, by which free intervals are slowed down to the pace of slow ones until the law ascends."""
 
 LEAST_FACTOR = 1e-9
-"""Factor on time that stands for none, of an interval that nothing limits."""
+"""Factor on the time of an interval that nothing limits: next to none."""
 
 BACKWARDS = 1e-9
 """Speed backwards along the curve, relative to the mean speed, that is rounding of the spline's coefficients."""
 
 MOST_LENGTHENINGS = 30
-"""How often segments without a duration are lengthened, at most, beside such with one."""
+"""Number of times that segments without a duration are lengthened, at most, beside such with one."""
 
 UNHURRIED = 1.0005
 """Factor by which they are lengthened beyond their need, so that a few times are enough."""
@@ -59,8 +59,7 @@ class _Timing(ABC):
     """A run between whose intervals the time is shared out, at last so that all limits are kept.
 
     Attributes:
-        segments: (intervals,), index of the segment that each belongs to.
-        asked: (intervals,), duration asked of that segment, s; NaN: as fast as the limits allow.
+        segments: Index (intervals,) of the segment that each interval belongs to.
     """
 
     segments: np.ndarray
@@ -70,11 +69,12 @@ class _Timing(ABC):
 
     @property
     def asked(self) -> FloatArray:
+        """The duration (intervals,), s, asked of the segment of each interval; NaN: as fast as the limits allow."""
         asked: FloatArray = self.path.durations[self.segments]
         return asked
 
     def time(self) -> SegmentedPolynomial:
-        """The motion that keeps the limits."""
+        """Time the run so that it keeps the limits."""
         durations, free = self.first_durations(), np.isnan(self.asked)
         for _ in range(MOST_LENGTHENINGS):
             pieces = self.pieces(durations)
@@ -101,6 +101,7 @@ class _Timing(ABC):
         """The motion with these durations (intervals,)."""
 
     def _infeasible_error(self, needed: dict[int, TimeScaling]) -> InfeasibleDuration:
+        """The error that names the segment which needs the largest factor on its time."""
         worst = max(needed, key=lambda segment: needed[segment].factor)
         return self.too_short_error(needed[worst], worst)
 
@@ -114,7 +115,7 @@ class _Timing(ABC):
 
 
 class _SplineTiming(_Timing):
-    """Joint motions through waypoints: what lies between the waypoints is up to the spline."""
+    """The timing of joint motions through waypoints, between which the path is up to the spline."""
 
     def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
         super().__init__(path, run, degree, enforced)
@@ -140,12 +141,12 @@ class _SplineTiming(_Timing):
             raise passing_error(ends, segment, name, overshoot.value, overshoot.limit) from None
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
-        """One polynomial a segment."""
+        """The spline with these durations: one polynomial a segment."""
         return interpolating_spline(self.positions, durations, self.degree).of_segments(self.segments)
 
 
 class _CurveTiming(_Timing):
-    """A time law of that degree along the curve: the spline s(t) through the waypoints and the ends of blends.
+    """The timing by a law of that degree along the curve: the spline s(t) through waypoints and ends of blends.
 
     The intervals between these knots share the time so that each comes as near to its limits as it can. A single law
     over the whole run is such a spline, too: the search begins there.
@@ -182,23 +183,26 @@ class _CurveTiming(_Timing):
         raise self._runs_backwards_error()
 
     def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
+        """The shortest durations (intervals,), s, that are found from `start` on beside those asked."""
         return shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
 
     def _ascends(self, durations: FloatArray) -> bool:
+        """Whether the law with these durations never runs backwards along the curve."""
         slowest, mean = self._samples(durations)[1], self.knots[-1] / durations.sum()
         return bool(slowest >= -BACKWARDS * mean)
 
     @cached_property
     def _single(self) -> SegmentedPolynomial:
-        """One law from rest to rest over the whole run, in 1 s, in its intervals."""
+        """A single polynomial from rest to rest over the whole run, in 1 s, cut at the ends of the intervals."""
         ends = np.array([[0.0], [self.knots[-1]]])
         return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.knots[1:-1], self.segments)
 
     def _law(self, durations: FloatArray) -> SegmentedPolynomial:
+        """The time law s(t) with these durations (intervals,), s."""
         return interpolating_spline(self.knots[:, None], durations, self.degree).of_segments(self.segments)
 
     def _samples(self, durations: FloatArray) -> tuple[FloatArray, float]:
-        """The factor on the time of each interval that its limits ask, and the least path velocity; by samples."""
+        """Sample the law: the factors (intervals,) on time that the limits need, and the least path velocity."""
         law, curve, limits = self._law(durations), self.run.curve, self.path.limits
         t = np.linspace(0.0, 1.0, SAMPLES) * durations[:, None]
         s, ds, dds, ddds = (horner(differentiate(law.coefficients, k), t)[..., None] for k in range(4))
@@ -219,6 +223,7 @@ class _CurveTiming(_Timing):
         return np.maximum(np.hstack(factors).max(axis=1), LEAST_FACTOR), float(ds.min())
 
     def _runs_backwards_error(self) -> InfeasibleDuration:
+        """The error where the asked durations leave no law that never runs backwards."""
         given = np.unique(self.segments[~np.isnan(self.asked)])
         segment = int(given[0])
         return InfeasibleDuration(

@@ -29,7 +29,7 @@ MOST_STEPS_TO_KEEP_LIMITS = 20
 """Quadratic programs in one search, as long as limits are broken that scaling all durations does not mend."""
 
 LEAST_GAIN = 3e-3
-"""Decrease of the merit (of the logarithm of the total duration) that a step must promise to be worth it."""
+"""Decrease of the merit (the logarithm of the total duration) that a step must promise to be worth it."""
 
 LARGEST_STEP = 0.8
 """Radius of the trust region: how far the logarithm of a duration may change in one step."""
@@ -57,9 +57,9 @@ class LinearisedLimits(NamedTuple):
     """The limits that are nearly or not kept, to first order in the logarithms of the durations.
 
     Attributes:
-        excess: (limits,): log(|rate| / limit) / order for a rate, overshoot for a position; positive: broken.
-        slopes: (limits, segments): of the excess.
-        is_rate: (limits,): whether longer durations, all by the same factor, lower the excess.
+        excess: Excesses (limits,): log(|rate| / limit) / order of a rate, overshoot of a position; positive: broken.
+        slopes: Derivatives (limits, segments) of the excesses by the logarithms of the durations.
+        is_rate: Whether (limits,) longer durations, all by the same factor, lower the excess.
     """
 
     excess: FloatArray
@@ -72,37 +72,38 @@ class Assessment(Protocol):
 
     @property
     def durations(self) -> FloatArray:
-        """(segments,), s."""
+        """The durations (segments,), s."""
 
     @property
     def ratios(self) -> FloatArray:
-        """(segments,): the worst of velocity, sqrt(acceleration) and cbrt(jerk) over their limits."""
+        """The worst (segments,) of velocity, sqrt(acceleration) and cbrt(jerk) as ratios to their limits."""
 
     @property
     def overshoot(self) -> float:
-        """Excess over the position limits, relative to the motion; 0: none."""
+        """The excess over the position limits, relative to the motion; 0: none."""
 
     def linearise(self) -> LinearisedLimits:
         """The limits that a change of the durations could break, and those broken."""
 
 
 A = TypeVar("A", bound=Assessment)
+"""A motion of any kind that is held against its limits."""
 
 
 def shortest_durations(
     evaluate: Callable[[FloatArray], FloatArray], start: FloatArray, asked: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Durations of least sum at which a motion keeps its rate limits; for any motion, by its ratios alone.
+    """Find durations of least sum at which a motion keeps its rate limits; of any motion, by its ratios alone.
 
     A segment's ratio may depend on all durations, and mostly does on those of its few neighbours. Slopes are
     measured, about `REACH` evaluations each time.
 
     Args:
-        evaluate: Durations (segments,) to the positive ratios (segments,): the largest of velocity ratio,
-            sqrt(acceleration ratio) and cbrt(jerk ratio) on each segment, so that all durations times k give
+        evaluate: A function from durations (segments,) to the positive ratios (segments,): the largest of velocity
+            ratio, sqrt(acceleration ratio) and cbrt(jerk ratio) on each segment, so that all durations times k give
             all ratios divided by k.
-        start: (segments,), s, positive: where to begin; asked durations go before it.
-        asked: (segments,), s; NaN where free.
+        start: Durations (segments,), s, positive, where the search begins; asked durations go before them.
+        asked: Asked durations (segments,), s; NaN where free.
 
     Returns:
         Durations and their ratios, both (segments,). Asked durations are kept; if a ratio is above 1, they
@@ -130,7 +131,7 @@ class _MeasuredMotion:
     overshoot: float = 0.0
 
     def linearise(self) -> LinearisedLimits:
-        """Every REACH-th duration is changed at once, and each ratio's change is put down to the nearest."""
+        """Change every REACH-th duration at once, and put each ratio's change down to the nearest of them."""
         segments = np.arange(len(self.durations))
         excess, slopes = np.log(self.ratios), np.zeros((len(segments), len(segments)))
         for first in range(min(REACH, len(segments))):
@@ -146,14 +147,14 @@ class _MeasuredMotion:
 
 
 def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free: np.ndarray) -> A:
-    """The motion of least duration that keeps its limits, or else comes nearest to it.
+    """Find the motion of least duration that keeps its limits, or else comes nearest to it.
 
-    Where all durations are free, those of the motion returned still want scaling by its largest ratio.
+    If all durations are free, those of the motion returned have still to be scaled by its largest ratio.
 
     Args:
-        assess: Durations (segments,) to the motion.
-        start: (segments,), s, positive.
-        free: (segments,): which durations may change.
+        assess: A function from durations (segments,) to the motion.
+        start: Durations (segments,), s, positive, where the search begins.
+        free: Whether (segments,) a duration may change.
     """
     scalable = bool(free.all())
 
@@ -187,7 +188,7 @@ def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free:
 
 
 def _next_radius(radius: FloatArray, step: FloatArray, excess: FloatArray, success: float) -> FloatArray:
-    """Larger after a success; else smaller around the segments whose limits broke: the others are far from there."""
+    """Grow the trust region after a success; else shrink it around the segments whose limits broke."""
     if success > 0.7:
         return np.minimum(2.0 * radius, LARGEST_STEP)
     if excess.max() <= 0.0:
@@ -197,14 +198,14 @@ def _next_radius(radius: FloatArray, step: FloatArray, excess: FloatArray, succe
 
 
 def _worst_nearby(values: FloatArray) -> FloatArray:
-    """The largest of each value and its two neighbours on either side."""
+    """Take the largest of each value and its two neighbours on either side."""
     padded = np.pad(values, 2, constant_values=-np.inf)
     worst: FloatArray = np.lib.stride_tricks.sliding_window_view(padded, 5).max(axis=1)
     return worst
 
 
 def _best_step(motion: Assessment, free: np.ndarray, radius: FloatArray) -> tuple[FloatArray, float]:
-    """The best change of the logarithms of the durations under linearised limits, and what it promises."""
+    """Find the best change (segments,) of the logarithms of the durations, and the gain that it promises."""
     durations, limits = motion.durations, motion.linearise()
     scalable = limits.is_rate & free.all()
     excess = limits.excess + np.where(scalable, -np.log(motion.ratios.max()), MARGIN)

@@ -35,7 +35,7 @@ LEAST_LOG_RATIO = -50.0
 """Logarithm of the ratio that stands for none, of a segment that nothing limits: far below all others, and finite."""
 
 MOST_ROOT_STEPS = 30
-"""Steps of Newton's method or of bisection, at most, to a root."""
+"""Number of steps of Newton's method or of bisection to a root, at most."""
 
 ROOT_TOLERANCE = 1e-6
 """Change of a root, in unit time, that ends the search: the value of an extremum changes by the square of that."""
@@ -90,13 +90,13 @@ class SplineAgainstLimits:
     Attributes:
         spline: The spline, at certain durations.
         limits: The limits of each segment and joint.
-        segment: (peaks,).
-        joint: (peaks,).
-        order: (peaks,), of the derivative; 0: position.
-        u: (peaks,), unit time.
-        value: (peaks,), by time.
-        excess: (peaks,): log(|rate| / limit) / order, or the overshoot of a position relative to the joint's range.
-        weight: (peaks,): change of the excess by the value.
+        segment: Index (peaks,) of the segment.
+        joint: Index (peaks,) of the joint.
+        order: Order (peaks,) of the derivative; 0: position.
+        u: Unit time (peaks,) on the segment.
+        value: Value (peaks,) of the derivative there, rad or m by powers of s.
+        excess: Excess (peaks,): log(|rate| / limit) / order, or a position's overshoot relative to the joint's range.
+        weight: Derivative (peaks,) of the excess by the value.
     """
 
     spline: InterpolatingSpline
@@ -111,12 +111,12 @@ class SplineAgainstLimits:
 
     @property
     def durations(self) -> FloatArray:
-        """(segments,), s."""
+        """The durations (segments,), s."""
         return self.spline.durations
 
     @cached_property
     def ratios(self) -> FloatArray:
-        """(segments,): the worst of velocity, sqrt(acceleration) and cbrt(jerk) over their limits."""
+        """The worst (segments,) of velocity, sqrt(acceleration) and cbrt(jerk) as ratios to their limits."""
         rates = self.order > 0
         worst = np.full(len(self.durations), LEAST_LOG_RATIO)
         np.maximum.at(worst, self.segment[rates], self.excess[rates])
@@ -125,7 +125,7 @@ class SplineAgainstLimits:
 
     @cached_property
     def overshoot(self) -> float:
-        """Excess over the position limits, relative to the range of the joint's waypoints; 0: none."""
+        """The excess over the position limits, relative to the range of the joint's waypoints; 0: none."""
         overshoot = float(self.excess[self.order == 0].max(initial=0.0))
         return overshoot if overshoot > OVERSHOOT_TOLERANCE else 0.0
 
@@ -210,7 +210,7 @@ def hold_against_limits(
 
 
 def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray) -> FloatArray:
-    """(segments, joints, 2): magnitudes at unit times 0 and 1 over what is allowed."""
+    """The magnitudes (segments, joints, 2) at unit times 0 and 1, as ratios to what is allowed."""
     values: FloatArray = np.stack([coefficients[..., 0], coefficients.sum(axis=2)], axis=2)
     return np.abs(values) / allowed[..., None]
 
@@ -227,6 +227,7 @@ def _waypoint_peaks(order: int, ratios: FloatArray) -> tuple[np.ndarray, np.ndar
 def _values(
     by_order: list[FloatArray], segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray
 ) -> FloatArray:
+    """Evaluate derivatives (peaks,) by unit time at the peaks."""
     value = np.empty(len(u))
     for k in np.unique(order).tolist():
         here = order == k
@@ -243,7 +244,7 @@ def _excess(
     rates: tuple[str, ...],
     span: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """`excess` and `weight` of `SplineAgainstLimits`."""
+    """Compute `excess` and `weight` of `SplineAgainstLimits`."""
     above, below = value - limits.upper[joint], limits.lower[joint] - value
     upward = np.where(above > below, 1.0, -1.0)
     excess, weight = np.maximum(above, below) / span[joint], upward / span[joint]
@@ -257,14 +258,14 @@ def _excess(
 
 
 def _roots(polynomials: FloatArray, brackets: FloatArray) -> FloatArray:
-    """The root between each two neighbouring brackets, by Newton's method kept inside; 0 where there is none.
+    """Find the root between each two neighbouring brackets, by Newton's method kept inside; 0 where there is none.
 
     Args:
-        polynomials: (N, order), ascending powers.
-        brackets: (N, count), between which each polynomial is monotone.
+        polynomials: Coefficients (N, order), ascending powers.
+        brackets: Arguments (N, count), between which each polynomial is monotone.
 
     Returns:
-        (N, count - 1).
+        The roots (N, count - 1).
     """
     low, high = brackets[:, :-1], brackets[:, 1:]
     at_low, at_high = horner(polynomials[:, None], low), horner(polynomials[:, None], high)

@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
 
 class NothingLimits(Exception):
-    """Free durations, and no limit, or no travel, that would set one."""
+    """Durations are free, and there is no limit, or no travel, that would set one."""
 
 
 def timed_spline(
     positions: FloatArray, limits: SegmentLimits, asked: FloatArray, degree: Degree
 ) -> PiecewisePolynomial:
-    """The spline at the asked durations, and the shortest for the others, that keeps the limits.
+    """Find the spline that keeps the limits, at the asked durations, and at the shortest for the others.
 
     The shortest is a local minimum. Between waypoints within the position limits the spline may overshoot them;
     only other ratios of the durations help against that.
 
     Args:
-        positions: (segments + 1, joints), within the position limits.
+        positions: Positions (segments + 1, joints), rad or m, within the position limits.
         limits: The limits of each segment and joint.
-        asked: (segments,), s, positive; NaN: the shortest.
+        asked: Asked durations (segments,), s, positive; NaN: the shortest.
         degree: 3 or 5.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Trapezoids along a curve: at each waypoint passed and each blend as fast as the limits there allow."""
+"""Trapezoids along the curve of a run: on each interval as fast as the limits there allow."""
 
 from __future__ import annotations
 
@@ -25,16 +25,19 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 SAMPLES = 64
-"""Of the curve on each interval, where speed and acceleration along it are limited."""
+"""Number of gridpoints on each interval of the curve at which speed and acceleration along it are limited."""
 
 SHARES = np.linspace(0.05, 0.95, 19)
-"""Of the acceleration limits, what may go into the curvature; the rest is for gaining speed. The best one is taken."""
+"""Shares of the acceleration limits for the curvature, the rest being for gaining speed; the best one is taken."""
 
 STEP = 1.001
-"""Ratio of speeds that ramps lead between, at least."""
+"""Least ratio of the speeds that a ramp leads between."""
 
-MOST_LENGTHENINGS, HASTE = 60, 1.0 + 1e-6
-"""Times that a run with given ramps is lengthened until it keeps its limits, and by what beyond its need."""
+MOST_LENGTHENINGS = 60
+"""Number of times that a run with given ramps is lengthened, at most, until it keeps its limits."""
+
+HASTE = 1.0 + 1e-6
+"""Factor by which such a run is lengthened beyond its need, so that the search ends."""
 
 
 def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPolynomial:
@@ -56,13 +59,13 @@ def time_run(path: JointPath, run: Run, enforced: frozenset[str]) -> SegmentedPo
 def time_run_with_ramps(
     path: JointPath, run: Run, law_of: Callable[[float], PiecewisePolynomial], ramps: float, enforced: frozenset[str]
 ) -> SegmentedPolynomial:
-    """One trapezoid over the whole run, with given times of acceleration and braking.
+    """Put one trapezoid over the whole run, with given times of acceleration and braking.
 
     Args:
-        path: With limits and durations.
-        run: Of the path.
-        law_of: s(t) from 0 to 1 in a given time.
-        ramps: s, the least time there is.
+        path: The path, with limits and durations.
+        run: A run of the path.
+        law_of: The law s(t) from 0 to 1 in a given time, s.
+        ramps: The time of both ramps, s: the least duration there is.
         enforced: The quantities whose limits are kept.
 
     Raises:
@@ -71,12 +74,13 @@ def time_run_with_ramps(
         LimitsUnsatisfiable: Gravity exceeds a torque limit, or the limits cannot be kept with these ramps.
     """
     asked = duration_of_run(path, run)
-    places = run.curve.breakpoints[run.waypoint_knots[1:-1]]
+    knots = run.curve.breakpoints[run.waypoint_knots[1:-1]]
 
     def at(duration: float) -> tuple[SegmentedPolynomial, TimeScaling]:
+        """The motion in a duration, s, and how it has to be scaled in time to keep its limits."""
         law = law_of(duration)
         whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
-        pieces = follow_curve(run, split_at_knots(whole, places, run.segments))
+        pieces = follow_curve(run, split_at_knots(whole, knots, run.segments))
         return pieces, slowest(time_scalings(path, pieces, enforced).values())
 
     duration = ramps if np.isnan(asked) else max(asked, ramps)
@@ -94,11 +98,11 @@ def time_run_with_ramps(
 
 
 def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
-    """The law with the best share of the acceleration limits for the curvature."""
-    places, segments = run.curve.breakpoints[run.knots], run.curve.segments[run.knots[:-1]]
-    lengths = np.diff(places)
+    """The fastest law over all `SHARES` of the acceleration limits for the curvature."""
+    knots, segments = run.curve.breakpoints[run.knots], run.curve.segments[run.knots[:-1]]
+    lengths = np.diff(knots)
     unit = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    at = (places[:-1, None] + unit * lengths[:, None]).ravel()
+    at = (knots[:-1, None] + unit * lengths[:, None]).ravel()
     first, second = (np.abs(x).reshape(len(lengths), SAMPLES, -1) for x in run.curve.evaluate(at, [1, 2]))
     velocity, acceleration = (getattr(path.limits, name)[segments][:, None] for name in ("velocity", "acceleration"))
     with np.errstate(divide="ignore"):
@@ -114,7 +118,7 @@ def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
 
 
 def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
-    """The fastest law whose speed on each interval is at most `most`, and its change at most `gain`."""
+    """Compute the fastest law whose speed on each interval is at most `most`, and its change at most `gain`."""
     most = np.where(np.isfinite(most) | np.isfinite(gain), most, 1.0)  # nothing limits: any law will do, stretched
     # Speeds that hardly differ are made the same: a ramp between them would be too short to be put on the curve.
     most = STEP ** np.floor(np.log(most) / np.log(STEP))
@@ -143,5 +147,5 @@ def _trapezoids(lengths: FloatArray, most: FloatArray, gain: FloatArray, segment
     ).transpose(2, 0, 1)
     times = np.column_stack([up, cruise, down])
     there = times > NEGLIGIBLE_SHARE * times.sum(axis=1, keepdims=True)
-    owners = np.repeat(segments[:, None], 3, axis=1)[there]
-    return SegmentedPolynomial(times[there], coefficients[there][:, None, :], owners)
+    segments_of_pieces = np.repeat(segments[:, None], 3, axis=1)[there]
+    return SegmentedPolynomial(times[there], coefficients[there][:, None, :], segments_of_pieces)

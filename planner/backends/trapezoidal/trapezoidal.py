@@ -1,4 +1,4 @@
-"""Accelerate, cruise, brake."""
+"""The back end that accelerates, cruises and brakes: trapezoids of the path velocity."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Trapezoidal:
     )
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The trapezoid of each segment, at the asked durations or the shortest."""
+        """Put the trapezoid on each segment, at the asked durations or the shortest."""
         times = self._times()
         kept = enforced(self)
         if times is None:
@@ -64,6 +64,7 @@ class Trapezoidal:
         return assemble(path, [_with_times(path.straight, t1, t3), *runs])
 
     def _times(self) -> tuple[float, float] | None:
+        """The times of acceleration and of braking, s; None: the limits set them."""
         t1, t3 = self.acceleration_time, self.deceleration_time
         if t1 is None:
             return None if t3 is None else (t3, t3)
@@ -71,7 +72,7 @@ class Trapezoidal:
 
 
 def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
-    """The path parameter may run at V and accelerate at A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
+    """Run straight lines at path velocity V and path acceleration A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
 
     Each joint binds V by its velocity and A by its acceleration; the slowest of each counts.
     """
@@ -98,7 +99,7 @@ def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
 
 
 def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPolynomial:
-    """Given ramps: the cruise runs at 1 / (T - t1/2 - t3/2), the ramps accelerate at that over t1 and t3."""
+    """Run straight lines with given ramps: cruise at 1 / (T - t1/2 - t3/2), reached in t1 and left in t3."""
     travels, limits = np.abs(motions.travels), motions.limits
     ramps = (t1 + t3) / 2.0
     bounds = {
@@ -110,12 +111,12 @@ def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPoly
 
 
 def _law(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
-    """s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
+    """The law s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
     return _trapezoids(np.array([t1 / duration]), np.array([t3 / duration])).stretched(duration)
 
 
 def _trapezoids(t1: FloatArray, t3: FloatArray) -> SegmentedPolynomial:
-    """S on unit time: accelerates for t1 (segments,), brakes for t3, cruises between unless they fill the time."""
+    """The laws on unit time that accelerate for t1 (segments,), brake for t3, and cruise between if time is left."""
     peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
     cruise = 1.0 - t1 - t3
     cruise = np.where(cruise > ROUNDING, cruise, 0.0)
