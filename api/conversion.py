@@ -36,6 +36,7 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.
         limits=to_limits(request.limits),
         inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
+        start_tolerance=request.start_tolerance,
     )
 
 

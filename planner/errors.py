@@ -46,6 +46,15 @@ class Remedy:
         return with_field(backend, self.field[1:], self.value) if self.field[0] == BACK_END else backend
 
 
+def distinct(value: float, other: float) -> tuple[str, str]:
+    """Two numbers with as many digits, six or more, as it takes to tell them apart."""
+    for digits in range(6, 18):
+        texts = f"{value:.{digits}g}", f"{other:.{digits}g}"
+        if texts[0] != texts[1]:
+            break
+    return texts
+
+
 class Fault(NamedTuple):
     """What is wrong with one field.
 

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
 Frame = Literal["tool", "base"]
 
+START_TOLERANCE = 1e-4
+"""How far outside of a position limit a joint waypoint may be, rad or m, to be taken for the limit: more than encoders
+and rounding of a robot at its limit leave, and less than anybody would see."""
+
 
 @dataclass(frozen=True)
 class CartesianMove:
@@ -218,6 +222,8 @@ class PlanningProblem:
         limits: Limits on the whole trajectory; a waypoint's own limits go before these.
         inverse_kinematics: How the poses among the waypoints are solved.
         payload: What the robot carries; None: nothing.
+        start_tolerance: How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it
+            is taken to be at the limit, and a warning says so.
     """
 
     robot: Robot
@@ -225,6 +231,7 @@ class PlanningProblem:
     limits: Limits = Limits()
     inverse_kinematics: InverseKinematicsOptions = InverseKinematicsOptions()
     payload: Payload | None = None
+    start_tolerance: float = START_TOLERANCE
 
     def __post_init__(self) -> None:
         """Keep the waypoints in a tuple, which cannot change."""

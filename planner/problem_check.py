@@ -105,6 +105,8 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     robot, waypoints = problem.robot, problem.waypoints
+    if not 0.0 <= problem.start_tolerance < np.inf:
+        yield ("start_tolerance",), "a tolerance cannot be negative, nor without end"
     if not waypoints:
         yield ("waypoints",), "a trajectory needs a waypoint"
     yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)

@@ -10,10 +10,11 @@ import numpy as np
 from planner.backends.shared.assembly import assemble
 from planner.certificate.limits import certificate_of
 from planner.certificate.tool_path import certify_tool_path
-from planner.errors import InvalidProblem, LimitsUnsatisfiable
+from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
 from planner.limits import JOINT_QUANTITIES
+from planner.problem import JointWaypoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -117,8 +118,9 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
     broken = [check for check in certificate.checks if check.enforced and not check.satisfied]
     worst = max(broken, key=lambda check: check.ratio or float("inf"))
     subject = worst.joint or "the tool"
+    peak, limit = distinct(worst.peak, float("inf") if worst.limit is None else worst.limit)
     raise LimitsUnsatisfiable(
-        f"the {worst.quantity} of {subject} would reach {worst.peak:.6g}, its limit is {worst.limit:.6g}",
+        f"the {worst.quantity} of {subject} would reach {peak}, its limit is {limit}",
         joint=worst.joint,
         value=worst.peak,
         limit=worst.limit,
@@ -126,10 +128,26 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
     )
 
 
+def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
+    """What is said of joint positions that are outside of their limits by no more than the tolerance."""
+    lower, upper = problem.robot.limit("lower"), problem.robot.limit("upper")
+    for k, waypoint in enumerate(problem.waypoints):
+        if not isinstance(waypoint, JointWaypoint):
+            continue
+        position = np.array(waypoint.position)
+        within = np.clip(position, lower, upper)
+        for joint in np.flatnonzero(position != within).tolist():
+            asked, limit = distinct(position[joint], within[joint])
+            name = problem.robot.joint_names[joint]
+            message = f"waypoint {k} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
+            yield PlanWarning("position_snapped", message)
+
+
 def _warnings(
     problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory
 ) -> Iterator[PlanWarning]:
     robot = problem.robot
+    yield from _snapped(problem)
     repeated = np.setdiff1d(np.arange(len(path.durations)), path.moving) + 1
     if len(repeated):
         named = ", ".join(map(str, repeated[:MOST_NAMED].tolist()))

@@ -259,6 +259,9 @@ class TrajectoryRequest(Schema):
     """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     payload: Payload | None = None
     """The body that the robot carries; omitted: none."""
+    start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
+    """How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it is taken to be at
+    the limit, and the warning `position_snapped` says so."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
     """The time between two rows of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.paths.runs import Run, build_run, straight_run
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
-from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
+from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -134,7 +134,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         SingularPath: A motion of the tool meets a singularity.
     """
     robot = problem.robot if problem.payload is None else problem.robot.with_payload(problem.payload)
-    waypoints, options = problem.waypoints, problem.inverse_kinematics
+    waypoints, options = within_limits(robot, problem.waypoints, problem.start_tolerance), problem.inverse_kinematics
     solved = solve_waypoints(robot, waypoints, options)
     limits = problem.segment_limits()
     durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]

@@ -11,9 +11,9 @@ from planner.errors import InvalidProblem
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
 from planner.kinematics.search import is_isolated
-from planner.problem import JointWaypoint, RelativeWaypoint
+from planner.problem import START_TOLERANCE, JointWaypoint, RelativeWaypoint
 from planner.problem_check import waypoint_faults
-from planner.waypoints.solve import position_limit_error, unreachable_error
+from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
 from planner.waypoints.targets import moved_pose, wanted_poses
 
 if TYPE_CHECKING:
@@ -65,7 +65,8 @@ def reachability(
     """Look at every waypoint by itself; motions, transitions and limits of speed do not count.
 
     A relative waypoint starts from the pose asked before it, whether that can be reached or not. In the axes of a tool
-    whose orientation was left open, it starts from the best solution there, or else from the nearest pose.
+    whose orientation was left open, it starts from the best solution there, or else from the nearest pose. A joint
+    position outside of the limits by no more than `START_TOLERANCE` is taken to be at the limits, as in plans.
 
     Args:
         robot: With its tool.
@@ -78,6 +79,7 @@ def reachability(
     faults = list(waypoint_faults(robot, waypoints, options))
     if faults:
         raise InvalidProblem(faults)
+    waypoints = within_limits(robot, waypoints, START_TOLERANCE)
     wanted = wanted_poses(robot, waypoints)
     answers: list[Reachability] = []
     before: Pose | None = None

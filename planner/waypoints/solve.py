@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remedy, UnreachableWaypoint
+from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remedy, UnreachableWaypoint, distinct
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.search import is_isolated, pose_errors
@@ -204,6 +204,20 @@ def _given_position(robot: Robot, index: int, waypoint: JointWaypoint) -> FloatA
     return q
 
 
+def within_limits(robot: Robot, waypoints: Sequence[AnyWaypoint], tolerance: float) -> tuple[AnyWaypoint, ...]:
+    """The waypoints, joint positions at most `tolerance` (rad or m) outside of the position limits put onto these."""
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    within: list[AnyWaypoint] = []
+    for waypoint in waypoints:
+        if isinstance(waypoint, JointWaypoint):
+            q = np.array(waypoint.position)
+            clipped = np.clip(q, lower, upper)
+            if 0.0 < np.abs(q - clipped).max() <= tolerance:
+                waypoint = replace(waypoint, position=clipped)
+        within.append(waypoint)
+    return tuple(within)
+
+
 def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:
     """What is wrong with the joint position (joints,) of a joint waypoint; None: nothing."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
@@ -212,8 +226,9 @@ def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositi
         return None
     joint = int(np.argmax(outside))
     limit = float(lower[joint] if q[joint] < lower[joint] else upper[joint])
+    there, end = distinct(float(q[joint]), limit)
     return JointPositionLimit(
-        f"waypoint {index} puts {robot.joint_names[joint]} at {q[joint]:.6g}, its limit is {limit:.6g}",
+        f"waypoint {index} puts {robot.joint_names[joint]} at {there}, its limit is {end}",
         waypoint=index,
         joint=robot.joint_names[joint],
         value=float(q[joint]),
@@ -252,8 +267,9 @@ def unreachable_error(
         joint = robot.joints[robot.joint_names.index(str(result.joint))]
         value = float(result.value or 0.0)
         limit = joint.lower if value < joint.lower else joint.upper
+        there, end = distinct(value, float(limit))
         return JointPositionLimit(
-            f"waypoint {index} can be reached only with {joint.name} at {value:.6g}, its limit is {limit:.6g}; "
+            f"waypoint {index} can be reached only with {joint.name} at {there}, its limit is {end}; "
             f"within the limits the nearest pose found is {away} away",
             waypoint=index,
             joint=joint.name,

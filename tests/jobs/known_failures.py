@@ -4,25 +4,6 @@ An entry is a job, for all back ends, or a job and a back end.
 """
 
 KNOWN_FAILURES: dict[str, tuple[str, ...]] = {
-    "A start outside of a limit by rounding is refused": (
-        "outside_limit-00-kuka_kr16_l6_2",
-        "outside_limit-05-ngv_refuelling_arm",
-        "outside_limit-10-date_sorting_arm",
-        "outside_limit-15-three_dof_arm",
-        "outside_limit-02-kuka_kr16_l6_2",
-        "outside_limit-07-ngv_refuelling_arm",
-        "outside_limit-12-date_sorting_arm",
-        "outside_limit-17-three_dof_arm",
-        "outside_limit-04-kuka_kr16_l6_2",
-        "outside_limit-09-ngv_refuelling_arm",
-        "outside_limit-14-date_sorting_arm",
-        "outside_limit-01-three_dof_arm",
-        "outside_limit-06-kuka_kr16_l6_2",
-        "outside_limit-11-ngv_refuelling_arm",
-        "outside_limit-00-ur5",
-        "outside_limit-05-panda",
-        "outside_limit-10-ur5",
-    ),
     "A closed form's solution 3e-11 outside of a fixed joint's limits is refused": (
         "fixed_axis-05-ngv_refuelling_arm",
     ),
