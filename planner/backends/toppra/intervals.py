@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
 
-TURN = 0.12
-"""Largest turn of a curve's direction on one interval, rad, joints measured by their velocity limits. Twice the turn
-loses 0.3 % of the time on random splines."""
+TURN = 0.2
+"""Largest turn of a curve's direction on one interval, rad, joints measured by their velocity limits. With 0.3 random
+splines lose another 0.1 % of the time."""
 
-FEWEST_INTERVALS = 16
+FEWEST_INTERVALS = 10
 """Least number of intervals between two waypoints. Those that lose time are split later."""
 
 FEWEST_OF_A_RUN = 40

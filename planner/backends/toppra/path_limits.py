@@ -45,24 +45,58 @@ PARALLEL = 1e-10
 
 
 MOST_BEND = 0.9
-"""Share of the bend with which x would touch 0 within an interval."""
+"""Share of the bend with which x would touch 0 within an interval, that a bend may have."""
+
+NEARLY = 1e-9
+"""Share of a limit within which what can be reached at most counts as reaching it."""
 
 CLOSE = 0.95
 """Share of its bound above which x is close to it."""
 
 
 class LinearRows(NamedTuple):
-    """Limits on x at an interval's start and the mean u on it: |a u + b x + c| <= 1.
+    """Limits on x at an interval's start and the mean u on it: a u + b x + c <= 0.
 
     Attributes:
         a: (intervals, limits).
         b: (intervals, limits).
-        c: (intervals, limits), between -1 and 1.
+        c: (intervals, limits), negative.
     """
 
     a: FloatArray
     b: FloatArray
     c: FloatArray
+
+    def with_new(self, rows: np.ndarray, new: np.ndarray, limits: LinearRows) -> LinearRows:
+        """Return the limits on rows (N,) of these intervals, but where they are new (N,) those given."""
+        width = max(self.a.shape[1], limits.a.shape[1])
+        merged = []
+        for own, fresh, nothing in zip(self, limits, (0.0, 0.0, -1.0), strict=True):
+            values = np.full((len(rows), width), nothing)
+            values[~new, : own.shape[1]] = own[rows[~new]]
+            values[new, : fresh.shape[1]] = fresh
+            merged.append(values)
+        return LinearRows(*merged)
+
+    def that_bind(self, highest: FloatArray) -> LinearRows:
+        """Return those of the limits that some (x, u) within the others can reach.
+
+        Args:
+            highest: (intervals,), the bound on x.
+        """
+        a, b, c = self
+        binds_u = np.abs(a) > PARALLEL * np.abs(a).max(axis=1, keepdims=True)
+        least = c + np.minimum(b, 0.0) * highest[:, None]
+        reach = np.divide(-least, a, out=np.zeros_like(a), where=binds_u)
+        upper = np.where(binds_u & (a > 0.0), reach, MOST_SQUARE).min(axis=1)[:, None]
+        lower = np.where(binds_u & (a < 0.0), reach, -MOST_SQUARE).max(axis=1)[:, None]
+        farthest = np.maximum(a * upper, a * lower) + np.maximum(b, 0.0) * highest[:, None]
+        binding = farthest >= -c * (1.0 - NEARLY)
+        width = max(int(binding.sum(axis=1).max(initial=0)), 1)
+        order = np.argsort(~binding, axis=1, kind="stable")[:, :width]
+        kept = np.take_along_axis(binding, order, axis=1)
+        parts = zip(self, (0.0, 0.0, -1.0), strict=True)
+        return LinearRows(*(np.where(kept, np.take_along_axis(part, order, axis=1), none) for part, none in parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +116,11 @@ class PathLimits:
     per_x: FloatArray
     rest: FloatArray
     bounds: FloatArray
+
+    def of(self, rows: np.ndarray) -> PathLimits:
+        """Take some of the intervals."""
+        parts = (self.per_u, self.per_x, self.rest, self.bounds)
+        return PathLimits(self.lengths[rows], *(part[:, rows] for part in parts))
 
     def with_new(self, rows: np.ndarray, new: np.ndarray, limits: PathLimits) -> PathLimits:
         """Return the limits on rows (N,) of these intervals, but where they are new (N,) those given."""
@@ -114,10 +153,14 @@ class PathLimits:
         for part, values in zip(accelerations, by_place, strict=True):
             part[~throughout] = values[1, ~throughout, :, None]
         bound = self.bounds[1:-1].T
-        speeds = (grows * PROBES[1:-1] / bound, 1.0 / bound, 0.0 * bound)
+        speeds = (grows * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0))
         count = len(self.lengths)
-        parts = zip(accelerations, speeds, strict=True)
-        return LinearRows(*(np.hstack([part.reshape(count, -1), speed]) for part, speed in parts))
+        a, b, c = (part.reshape(count, -1) for part in accelerations)
+        a, b, c = (
+            np.hstack([positive, negative, speed])
+            for positive, negative, speed in zip((a, b, c - 1.0), (-a, -b, -c - 1.0), speeds, strict=True)
+        )
+        return LinearRows(a, b, c).that_bind(self.bounds[0])
 
     def dips(self, x: FloatArray) -> FloatArray:
         """Return by how much (intervals,) x may exceed its bound between probes, relative to the bound.

@@ -10,6 +10,7 @@ from planner.backends.shared.time_laws import MOST_HALVINGS
 from planner.backends.toppra.intervals import PROBES, shares_between
 from planner.backends.toppra.path_limits import path_limits
 from planner.polynomials import SegmentedPolynomial, horner, quintic_hermite
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals
@@ -18,10 +19,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 MOST_REFINEMENTS = 3
-"""Number of times that intervals are split where time is wasted; a second time gains 0.02 %."""
+"""Largest number of times that intervals are split."""
 
 MOST_REPAIRS = 3
 """Largest number of solutions after these for limits that are still broken."""
+
+NEGLECTED = 0.2
+"""Share of the time up to which intervals that are too coarse are not split a second time."""
 
 WASTE = 0.01
 """Share of the mean time of an interval that an interval may waste before it is split."""
@@ -39,8 +43,8 @@ TOLERATED = 1.001
 PARTS = 3
 """Parts that an interval is split into where no path acceleration follows the limits along it."""
 
-NODES, WEIGHTS = (part / 2.0 for part in np.polynomial.legendre.leggauss(10))
-"""Gauss's nodes, around 0, and weights on an interval of length 1. They integrate 1 / s' to 1e-9, from rest, too."""
+SERIES = 1e-4
+"""Square below which the inverse of a tangent is a series of three terms, exact to rounding."""
 
 
 class Profile(NamedTuple):
@@ -70,12 +74,17 @@ class Profile(NamedTuple):
     def times_between(self, start: float, end: float) -> FloatArray:
         """Return the times (intervals,), s, from one share of each interval to another.
 
-        They are integrated over w, with s about 3 w^2 - 2 w^3: next to rest 1 / s' has no end, and this removes it.
+        With s'' = b s + constant the distance is (v0 + v1) tanh(sqrt(b) T / 2) / sqrt(b), and with b < 0 the same with
+        the tangent.
         """
-        w = NODES[:, None] + 0.5
-        places = start + (end - start) * (3.0 - 2.0 * w) * w * w
-        rates = 6.0 * w * (1.0 - w) / np.sqrt(self.at(places)[0])
-        times: FloatArray = (end - start) * self.intervals.lengths * (WEIGHTS @ rates)
+        v0, v1 = (np.sqrt(self.at(place)[0]) for place in (start, end))
+        lengths = self.intervals.lengths
+        ratios = (end - start) * lengths / (v0 + v1)
+        squares = 2.0 * self.bend / lengths * ratios**2
+        roots = np.sqrt(np.maximum(np.abs(squares), SERIES))
+        exact = np.where(squares > 0.0, np.arctanh(np.minimum(roots, 1.0 - ROUNDING)), np.arctan(roots)) / roots
+        series = 1.0 + squares / 3.0 + squares**2 / 5.0
+        times: FloatArray = 2.0 * ratios * np.where(np.abs(squares) < SERIES, series, exact)
         return times
 
     @property
@@ -104,7 +113,7 @@ def fastest_on(
         path: With the limits.
         intervals: Of its curves.
         factors: (segments,), on all times, beyond what the limits ask.
-        refinements: Number of times that intervals are split where time is wasted.
+        refinements: Largest number of times that intervals are split.
         repairs: Largest number of solutions after that for limits that are broken.
     """
     # It imports the package, which takes a second.
@@ -112,24 +121,29 @@ def fastest_on(
 
     throughout = np.zeros(len(intervals.lengths), dtype=bool)
     limits = path_limits(path.robot, path.limits, intervals, factors)
+    rows = limits.rows(throughout)
     for solution in range(refinements + repairs + 1):
-        x = fastest_profile(intervals.lengths, limits.rows(throughout), limits.at_gridpoints, intervals.rests)
+        x = fastest_profile(intervals.lengths, rows, limits.at_gridpoints, intervals.rests)
         bend, used = limits.bend(x)
         profile = Profile(intervals, x, np.where(throughout, 0.0, bend))
         broken = (used > TOLERATED) & ~throughout
         throughout = throughout | broken
-        if solution < refinements:
-            coarse = broken | (limits.dips(x) > TOLERATED - 1.0)
-            if solution:
-                coarse |= throughout & (profile.times * limits.unused(x) > WASTE * profile.mean_times)
-            rows, starts, ends = _refined(profile, limits, coarse)
+        coarse = broken | (limits.dips(x) > TOLERATED - 1.0)
+        if solution:
+            coarse |= throughout & (profile.times * limits.unused(x) > WASTE * profile.mean_times)
+        share = profile.times[coarse].sum() / profile.times.sum()
+        if solution < refinements and (solution == 0 or share > NEGLECTED):
+            parts, starts, ends = _refined(profile, limits, coarse)
             new = ends - starts < 1.0
             if not new.any():
                 break
-            intervals, throughout = intervals.parts(rows, starts, ends), throughout[rows] & ~new
-            own = path_limits(path.robot, path.limits, intervals.of(new), factors)
-            limits = limits.with_new(rows, new, own)
-        elif not broken.any():
+            changed = new | broken[parts]
+            intervals, throughout = intervals.parts(parts, starts, ends), throughout[parts] & ~new
+            limits = limits.with_new(parts, new, path_limits(path.robot, path.limits, intervals.of(new), factors))
+            rows = rows.with_new(parts, changed, limits.of(changed).rows(throughout[changed]))
+        elif broken.any():
+            rows = rows.with_new(np.arange(len(x) - 1), broken, limits.of(broken).rows(throughout[broken]))
+        else:
             break
     return profile
 

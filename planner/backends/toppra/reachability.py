@@ -33,9 +33,6 @@ LEAST_LENGTH = 1e-6
 """Length of an interval, in the solver's unit, below which it is solved as one with its neighbour: the absolute
 tolerance of the solver, 1e-10, would leave the path acceleration on it undecided."""
 
-NEARLY = 1e-9
-"""Share of a limit within which what can be reached at most counts as reaching it."""
-
 LARGEST_X = np.array([1e-9, -1.0])
 """Aim of the backward pass, to be made least: the largest x, and among equals the least u."""
 
@@ -55,7 +52,7 @@ class _Grid(AbstractGeometricPath):  # type: ignore[misc] # the package has no t
 
 
 class _Rows(LinearConstraint):  # type: ignore[misc] # the package has no types
-    """All limits at once: |a u + b x + c| <= 1, and the bounds on x."""
+    """All limits at once: a u + b x + c <= 0, and the bounds on x."""
 
     def __init__(self, rows: tuple[FloatArray, ...], bounds: FloatArray) -> None:
         super().__init__()
@@ -118,7 +115,7 @@ def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, r
     long = lengths / units >= LEAST_LENGTH
     for short in np.flatnonzero(~long).tolist():
         # Over so short an interval x hardly changes: its limits bound x alone.
-        least = (1.0 - np.abs(rows.c[short])) / np.maximum(np.abs(rows.b[short] * scale[short]), LEAST_NORM)
+        least = -rows.c[short] / np.maximum(rows.b[short] * scale[short], LEAST_NORM)
         bounds[short : short + 2] = np.minimum(bounds[short : short + 2], least.min())
     own, at_rest = _joined(long, rests)
     starts = np.flatnonzero(np.diff(own, prepend=-1))
@@ -133,41 +130,15 @@ def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, r
 
 def _solved(gridpoints: FloatArray, rows: LinearRows, bounds: FloatArray) -> FloatArray:
     """Return x at the gridpoints, all in a unit in which x is about 1."""
-    a, b = np.hstack([rows.a, -rows.a]), np.hstack([rows.b, -rows.b])
-    a, b, c = _that_bind(a, b, np.hstack([rows.c, -rows.c]) - 1.0, np.maximum(bounds[:-1], bounds[1:]))
-    divisor = np.maximum(np.hypot(a, b), LEAST_NORM)
+    divisor = np.maximum(np.hypot(rows.a, rows.b), LEAST_NORM)
     # The last gridpoint has no interval; the solver wants a row there and does not use it.
-    sided = tuple(np.vstack([part, part[-1:]]) for part in (a / divisor, b / divisor, c / divisor))
-    search = _FromRestToRest(_Rows(sided, np.column_stack([np.zeros_like(bounds), bounds])), gridpoints)
+    padded = tuple(np.vstack([part, part[-1:]]) for part in (rows.a / divisor, rows.b / divisor, rows.c / divisor))
+    search = _FromRestToRest(_Rows(padded, np.column_stack([np.zeros_like(bounds), bounds])), gridpoints)
     _, speeds, _ = search.compute_parameterization(0.0, 0.0)
     if speeds is None or not np.isfinite(speeds).all():
         raise FloatingPointError("toppra's solver failed")
     x: FloatArray = speeds**2
     return x
-
-
-def _that_bind(a: FloatArray, b: FloatArray, c: FloatArray, highest: FloatArray) -> tuple[FloatArray, ...]:
-    """Return those of the limits a u + b x + c <= 0, each (intervals, limits), that a feasible (x, u) can reach.
-
-    Args:
-        a: Coefficients of u.
-        b: Coefficients of x.
-        c: Constants.
-        highest: (intervals,), of x.
-    """
-    most = np.maximum(b, 0.0) * highest[:, None]
-    least = c + np.minimum(b, 0.0) * highest[:, None]
-    with np.errstate(divide="ignore"):
-        reach = -least / a
-    upper = np.where(a > LEAST_NORM, reach, np.inf).min(axis=1)
-    lower = np.where(a < -LEAST_NORM, reach, -np.inf).max(axis=1)
-    with np.errstate(invalid="ignore"):
-        farthest = np.fmax(a * upper[:, None], a * lower[:, None])
-    binding = np.where(np.abs(a) > LEAST_NORM, farthest, 0.0) + most + c >= c * NEARLY
-    order = np.argsort(~binding, axis=1, kind="stable")[:, : max(int(binding.sum(axis=1).max()), 1)]
-    rows = np.arange(len(a))[:, None]
-    kept = binding[rows, order]
-    return tuple(np.where(kept, part[rows, order], none) for part, none in ((a, 0.0), (b, 0.0), (c, -1.0)))
 
 
 def _joined(long: np.ndarray, rests: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
