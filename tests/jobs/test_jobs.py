@@ -19,7 +19,7 @@ from tests.sizes import NAME
 SUITE = suite()
 
 PAIRS = (("cubic", "ruckig"), ("trapezoidal", "toppra"), ("quintic", "toppra_jerk_limited"), ("cubic", "auto"))
-"""Back ends of a job in the quick size, by turns; in larger ones all, though `min_effort` only for every fourth job."""
+"""Back ends of a job by turns; in a soak all, though `min_effort` only for every fourth job."""
 
 LONG = (
     "palletising",
@@ -32,12 +32,12 @@ LONG = (
     "deburring",
     "spraying",
 )
-"""Families with long lists: in the quick size one of the fastest back ends."""
+"""Families with long lists: but for a soak one of the fastest back ends."""
 
 
 def back_ends(k: int) -> tuple[str, ...]:
     """The back ends of a job of the suite."""
-    if NAME != "quick":
+    if NAME == "soak":
         return BACK_ENDS if k % 4 == 0 else tuple(kind for kind in BACK_ENDS if kind != "min_effort")
     if SUITE[k].split("-")[0] in LONG:
         return ("trapezoidal",) if k % 2 else ("toppra",)
@@ -55,7 +55,7 @@ def cases() -> list[object]:
     return made
 
 
-@pytest.mark.random
+@(pytest.mark.random if NAME == "soak" else lambda test: test)
 @pytest.mark.parametrize(("name", "kind"), cases())
 def test_job(name: str, kind: str) -> None:
     """Planned within its promises and in the time that is known, or refused for the reason that is known."""
