@@ -117,6 +117,13 @@ class CertificateAnswer(Answer):
     """The worst of each quantity, one check a quantity."""
 
 
+class InterpolationCertificate(CertificateAnswer):
+    """What was checked of a trajectory as a controller runs it."""
+
+    interpolation: Literal["linear", "cubic", "quintic", "polynomials"]
+    """What the controller runs: the interpolation between samples, or the polynomials as they are."""
+
+
 class JointPolynomials(Answer):
     """One joint's piecewise polynomial."""
 
@@ -157,6 +164,11 @@ class PlanAnswer(Answer):
     """What was checked after planning: the peaks of all quantities against their limits."""
     polynomials: list[JointPolynomials] | None = None
     """The trajectory itself, as one piecewise polynomial a joint; when included."""
+    sample_checks: list[InterpolationCertificate] | None = None
+    """What a controller reaches that interpolates between these samples, by each interpolation, held against the limits
+    in force on each segment, and how far it passes by the waypoints; when included. POST /v1/trajectories/validate says
+    the same of the samples. Where accelerations jump (`continuity` is C1) or jerks do (C2), splines overshoot them in
+    that one interval at any `sample_period`: cubics exceed accelerations by up to two thirds."""
     warnings: list[PlanWarning]
     """What to know about the plan all the same; usually nothing."""
     request_hash: str

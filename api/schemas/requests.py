@@ -32,6 +32,10 @@ MOST_ROWS = 1_000_000
 Rows = Annotated[list[JointVector], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)]
 """Joint vectors, one a row; the first wrong row is the last that is looked at."""
 
+LARGEST_COEFFICIENT = 1e30
+"""The largest coefficient of a polynomial, rad or m by powers of s: short pieces have large ones, and times powers of a
+time none of these overflows."""
+
 MOST_BACKENDS = 16
 """The most back ends that one request compares."""
 
@@ -232,10 +236,11 @@ class InverseKinematicsOptions(Schema):
 Include = TypeAliasType(
     "Include",
     Annotated[
-        Literal["jerk", "torque", "tcp_pose", "polynomials"],
+        Literal["jerk", "torque", "tcp_pose", "polynomials", "sample_checks"],
         Field(
             description="Something that an answer holds on demand: columns of the samples (`jerk`, `torque`, "
-            "`tcp_pose`), or the joints' piecewise `polynomials`."
+            "`tcp_pose`), the joints' piecewise `polynomials`, or `sample_checks`: what a controller reaches that "
+            "interpolates between the samples."
         ),
     ],
 )
@@ -299,21 +304,65 @@ class SampledTrajectory(Schema):
     position: Rows
     """The joint positions, shape (times, joints), rad or m."""
     velocity: Rows | None = None
-    """The joint velocities, shape (times, joints), rad/s or m/s; omitted: the robot is taken to run straight lines
-    between the positions."""
+    """The joint velocities, shape (times, joints), rad/s or m/s."""
     acceleration: Rows | None = None
-    """The joint accelerations, shape (times, joints), rad/s^2 or m/s^2; omitted: the robot is taken to run cubics
-    between positions and velocities."""
+    """The joint accelerations, shape (times, joints), rad/s^2 or m/s^2; only beside velocities."""
+
+
+Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
+Coefficients = Annotated[list[Coefficient], Field(min_length=1, max_length=16)]
+
+
+class JointCurve(Schema):
+    """One joint's curve: a piecewise polynomial, as answers hold it."""
+
+    joint: Annotated[str, Field(max_length=200)]
+    """The name of the joint."""
+    breakpoints: Annotated[list[Number], Field(min_length=2, max_length=MOST_ROWS, fail_fast=True)]
+    """The times at which the pieces begin and the last one ends, s, in order; the same for all joints."""
+    coefficients: Annotated[list[Coefficients], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)]
+    """The coefficients, one row a piece, all of one length: ascending powers of the time since the start of the piece,
+    rad or m by powers of s."""
+
+
+Interpolation = TypeAliasType(
+    "Interpolation",
+    Annotated[
+        Literal["linear", "cubic", "quintic", "polynomials"],
+        Field(
+            description="What a controller runs: from sample to sample straight lines through positions (`linear`), "
+            "cubics that meet velocities too (`cubic`), or quintics that meet accelerations as well (`quintic`), as "
+            "ROS 2's joint_trajectory_controller does it; or the joints' `polynomials` as they are."
+        ),
+    ],
+)
 
 
 class ValidateRequest(Schema):
-    """A trajectory to hold against limits."""
+    """A trajectory to hold against limits: samples, piecewise polynomials, or both, one of which is checked.
+
+    Limits are enforced as far as what runs bounds the quantity. Straight lines have to keep those of position and
+    velocity, cubics those of acceleration and torque too, quintics that of jerk too; polynomials all of them, that of
+    jerk if accelerations never jump. The tool's speeds have to be kept always.
+    """
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
     limits: Limits = Limits()
     """The limits to hold it against; what is omitted is the robot's own."""
-    samples: SampledTrajectory
-    """The trajectory; rows are time."""
+    samples: SampledTrajectory | None = None
+    """The trajectory as samples; rows are time."""
+    polynomials: Annotated[list[JointCurve], Field(min_length=1, max_length=64)] | None = None
+    """The trajectory as polynomials, one a joint in the order of `joint_names`, as an answer holds them that includes
+    `polynomials`."""
+    interpolation: Interpolation | None = None
+    """What the controller runs, which needs the columns that it meets; omitted: what the columns of the samples allow
+    (`linear`, `cubic` or `quintic`), or without samples `polynomials`."""
+    initial_velocity: JointVector | None = None
+    """The joint velocities before the trajectory, rad/s or m/s; omitted: rest."""
+    initial_acceleration: JointVector | None = None
+    """The joint accelerations before the trajectory, rad/s^2 or m/s^2; omitted: none."""
+    final_velocity: JointVector | None = None
+    """The joint velocities after the trajectory, rad/s or m/s; omitted: rest."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""

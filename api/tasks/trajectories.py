@@ -68,23 +68,43 @@ def compare_backend(work: Work) -> Reply:
 
 def validate_trajectory(work: Work) -> Reply:
     """POST /v1/trajectories/validate."""
-    import numpy as np
-
-    from api.conversion import to_limits, to_matrix
-    from planner.certificate.samples import certify_samples
+    from api.conversion import to_end_states, to_limits, to_matrix, to_trajectory
+    from planner.certificate.samples import certify_samples, interpolation_of
+    from planner.certificate.trajectories import certify_polynomials
 
     with work.stage("validate"):
         request = work.request(requests.ValidateRequest)
-        robot, samples = work.robot(request), request.samples
-        times, position = np.array(samples.time), to_matrix(samples.position, robot.dof, ("samples", "position"))
-        velocity, acceleration = (
-            None if values is None else to_matrix(values, robot.dof, ("samples", name))
-            for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
-        )
-    with work.stage("plan"):
-        limits = to_limits(request.limits)
-        certificate = certify_samples(robot, times, position, velocity, acceleration, limits)
-    return work.reply(certificate.as_dict())
+        robot, samples, interpolation = work.robot(request), request.samples, request.interpolation
+        limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
+        if interpolation is None and samples is not None:
+            interpolation = interpolation_of(samples.velocity is not None, samples.acceleration is not None)
+        elif interpolation is None:
+            interpolation = "polynomials"
+        needed = "polynomials" if interpolation == "polynomials" else "samples"
+        if getattr(request, needed) is None:
+            raise invalid([{"pointer": f"/{needed}", "message": f"{needed} are needed to check them"}])
+    if interpolation == "polynomials":
+        with work.stage("plan"):
+            trajectory = to_trajectory(request.polynomials, robot.joint_names)
+            certificate = certify_polynomials(robot, trajectory, limits=limits, ends=ends)
+    else:
+        with work.stage("plan"):
+            position = to_matrix(samples.position, robot.dof, ("samples", "position"))
+            velocity, acceleration = (
+                None if values is None else to_matrix(values, robot.dof, ("samples", name))
+                for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
+            )
+            certificate = certify_samples(
+                robot,
+                samples.time,
+                position,
+                velocity,
+                acceleration,
+                limits,
+                interpolation=interpolation,
+                ends=ends,
+            )
+    return work.reply({"interpolation": interpolation, **certificate.as_dict()})
 
 
 def list_backends(work: Work) -> Reply:
@@ -202,7 +222,7 @@ OPERATIONS = (
         summary="Hold a trajectory of any origin against limits.",
         run=validate_trajectory,
         request=requests.ValidateRequest,
-        answer=answers.CertificateAnswer,
+        answer=answers.InterpolationCertificate,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={
             "three_samples": {

@@ -1,8 +1,8 @@
-"""The certificate of samples of any origin."""
+"""The certificate of samples of any origin, as a controller would run them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -15,12 +15,33 @@ from planner.problem_check import limit_faults, refuse_unknown_torques
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from numpy.typing import ArrayLike
 
     from planner.certificate.checks import Certificate
     from planner.fields import FieldPath
+    from planner.guarantees import EndStates
     from planner.robots import Robot
     from planner.spatial import FloatArray
+
+Interpolation = Literal["linear", "cubic", "quintic"]
+"""What a controller runs from sample to sample: straight lines through positions, cubics that meet velocities too, or
+quintics that meet accelerations as well. ROS 2's joint_trajectory_controller chooses by the columns that it is sent."""
+
+INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)
+"""Every interpolation; each meets one column more than the one before."""
+
+COLUMNS_OF: Mapping[Interpolation, int] = {law: order for order, law in enumerate(INTERPOLATIONS, 1)}
+"""The number of columns that each interpolation meets."""
+
+REPORTED_OF: Mapping[Interpolation, frozenset[str]] = {
+    "linear": frozenset({"acceleration", "jerk", "torque"}),
+    "cubic": frozenset({"jerk"}),
+    "quintic": frozenset(),
+}
+"""The quantities that have impulses where samples meet, so that no limit can be enforced: straight lines make positions
+alone continuous, cubics velocities too, quintics accelerations too."""
 
 
 def certify_samples(
@@ -30,13 +51,15 @@ def certify_samples(
     velocity: ArrayLike | None = None,
     acceleration: ArrayLike | None = None,
     limits: Limits = Limits(),
+    *,
+    interpolation: Interpolation | None = None,
+    ends: EndStates | None = None,
 ) -> Certificate:
     """Check samples of any origin against the limits of a robot, as a controller would run them.
 
-    Between samples a controller interpolates (as ROS 2's joint trajectory controller does): by straight lines
-    from positions alone, by cubics from positions and velocities, by quintics with accelerations too. That
-    interpolation is checked exactly, up to the quantity that it makes continuous: from positions alone
-    position and velocity are enforced, with velocities acceleration too, with accelerations jerk too.
+    The interpolation between samples is checked exactly, and enforced up to the quantity that it bounds: straight lines
+    have to keep the limits of position and velocity, cubics those of acceleration and torque too, quintics that of
+    jerk too. Speeds of the tool are enforced always.
 
     Args:
         robot: With its tool and payload; its limits hold, narrowed by `limits`.
@@ -45,30 +68,46 @@ def certify_samples(
         velocity: (N, joints), rad/s or m/s.
         acceleration: (N, joints), rad/s^2 or m/s^2; only with velocities.
         limits: Limits that are asked besides, no wider than the robot's.
+        interpolation: What the controller runs; None: what the columns that are given allow, as ROS 2's
+            joint_trajectory_controller does it.
+        ends: The motion before the first sample and after the last; None: rest.
 
     Raises:
         MissingDynamics: Torque limits are asked of a robot without inertias.
         InvalidProblem: Shapes that do not fit, numbers that are none, times that do not increase, limits wider than
-            the robot's.
+            the robot's, an interpolation that needs columns which are missing.
     """
     times, q = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
     v, a = (None if rates is None else np.asarray(rates, dtype=np.float64) for rates in (velocity, acceleration))
+    law = interpolation or interpolation_of(velocity is not None, acceleration is not None)
+    columns = {"position": q, "velocity": v, "acceleration": a}
+    missing = [name for name, values in [*columns.items()][: COLUMNS_OF[law]] if values is None]
     faults = [*limit_faults(robot, limits, ("limits",)), *_sample_faults(robot, times, q, v, a)]
+    faults += [(("interpolation",), f"{law} needs the column {name}") for name in missing]
     if faults:
         raise InvalidProblem(faults)
     refuse_unknown_torques(robot, (limits,))
     lengths = np.diff(times)
+    derivatives = [rates for rates in columns.values() if rates is not None]
     trajectory = Trajectory(
         lengths=lengths,
-        coefficients=_hermite(lengths, q, v, a),
+        coefficients=interpolant(law, lengths, derivatives),
         segments=np.zeros(len(lengths), dtype=int),
         arrivals=times - times[0],
         departures=times - times[0],
     )
-    given = 1 + (velocity is not None) + (acceleration is not None)
-    reported = ("acceleration", "jerk")[given - 1 :]
-    guarantees = {q: Guarantee.REPORTED if q in reported else Guarantee.HARD for q in QUANTITIES}
-    return certificate_of(trajectory, robot, segment_limits(robot, limits, (None,)), guarantees, q)
+    return certificate_of(trajectory, robot, segment_limits(robot, limits, (None,)), guarantees_of(law), q, ends=ends)
+
+
+def interpolation_of(has_velocity: bool, has_acceleration: bool) -> Interpolation:
+    """What ROS 2's joint_trajectory_controller runs from samples with these columns beside positions."""
+    return INTERPOLATIONS[has_velocity + (has_velocity and has_acceleration)]
+
+
+def guarantees_of(interpolation: Interpolation) -> dict[str, Guarantee]:
+    """What an interpolation has to keep."""
+    reported = REPORTED_OF[interpolation]
+    return {q: Guarantee.REPORTED if q in reported else Guarantee.HARD for q in QUANTITIES}
 
 
 def _sample_faults(
@@ -98,18 +137,24 @@ def _sample_faults(
     return faults
 
 
-def _hermite(
-    lengths: FloatArray, position: FloatArray, velocity: FloatArray | None, acceleration: FloatArray | None
-) -> FloatArray:
-    """Coefficients (pieces, joints, order) of polynomials that meet the derivatives given at the ends of each piece."""
+def interpolant(interpolation: Interpolation, lengths: FloatArray, derivatives: Sequence[FloatArray]) -> FloatArray:
+    """What a controller runs between samples: coefficients (N - 1, joints, order).
+
+    Args:
+        interpolation: What it runs.
+        lengths: (N - 1,), s.
+        derivatives: The positions, velocities and accelerations at the samples, as many of them as the interpolation
+            meets or more; each (N, joints).
+    """
     h = lengths[:, None]
-    p0, step = position[:-1], np.diff(position, axis=0)
-    if velocity is None:
-        return np.stack([p0, step / h], axis=2)
-    v0, v1 = velocity[:-1], velocity[1:]
-    if acceleration is None:
-        c2 = (3.0 * step / h - 2.0 * v0 - v1) / h
-        c3 = (-2.0 * step / h + v0 + v1) / h**2
-        return np.stack([p0, v0, c2, c3], axis=2)
-    starts = position[:-1], velocity[:-1], acceleration[:-1]
-    return quintic_hermite(lengths, starts, (position[1:], velocity[1:], acceleration[1:]))
+    starts = [values[:-1] for values in derivatives]
+    ends = [values[1:] for values in derivatives]
+    mean = (ends[0] - starts[0]) / h
+    match interpolation:
+        case "linear":
+            return np.stack([starts[0], mean], axis=2)
+        case "cubic":
+            (p0, v0), v1 = starts[:2], ends[1]
+            return np.stack([p0, v0, (3.0 * mean - 2.0 * v0 - v1) / h, (v0 + v1 - 2.0 * mean) / h**2], axis=2)
+        case "quintic":
+            return quintic_hermite(lengths, tuple(starts), tuple(ends))

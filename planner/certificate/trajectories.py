@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from planner.certificate.checks import Certificate
+    from planner.guarantees import EndStates
     from planner.robots import Robot
     from planner.trajectory import Trajectory
 
@@ -29,6 +31,7 @@ def certify(
     limits: Limits = Limits(),
     enforced: Collection[str] = QUANTITIES,
     positions: ArrayLike | None = None,
+    ends: EndStates | None = None,
 ) -> Certificate:
     """Check a trajectory against the limits of a robot.
 
@@ -41,6 +44,7 @@ def certify(
         limits: Limits that are asked besides, no wider than the robot's.
         enforced: The quantities of `QUANTITIES` whose limits decide whether the certificate is satisfied.
         positions: (waypoints, joints), where the trajectory is to be at its `arrivals`; None: not asked.
+        ends: The motion before the trajectory and after it; None: rest.
 
     Raises:
         InvalidProblem: Another number of joints than the robot's, or limits wider than the robot's.
@@ -64,4 +68,29 @@ def certify(
         raise ValueError(f"positions of shape {wanted.shape}: {met.shape} are met at the arrivals")
     every_segment = segment_limits(robot, limits, (None,) * (int(trajectory.segments.max()) + 1))
     guarantees = {q: Guarantee.HARD if q in enforced else Guarantee.REPORTED for q in QUANTITIES}
-    return certificate_of(trajectory, robot, every_segment, guarantees, wanted)
+    return certificate_of(trajectory, robot, every_segment, guarantees, wanted, ends=ends)
+
+
+def certify_polynomials(
+    robot: Robot, trajectory: Trajectory, *, limits: Limits = Limits(), ends: EndStates | None = None
+) -> Certificate:
+    """Check a trajectory of unknown origin: all limits have to be kept, that of jerk where accelerations never jump.
+
+    Args:
+        robot: With its tool and payload; its limits hold, narrowed by `limits`.
+        trajectory: Made in any way.
+        limits: Limits that are asked besides, no wider than the robot's.
+        ends: The motion before the trajectory and after it; None: rest.
+
+    Raises:
+        InvalidProblem: Another number of joints than the robot's, or limits wider than the robot's.
+        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        ValueError: Coefficients that are no numbers.
+    """
+    certificate = certify(robot, trajectory, limits=limits, ends=ends)
+    checks = tuple(
+        replace(check, enforced=False) if check.quantity == "jerk" and not check.bounded else check
+        for check in certificate.checks
+    )
+    satisfied = all(check.satisfied for check in checks if check.enforced)
+    return replace(certificate, checks=checks, satisfied=satisfied)

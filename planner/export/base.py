@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from planner.kinematics import FloatArray
     from planner.result import Plan
 
-INCLUDABLE = ("jerk", "torque", "tcp_pose", "polynomials")
+INCLUDABLE = ("jerk", "torque", "tcp_pose", "polynomials", "sample_checks")
 """What an answer carries only when asked."""
 
 

@@ -6,13 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
+from planner.certificate.sampling import certify_sampling, worst_overshoot
 from planner.export.base import ExportOptions, Format, sample
+from planner.guarantees import end_states
 from planner.kinematics import manipulability
+from planner.result import PlanWarning
 from planner.spatial import quaternion
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
+    from planner.export.base import Samples
     from planner.result import Plan
     from planner.spatial import Pose
     from planner.trajectory import Trajectory
@@ -74,13 +78,37 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
             for i, waypoint in enumerate(plan.path.waypoints)
         ],
         "certificate": plan.certificate.as_dict(),
-        "warnings": [{"code": warning.code, "message": warning.message} for warning in plan.warnings],
+        "warnings": [
+            {"code": warning.code, "message": warning.message}
+            for warning in (*plan.warnings, *_sample_warnings(plan, samples, options.sample_period))
+        ],
     }
     if "polynomials" in options.include:
         answer["polynomials"] = _polynomials(robot.joint_names, trajectory)
+    if "sample_checks" in options.include:
+        ends = end_states(plan.backend, robot.dof)
+        answer["sample_checks"] = [
+            {"interpolation": sampled.interpolation, **sampled.certificate.as_dict()}
+            for sampled in certify_sampling(robot, trajectory, plan.path.limits, samples.time, ends)
+        ]
     if options.request_hash is not None:
         answer["request_hash"] = options.request_hash
     return answer
+
+
+def _sample_warnings(plan: Plan, samples: Samples, period: float) -> Iterator[PlanWarning]:
+    """What a controller would exceed for the samples being too far apart."""
+    smooth = any(check.quantity == "jerk" and check.bounded for check in plan.certificate.checks)
+    continuous = ("velocity", "acceleration") if smooth else ("velocity",)
+    trajectory, limits = plan.trajectory, plan.path.limits
+    worst = worst_overshoot(trajectory, limits, samples.time, samples.position, samples.velocity, continuous)
+    if worst is not None:
+        yield PlanWarning(
+            "samples_overshoot",
+            f"the samples are {period:g} s apart: a controller that runs cubics through them reaches "
+            f"{worst.ratio:.4g} times the {worst.quantity} limit of {plan.path.robot.joint_names[worst.joint]} "
+            f"at {worst.time:.4g} s; ask for a shorter sample period",
+        )
 
 
 def _polynomials(joint_names: tuple[str, ...], trajectory: Trajectory) -> list[dict[str, Any]]:

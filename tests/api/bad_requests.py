@@ -45,6 +45,15 @@ def samples(**changes: Any) -> dict[str, Any]:
     return request | {"samples": request["samples"] | changes}
 
 
+def polynomials(joints: str = "123", other: Any = None, **changes: Any) -> dict[str, Any]:
+    """The arm with three joints at rest, as polynomials of two pieces; `other` are the breakpoints of all but one."""
+    still = {"breakpoints": [0.0, 1.0, 2.0], "coefficients": [[0.1, 0.0], [0.1, 0.0]]} | changes
+    curves = [{"joint": f"joint_{number}", **still} for number in joints]
+    for curve in curves[1:]:
+        curve["breakpoints"] = other or curve["breakpoints"]
+    return {"robot": "three_dof_arm", "polynomials": curves}
+
+
 INVALID = "invalid_request"
 VIA_AT_START = {"position": [0.26582269183668716, 0.026671232618305785, -0.00289525224954534], "orientation": None}
 """The tool of the arm with three joints at (0.1, 0.2, 0.3)."""
@@ -408,6 +417,55 @@ BAD_REQUESTS = [
     Bad("ragged samples", VALIDATE, samples(position=[[0, 0, 0], [0, 0], [0, 0, 0]]), INVALID, "/samples/position/1"),
     Bad("fewer rows than times", VALIDATE, samples(position=[[0, 0, 0]]), INVALID, "/samples/position"),
     Bad("accelerations alone", VALIDATE, samples(acceleration=[[0, 0, 0]] * 3), INVALID, "/samples/acceleration"),
+    Bad("cubics without velocities", VALIDATE, validate_request(interpolation="cubic"), INVALID, "/interpolation"),
+    Bad("polynomials without any", VALIDATE, validate_request(interpolation="polynomials"), INVALID, "/polynomials"),
+    Bad("an unknown interpolation", VALIDATE, validate_request(interpolation="septic"), INVALID, "/interpolation"),
+    Bad("neither samples nor polynomials", VALIDATE, {"robot": "three_dof_arm"}, INVALID, "/polynomials"),
+    Bad("linear without samples", VALIDATE, polynomials() | {"interpolation": "linear"}, INVALID, "/samples"),
+    Bad("polynomials of a joint less", VALIDATE, polynomials(joints="12"), INVALID, "/polynomials"),
+    Bad(
+        "polynomials going back",
+        VALIDATE,
+        polynomials(breakpoints=[0.0, 2.0, 1.0]),
+        INVALID,
+        "/polynomials/0/breakpoints/2",
+    ),
+    Bad(
+        "polynomials of no time",
+        VALIDATE,
+        polynomials(breakpoints=[1.0, 1.0, 1.0]),
+        INVALID,
+        "/polynomials/0/breakpoints",
+    ),
+    Bad("a row less", VALIDATE, polynomials(coefficients=[[0.1, 0.0]]), INVALID, "/polynomials/0/coefficients"),
+    Bad(
+        "ragged polynomials",
+        VALIDATE,
+        polynomials(coefficients=[[0.1, 0.0], [0.1]]),
+        INVALID,
+        "/polynomials/0/coefficients/1",
+    ),
+    Bad(
+        "polynomials beyond all bounds",
+        VALIDATE,
+        polynomials(coefficients=[[0.1, 0.0], [0.1, 1e20]]),
+        INVALID,
+        "/polynomials/0/coefficients/1",
+    ),
+    Bad(
+        "joints with other breakpoints",
+        VALIDATE,
+        polynomials(other=[0.0, 1.5, 2.0]),
+        INVALID,
+        "/polynomials/1/breakpoints",
+    ),
+    Bad(
+        "motion before of two joints",
+        VALIDATE,
+        validate_request(initial_velocity=[0.1, 0.1]),
+        INVALID,
+        "/initial_velocity",
+    ),
     Bad("unknown robot to validate", VALIDATE, validate_request(robot="nobody"), "unknown_robot"),
     Bad("no positions", FORWARD, {"robot": "three_dof_arm", "positions": []}, INVALID, "/positions"),
     Bad(

@@ -23,7 +23,6 @@ from tests.api.requests import (
     relative_waypoint,
     urdf_chain,
     urdf_robot,
-    validate_request,
 )
 from tests.documents.published import document
 
@@ -309,27 +308,6 @@ def test_torques_hold_a_payload(service: RunningService) -> None:
     # Lifting with 1 m/s^2 adds 1 N a kilogram on the vertical axis.
     lifting = service.post(path, request | {"accelerations": [[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]]}).json()
     assert lifting["torques"][0][1] == pytest.approx(2.0 * (9.81 + 1.0), abs=1e-12)
-
-
-def test_an_own_plan_validates(service: RunningService) -> None:
-    plan = service.post("/v1/trajectories", plan_request(backend={"kind": "quintic"})).json()
-    names = ("time", "position", "velocity", "acceleration")
-    samples = {name: plan["samples"][name] for name in names}
-    certificate = checked(
-        service.post("/v1/trajectories/validate", validate_request(samples=samples)), answers.CertificateAnswer
-    )
-    assert certificate["satisfied"] is True
-
-
-def test_too_fast_a_trajectory_does_not_validate_and_that_is_no_error(service: RunningService) -> None:
-    samples = {"time": [0.0, 1e-3], "position": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
-    certificate = checked(
-        service.post("/v1/trajectories/validate", validate_request(samples=samples)), answers.CertificateAnswer
-    )
-    assert certificate["satisfied"] is False
-    [velocity] = [check for check in certificate["checks"] if check["quantity"] == "velocity"]
-    assert velocity["peak"] == pytest.approx(1000.0)
-    assert velocity["ratio"] > 1.0
 
 
 def test_backends_say_what_they_guarantee(service: RunningService) -> None:
