@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -12,16 +14,31 @@ T = TypeVar("T")
 
 
 class LastUsed(Generic[T]):
-    """A cache of what was last used, bounded by its number."""
+    """A cache of what was last used, bounded by the memory that its values take; a value beyond the bound is not kept.
 
-    def __init__(self, most: int) -> None:
-        self.most = most
-        self.kept: dict[Any, T] = {}
+    Attributes:
+        kept: The values and their sizes by their keys, the last used last.
+    """
+
+    def __init__(self, most_bytes: int, size_of: Callable[[T], int]) -> None:
+        self.most_bytes, self.size_of = most_bytes, size_of
+        self.kept: dict[Any, tuple[T, int]] = {}
 
     def get(self, key: Any, build: Callable[[], T]) -> T:
         """Get the value of a key, built if it is not there."""
-        value = self.kept.pop(key) if key in self.kept else build()
-        self.kept[key] = value
-        if len(self.kept) > self.most:
-            del self.kept[next(iter(self.kept))]
+        if key in self.kept:
+            value, size = self.kept.pop(key)
+        else:
+            value = build()
+            size = self.size_of(value)
+        self.kept[key] = value, size
+        total = sum(size for _, size in self.kept.values())
+        while total > self.most_bytes:
+            total -= self.kept.pop(next(iter(self.kept)))[1]
         return value
+
+
+def bytes_of_arrays(value: object) -> int:
+    """The bytes of the arrays among the attributes of a value, in lists, too."""
+    parts = [part for own in vars(value).values() for part in (own if isinstance(own, list) else [own])]
+    return sum(part.nbytes for part in parts if isinstance(part, np.ndarray))

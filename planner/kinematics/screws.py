@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from planner.last_used import LastUsed
+from planner.last_used import LastUsed, bytes_of_arrays
 
 if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
 
-MOST_KNOWN = 256
-"""Robots whose screws a process keeps, those last used: some kilobytes each."""
+MOST_BYTES = 2**20
+"""Memory of the screws that a process keeps, those last used, bytes: some hundred robots with about 2 kB each."""
 
 
 class Screws:
@@ -178,4 +178,4 @@ def _with_z(axis: FloatArray) -> FloatArray:
     return np.array([x, np.cross(axis, x), axis]).T
 
 
-_known: LastUsed[Screws] = LastUsed(MOST_KNOWN)
+_known: LastUsed[Screws] = LastUsed(MOST_BYTES, bytes_of_arrays)

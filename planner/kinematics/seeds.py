@@ -9,7 +9,7 @@ import numpy as np
 from planner.kinematics.closed_form import closed_form
 from planner.kinematics.redundant import redundant_form
 from planner.kinematics.screws import screws_of
-from planner.last_used import LastUsed
+from planner.last_used import LastUsed, bytes_of_arrays
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -35,8 +35,8 @@ OUTSIDE = 2.0
 """What a predicted joint position outside the limits costs, for each rad or m of the predicted step."""
 
 
-MOST_TABLES = 32
-"""Tables that a process keeps, those last used."""
+MOST_BYTES = 2**26
+"""Memory of the tables that a process keeps, those last used, bytes: some twenty of arms with six joints."""
 
 
 class SeedTable:
@@ -123,4 +123,4 @@ def _errors_per_pose(positions: FloatArray, rotations: FloatArray) -> FloatArray
     return errors
 
 
-_tables: LastUsed[SeedTable] = LastUsed(MOST_TABLES)
+_tables: LastUsed[SeedTable] = LastUsed(MOST_BYTES, bytes_of_arrays)

@@ -22,7 +22,6 @@ lies on the line between those of the two intervals that meet there.
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -253,7 +252,7 @@ def best_retiming(
     aim: Aim,
     asked: AskedDurations,
     tolerance: float,
-    stop_at: float | None = None,
+    steps: int = MOST_STEPS,
 ) -> Retiming:
     """Find the best law within limits.
 
@@ -266,7 +265,7 @@ def best_retiming(
         aim: The objective, at the same gridpoints.
         asked: Durations to be met.
         tolerance: Gap between the objective and its lower bound, relative, that may be left.
-        stop_at: Instant of the monotonic clock, s, at which the search ends; None: no limit of time.
+        steps: Newton steps, at most.
     """
     spline = QuadraticSpline(widths)
     x = np.ones(len(widths) + 2)
@@ -279,13 +278,11 @@ def best_retiming(
     count = barrier.slacks.size
     point = InteriorPoint.on_central_path(barrier.slacks, value / count)
     multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, 0.0
-    for _ in range(MOST_STEPS):
+    for _ in range(steps):
         gap = point.gap
         missed = asked.missed(states[0])
         if max(gap, gain) < tolerance * value and (np.abs(missed) <= tolerance * asked.durations).all():
             return Retiming(x, converged=True)
-        if stop_at is not None and time.monotonic() > stop_at:
-            break
         mu = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
         terms = point.towards(mu)
         concave = _over_limits(point.duals[0] + point.duals[1], limits.inverse) - multipliers @ asked.weights

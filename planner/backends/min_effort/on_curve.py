@@ -138,7 +138,7 @@ class Search:
         parts: (parts, segments), bool: segments whose duration together is asked.
         durations: (parts,), s.
         knots: Pieces of the law.
-        stop_at: By the monotonic clock, s; None: no limit of time.
+        steps: Newton steps of each round, at most.
     """
 
     path: JointPath
@@ -148,7 +148,7 @@ class Search:
     parts: np.ndarray
     durations: FloatArray
     knots: int
-    stop_at: float | None
+    steps: int
 
     def improved(self, law: PiecewisePolynomial, margin: float) -> FoundLaw | None:
         """A better law than a first one; None: the durations cannot be met.
@@ -163,7 +163,7 @@ class Search:
             most = limits.used(law)[0]
             law = law.split(np.maximum(even, np.where(most > COARSE, 4, np.where(most > 1.0, 2, 1))))
             asked, within = self._asked(limits.on_segments(law)), _narrowed(limits.along(law), margin)
-            found = best_retiming(law.lengths, within, self._aim(limits, law), asked, gap, self.stop_at)
+            found = best_retiming(law.lengths, within, self._aim(limits, law), asked, gap, self.steps)
             missed = asked.missed(QuadraticSpline(law.lengths).states(found.unknowns)[0])
             if (np.abs(missed) > NEARLY * asked.durations).any():
                 return None

@@ -18,7 +18,9 @@ class MinEffortOptions:
         knots: Intervals of the spline from stop to stop; at least 8 on each segment.
         slowdown: How many times the duration of the shortest quintic a motion without an asked duration takes.
         time_weight: Cost of a second; None: durations are not traded against the cost.
-        time_limit: Time after which the best motion found is returned, with the warning `suboptimal`, s.
+        iterations: Iterations of the search from stop to stop after which the best motion found is returned, with the
+            warning `suboptimal`; None: as many as take 7 s or so. They are counted, not timed: equal problems have
+            equal plans.
     """
 
     objective: Objective = field(
@@ -52,11 +54,12 @@ class MinEffortOptions:
             "gt": 0.0,
         },
     )
-    time_limit: float | None = field(
+    iterations: int | None = field(
         default=None,
         metadata={
-            "description": "After this time, s, the best motion found so far is the answer, never worse than the "
-            "quintic, with the warning `suboptimal`. Omitted: until the optimum is found.",
-            "gt": 0.0,
+            "description": "After so many iterations from stop to stop the best motion found so far is the answer, "
+            "never worse than the quintic, with the warning `suboptimal`. Omitted: as many as take 7 s or so.",
+            "ge": 1,
+            "le": 10_000,
         },
     )

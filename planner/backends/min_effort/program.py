@@ -8,7 +8,6 @@ halve the time, 0.1 s for 50 knots and six joints, but a robot and payload takes
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -57,8 +56,12 @@ UNNEEDED = {"calc_lam_p": False, "no_nlp_grad": True}
 NEARLY_THERE = 1e-6
 """Distance from a waypoint, by the run's travel, up to which an iterate is put onto it."""
 
-CACHED_PROGRAMS = 8
-"""Programs that a worker keeps, some MB each."""
+BYTES_PER_NUMBER = 16
+"""Memory of a program by the numbers in the work vectors of its functions, bytes: they have 8, and IPOPT needs as much
+again for what it factorises. Measured 25 to 100 MB for 20 to 50 segments of six joints, estimated 30 to 80 MB."""
+
+PROGRAM_BYTES = 2**27
+"""Memory of the programs that a process keeps, bytes; one of a single segment with six joints has 4 to 8 MB."""
 
 
 class Numbers(NamedTuple):
@@ -102,12 +105,14 @@ class Motion(NamedTuple):
         lengths: (pieces,), s.
         coefficients: (pieces, joints, 4), ascending powers of local time.
         converged: Whether it is an optimum.
+        iterations: Made to find it.
         multipliers: Of the bounds and of the constraints, as the solver has them.
     """
 
     lengths: FloatArray
     coefficients: FloatArray
     converged: bool
+    iterations: int
     multipliers: tuple[Any, Any]
 
 
@@ -143,16 +148,19 @@ class Program:
         self,
         m: Numbers,
         first: PiecewisePolynomial,
-        stop_at: float | None,
+        iterations: int,
         multipliers: tuple[Any, Any] | None = None,
     ) -> Motion:
-        """The optimum, or the best motion within the limits that there was when time was up.
+        """The optimum, or the best motion within the limits that there was after so many iterations.
 
         Args:
             m: What is asked.
             first: A motion to begin with, of the same durations.
-            stop_at: By the monotonic clock, s; None: no limit of time.
+            iterations: The most there may be.
             multipliers: If the first motion is this program's own for nearly the same numbers: those of it.
+
+        Raises:
+            MemoryError: The solver says that there was not enough.
         """
         length, unit_time = float(np.abs(m.positions - m.positions[0]).max()), float(m.durations.mean())
         p = self._numbers(m, length, unit_time)
@@ -162,7 +170,7 @@ class Program:
         via = np.zeros(self.joints * (self.layout.segments - 1))
         inequalities = np.full(self.inequalities, INSIDE)
         total = [-np.inf, np.inf] if m.total is None else [m.total / unit_time] * 2
-        self.watch.begin(stop_at)
+        self.watch.begin(iterations)
         solver, known = self.solver, {}
         if multipliers is not None:
             solver, known = self.solver_again, dict(zip(("lam_x0", "lam_g0"), multipliers, strict=True))
@@ -175,13 +183,26 @@ class Program:
             lbg=np.concatenate([-inequalities, via, total[:1]]),
             ubg=np.concatenate([inequalities, via, total[1:]]),
         )
-        converged = bool(solver.stats()["success"])
+        stats = solver.stats()
+        if stats["return_status"] == "Insufficient_Memory":
+            raise MemoryError
+        converged = bool(stats["success"])
         x = np.array(result["x"]).ravel() if converged or self.watch.best is None else self.watch.best
         x = self._onto_waypoints(x, p)
         found = np.where(m.free, x[-self.layout.segments :] * unit_time, m.durations)
         return Motion(
-            self._lengths(found), self._powers(x, p, m.positions[0]), converged, (result["lam_x"], result["lam_g"])
+            self._lengths(found),
+            self._powers(x, p, m.positions[0]),
+            converged,
+            int(stats["iter_count"]),
+            (result["lam_x"], result["lam_g"]),
         )
+
+    @property
+    def memory(self) -> int:
+        """The bytes that it takes, about."""
+        functions = map(self.solver.get_function, self.solver.get_function())
+        return BYTES_PER_NUMBER * sum(int(function.sz_w()) for function in functions)
 
     def _lengths(self, durations: FloatArray) -> FloatArray:
         """(pieces,), s, that sum to the durations (segments,) exactly: breakpoints on the grid of their numbers."""
@@ -249,7 +270,7 @@ class Program:
 
 
 def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: int) -> Any:
-    """What CasADi calls at every iteration: keeps the best iterate within the limits, and stops when time is up."""
+    """What CasADi calls at every iteration: keeps the best iterate within the limits, and stops after so many."""
     import casadi as ca
 
     shapes = {"x": unknowns, "f": 1, "g": constraints, "lam_x": unknowns, "lam_g": constraints, "lam_p": parameters}
@@ -257,11 +278,11 @@ def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: in
     class Watch(ca.Callback):
         def __init__(self) -> None:
             ca.Callback.__init__(self)
-            self.begin(None)
+            self.begin(0)
             self.construct("watch", {})
 
-        def begin(self, stop_at: float | None) -> None:
-            self.stop_at, self.least = stop_at, np.inf
+        def begin(self, iterations: int) -> None:
+            self.left, self.least = iterations, np.inf
             self.best: FloatArray | None = None
 
         def get_n_in(self) -> int:
@@ -277,22 +298,21 @@ def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: in
             return ca.Sparsity.dense(shapes[ca.nlpsol_out(i)])
 
         def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
-            if self.stop_at is None:
-                return [0]
             x, f, g = (np.array(value).ravel() for value in arguments[:3])
             inside = (
                 np.abs(g[:inequalities]).max() <= 1.0 and np.abs(g[inequalities:-1]).max(initial=0.0) <= NEARLY_THERE
             )
             if inside and f[0] < self.least:
                 self.best, self.least = x, float(f[0])
-            return [int(time.monotonic() > self.stop_at)]
+            self.left -= 1
+            return [int(self.left < 0)]
 
     return Watch()
 
 
-_programs: LastUsed[Program] = LastUsed(CACHED_PROGRAMS)
+_programs: LastUsed[Program] = LastUsed(PROGRAM_BYTES, lambda program: program.memory)
 
 
 def program_of(robot: Robot, layout: Layout) -> Program:
-    """The program of a robot and layout, built when first asked for and kept while it is among the last used."""
+    """The program of a robot and layout, built when first asked for and kept while the last used leave room."""
     return _programs.get((dynamics_content(robot), layout), lambda: Program(robot, layout))

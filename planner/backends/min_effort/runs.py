@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends.jerk_limited.retiming import MOST_STEPS
 from planner.backends.jerk_limited.time_law import fastest_law
 from planner.backends.min_effort.cost import Cost, use_of_rates
 from planner.backends.min_effort.on_curve import Search
@@ -44,6 +45,20 @@ COARSE, FINE = 1.05, 32
 NO_CHOICE = 1.01
 """Up to this multiple of the shortest duration along a curve, the fastest law is the only one there is, nearly."""
 
+MOST_WORK = 24_000
+"""Intervals times iterations of the search from stop to stop: with six joints 7 s on one core, and most need less."""
+
+WORK_OF_TOOL = 2
+"""How many times as long an iteration takes where the tool's speed is limited, too."""
+
+REPAIRS_SHARE = 2
+"""One in so many of the iterations that are left is for one search; the others are for repairs after it."""
+
+
+def _work(intervals: int, watches_tool: bool) -> int:
+    """What one iteration takes, as a number of intervals."""
+    return intervals * (WORK_OF_TOOL if watches_tool else 1)
+
 
 class Optimum(ABC):
     """The search on one run.
@@ -52,8 +67,8 @@ class Optimum(ABC):
         converged: Whether an optimum was found.
     """
 
-    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run, stop_at: float | None) -> None:
-        self.options, self.path, self.stop_at = options, path, stop_at
+    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
+        self.options, self.path = options, path
         self.run = run
         self.enforced = frozenset(QUANTITIES)
         self.cost = Cost(path.robot, options.objective)
@@ -136,7 +151,8 @@ class OnCurve(Optimum):
             parts = np.vstack([parts, self.free])
         knots = max(self.options.knots, FEWEST_INTERVALS * len(durations))
         law = law.stretched(float(durations.sum() / law.lengths.sum()))
-        search = Search(self.path, self.run, self.cost, weight or 0.0, parts, parts @ durations, knots, self.stop_at)
+        steps = min(self.options.iterations or MOST_STEPS, MOST_STEPS)
+        search = Search(self.path, self.run, self.cost, weight or 0.0, parts, parts @ durations, knots, steps)
         margin = FIRST_MARGIN
         for _ in range(MOST_REPAIRS):
             found = search.improved(law, margin)
@@ -156,8 +172,8 @@ class OnCurve(Optimum):
 class ThroughWaypoints(Optimum):
     """Through the waypoints, where the way between them is free: never worse than the quintic of the same duration."""
 
-    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run, stop_at: float | None) -> None:
-        super().__init__(options, path, run, stop_at)
+    def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
+        super().__init__(options, path, run)
         self.positions = path.positions_of(run)
         self.limits = path.limits.of(run.segments)
 
@@ -221,11 +237,15 @@ class ThroughWaypoints(Optimum):
         )
         begin, multipliers = PiecewisePolynomial(first.lengths, first.coefficients), None
         margins = np.full((segments * intervals, 1), FIRST_MARGIN)
+        work = _work(segments * intervals, watches_tool)
+        left = MOST_WORK if self.options.iterations is None else self.options.iterations * work
         for _ in range(MOST_REPAIRS):
             rows = np.repeat(np.arange(segments), intervals)
             program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
+            work = _work(len(rows), watches_tool)
             narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
-            motion = program.solve(narrowed, begin, self.stop_at, multipliers)
+            motion = program.solve(narrowed, begin, -(-left // (REPAIRS_SHARE * work)), multipliers)
+            left -= motion.iterations * work
             owners = self.run.segments[rows]
             pieces, own = SegmentedPolynomial(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
             if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
@@ -234,6 +254,8 @@ class ThroughWaypoints(Optimum):
             if (use <= 1.0).all():
                 self.converged = motion.converged
                 return pieces
+            if left <= 0:
+                return None
             if use.max() > COARSE and len(rows) < FINE:
                 intervals, margins, multipliers = 2 * intervals, np.repeat(margins, 2, axis=0), None
             else:

@@ -13,8 +13,11 @@ if TYPE_CHECKING:
     from planner.backends.min_effort.cost import Objective
     from planner.robots import Robot
 
-CACHED_STAGES = 4
-"""Kept in a worker: most of the time that a program takes to build goes into its stage."""
+BYTES_PER_INSTRUCTION = 90
+"""Memory of a CasADi function by its number of instructions, bytes: measured 60 to 90, with six and seven joints."""
+
+STAGE_BYTES = 2**24
+"""Memory of the stages that a process keeps, bytes: those of about eight robots with six joints."""
 
 SMOOTHING = 1e-3
 """Of a joint's largest power: how far the magnitude of its power is rounded where it changes its sign."""
@@ -54,8 +57,13 @@ class ToolStage(NamedTuple):
     curvature: ca.Function
 
 
-_stages: LastUsed[Stage] = LastUsed(CACHED_STAGES)
-_tool_stages: LastUsed[ToolStage] = LastUsed(CACHED_STAGES)
+def _bytes_of(stage: Stage | ToolStage) -> int:
+    """The memory that the functions take, about."""
+    return BYTES_PER_INSTRUCTION * sum(function.n_instructions() for function in stage)
+
+
+_stages: LastUsed[Stage] = LastUsed(STAGE_BYTES, _bytes_of)
+_tool_stages: LastUsed[ToolStage] = LastUsed(STAGE_BYTES, _bytes_of)
 
 
 def stage_of(robot: Robot, objective: Objective) -> Stage:

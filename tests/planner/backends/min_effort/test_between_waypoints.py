@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,10 +16,10 @@ from scipy.optimize import minimize
 
 from planner.backends import MinEffort, Quintic
 from planner.backends.min_effort.cost import Objective
-from planner.backends.min_effort.program import CACHED_PROGRAMS, Program, program_of
+from planner.backends.min_effort.program import Program, program_of
 from planner.backends.min_effort.terms import Layout
 from planner.dynamics import inverse_dynamics
-from planner.errors import InfeasibleDuration, MissingDynamics
+from planner.errors import InfeasibleDuration, InvalidProblem, MissingDynamics
 from planner.kinematics import FloatArray, tool_speeds
 from planner.last_used import LastUsed
 from planner.limits import Limits
@@ -261,9 +263,9 @@ def test_other_objectives(objective: Objective) -> None:
     assert cost(best) < cost(plan(problem, QUICK))
 
 
-def test_when_time_is_up_the_best_motion_so_far_is_returned() -> None:
+def test_after_its_iterations_the_best_motion_so_far_is_returned() -> None:
     problem = arm_problem(2, 2)
-    hurried = plan(problem, replace(QUICK, time_limit=1e-6))
+    hurried = plan(problem, replace(QUICK, iterations=1))
     assert [warning.code for warning in hurried.warnings] == ["suboptimal"]
     assert effort(hurried) <= effort(plan(problem, Quintic())) * (1.0 + 1e-9)
 
@@ -273,9 +275,55 @@ def test_programs_are_kept_for_robots_of_equal_content() -> None:
     program = program_of(robot.with_payload(Payload(1.0)), layout)
     assert program_of(robot.with_payload(Payload(1.0)), layout) is program
     assert program_of(robot.with_payload(Payload(2.0)), layout) is not program
-    cache: LastUsed[int] = LastUsed(CACHED_PROGRAMS)
-    assert [cache.get(key, lambda key=key: 10 * key) for key in range(20)] == list(range(0, 200, 10))  # type: ignore[misc]
-    assert list(cache.kept) == list(range(20 - CACHED_PROGRAMS, 20))
+
+
+def test_what_was_last_used_is_kept_while_it_fits() -> None:
+    cache: LastUsed[int] = LastUsed(100, size_of=lambda value: value)
+    for value in (10, 20, 30, 40, 20, 50, 101, 60):  # 101 is more than fits, and turns all others out
+        assert cache.get(value, partial(int, value)) == value
+    assert list(cache.kept) == [60]
+    for value in (30, 10, 60, 5):
+        assert cache.get(value, partial(int, value)) == value
+    assert list(cache.kept) == [10, 60, 5]
+
+
+def test_the_memory_of_a_program_grows_with_its_intervals() -> None:
+    robot = load_robot(ARM)
+    small, large = (Program(robot, Layout(segments, 8, "effort", True)).memory for segments in (2, 32))
+    assert 10.0 < large / small < 24.0
+    assert 2e7 < large < 1e8
+
+
+def passed(count: int) -> PlanningProblem:
+    """That many waypoints on an arc, all but the first and the last passed."""
+    angles = np.linspace(0.0, 2.0, count)
+    positions = [(0.4 * np.sin(t), -1.5 + 0.3 * t, 1.5 + 0.1 * t * t, -1.5, -1.5, 0.5 * t) for t in angles]
+    waypoints = [JointWaypoint(position=p, transition=ThroughTransition()) for p in positions]
+    waypoints[0], waypoints[-1] = JointWaypoint(position=positions[0]), JointWaypoint(position=positions[-1])
+    return PlanningProblem(load_robot("ur5"), waypoints)
+
+
+def test_case_min_effort_500() -> None:
+    """Too many waypoints passed at once took all memory of a worker: refused before anything is built."""
+    with pytest.raises(InvalidProblem, match="at most 99 waypoints between two stops, and here are 298") as refusal:
+        plan(passed(300), MinEffort())
+    assert [fault.field for fault in refusal.value.faults] == [("waypoints", 100, "transition")]
+
+
+def test_equal_problems_have_equal_plans_when_the_search_is_cut() -> None:
+    """A search cut by the clock gave four different answers to equal requests."""
+    cut = [plan(passed(8), MinEffort(iterations=5)) for _ in range(2)]
+    assert [warning.code for warning in cut[0].warnings] == ["suboptimal"]
+    assert np.array_equal(cut[0].trajectory.coefficients, cut[1].trajectory.coefficients)
+
+
+def test_fifty_waypoints_under_a_tool_speed_take_a_bounded_search() -> None:
+    """The search took a minute and more."""
+    problem = replace(passed(50), limits=Limits(tcp_linear_velocity=0.05))
+    started = time.process_time()
+    found = plan(problem, MinEffort())
+    assert time.process_time() - started < 10.0
+    assert effort(found) <= effort(plan(problem, Quintic())) * (1.0 + 1e-9)
 
 
 def test_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
