@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -39,6 +40,10 @@ GROWTH = 1.6
 MOST_CORRECTION = 0.15
 """How far a joint may be, rad or m, from where the last knot pointed: further away may be another branch."""
 
+NEAR_END = 1e-3
+"""How near to a given end a joint must be bound, rad or m, for the last knot to be sought from there: at a singular
+posture the pose alone does not say where the idle joints are."""
+
 SOLVED = 1e-11
 """The error, m and rad, at which a knot is solved."""
 
@@ -48,8 +53,34 @@ MOST_ITERATIONS = 12
 AHEAD = 1e-4
 """The step in u of the difference quotient for the second derivative."""
 
-SINGULAR = 1e-4
-"""The smallest singular value of the Jacobian (m and rad alike) below which a direction of the tool is lost."""
+FAR_AHEAD = 1e-2
+"""The same at a singular posture: far enough for the arm to be singular no more."""
+
+FASTEST = 1e4
+"""How fast a joint may go, rad or m, where the tool goes at 1 m or rad: faster, and it is a jump."""
+
+SOLVED_NEAR_SINGULARITY = 1e-14
+"""The error, m and rad, at which a knot near a singularity is solved: there a joint moves far for a small error."""
+
+NEAR_SINGULARITY = 1e-3
+"""The smallest singular value of the Jacobian, as a share of the largest, below which it is inverted with care."""
+
+RANK = 1e-6
+"""Singular values of the Jacobian below this share of the largest are zero: that direction of the tool is lost. By
+inverting a larger one, rounding moves a joint by less than 1e-8 rad."""
+
+ALONG_LOST = 1e-5
+"""The share of its speed with which the tool may go in a lost direction: more, and a joint would have to jump."""
+
+LEAST_TURN = 1e-3
+"""How much a lost direction must turn, rad by rad of joint motion, to decide how fast the idle joints go."""
+
+CROSSED = 1e-6
+"""How near the tool passes, m and rad, to a pose where the arm is singular if it goes right through: as near as the
+inverse kinematics brings it to any pose."""
+
+CROSSING_STEPS = 30
+"""Bisections in the search for the point where a path crosses a singularity."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +99,17 @@ class Lost:
 
 
 class _Knot(NamedTuple):
-    """A parameter of the path, and the joint position there with its derivatives by u, (joints,) each."""
+    """A parameter of the path, and the joint position there with its derivatives by u, (joints,) each.
+
+    Handedness is the sign of the Jacobian's determinant: it changes where a path crosses into another branch. It is 0
+    where the Jacobian is singular or not square.
+    """
 
     u: float
     q: FloatArray
     first: FloatArray
     second: FloatArray
+    handedness: float
 
 
 def follow(
@@ -89,8 +125,13 @@ def follow(
     q'' by differences of q'; between them it is the quintic that has these values at both ends, so that it is C2. A
     knot is kept only if that quintic is within the tolerance of X. Position limits are not looked at.
 
+    At a singular posture a path with bounded joint derivatives exists if the tool does not go in the direction that is
+    lost there. Which way the idle joints then take follows from the second derivative: W^T (X'' - J' q') = 0, W the
+    lost directions. Where it leaves that open, too, as in a wrist that stays stretched, they take the shortest.
+
     An arm with more joints than the tool has directions keeps the component of its joint position in the null space
-    of the start (or changes it evenly to that of `end`), which makes q(u) a function of u alone.
+    of the start (or changes it evenly to that of `end`), which makes q(u) a function of u alone. So does an arm that is
+    singular all along the path, if it would not come to `end` otherwise.
 
     Args:
         robot: With its tool.
@@ -102,7 +143,17 @@ def follow(
     Returns:
         The joint path over u from 0 to 1, or where it got lost.
     """
-    return _Follower(robot, path, start, end, tolerance).run()
+    result = _Follower(robot, path, start, end, tolerance).run()
+    if end is None or isinstance(result, Lost):
+        return result
+    reached = result.evaluate(result.breakpoints[-1:], [0])[0][0]
+    if np.abs(reached - end).max() <= SAME_CONFIGURATION:
+        return result
+    idle = _null_space(jacobian(robot, end)[: len(path.twist(1.0))])
+    if len(idle) == max(0, robot.dof - len(path.twist(1.0))):
+        return result
+    guided = _Follower(robot, path, start, end, tolerance, idle).run()
+    return result if isinstance(guided, Lost) else guided
 
 
 class _Follower:
@@ -113,11 +164,12 @@ class _Follower:
         start: FloatArray,
         end: FloatArray | None,
         tolerance: tuple[float, float],
+        free: FloatArray | None = None,
     ) -> None:
         self.robot, self.path, self.start, self.end = robot, path, start, end
         self.rows = len(path.twist(0.0))
         self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in tolerance)
-        self.free = _null_space(self._jacobian(start))
+        self.free = _null_space(self._jacobian(start))[: max(0, robot.dof - self.rows)] if free is None else free
         self.drift = self.free @ (np.zeros(robot.dof) if end is None else end - start)
 
     def run(self) -> PiecewisePolynomial | Lost:
@@ -126,11 +178,10 @@ class _Follower:
         if first is None:
             return Lost(0.0, self.start, PiecewisePolynomial(np.empty(0), np.empty((0, self.robot.dof, 6))))
         knots, step = [first], FIRST_STEP
-        handedness = self._handedness(self.start)
         while (last := knots[-1]).u < 1.0:
             ahead = 1.0 if last.u + step > 1.0 - SHORTEST_STEP else last.u + step
             knot = self._next(last, ahead)
-            if knot is not None and self._handedness(knot.q) == handedness:
+            if knot is not None:
                 knots.append(knot)
                 step = min(GROWTH * (ahead - last.u), LONGEST_STEP)
                 continue
@@ -145,11 +196,30 @@ class _Follower:
         """The next knot; None: the step is too long, or no joint position leads on."""
         h = u - last.u
         guess = last.q + h * last.first + 0.5 * h * h * last.second
-        q = self._solve(u, guess)
+        is_at_end = u == 1.0 and self.end is not None and np.abs(guess - self.end).max() < NEAR_END
+        q = self._solve(u, self.end if is_at_end and self.end is not None else guess)
         if q is None or np.abs(q - guess).max() > MOST_CORRECTION:
             return None
         knot = self._with_derivatives(u, q)
-        return knot if knot is not None and self._is_close(last, knot) else None
+        if knot is None or not self._is_close(last, knot):
+            return None
+        return knot if last.handedness * knot.handedness >= 0.0 or self._crosses(last, knot) else None
+
+    def _crosses(self, start: _Knot, end: _Knot) -> bool:
+        """Whether the path goes right through the singularity between two knots, and not past it to another branch."""
+        coefficients, before, after = _curve([start, end]).coefficients[0], start.u, end.u
+        for _ in range(CROSSING_STEPS):
+            u = 0.5 * (before + after)
+            q = horner(coefficients, np.array(u - start.u))
+            is_before = _handedness(self._augmented(q)) == start.handedness
+            before, after = (u, after) if is_before else (before, u)
+        for _ in range(MOST_ITERATIONS):
+            missing = self._missing(u, q)
+            step = np.linalg.lstsq(self._augmented(q), missing, rcond=NEAR_SINGULARITY)[0]
+            if np.abs(step).max() < SOLVED:
+                return bool(np.abs(missing).max() < CROSSED)
+            q = q + step
+        return False
 
     def _is_close(self, start: _Knot, end: _Knot) -> bool:
         """Whether the quintic between two knots keeps to the path."""
@@ -164,69 +234,152 @@ class _Follower:
 
     def _solve(self, u: float, q: FloatArray) -> FloatArray | None:
         """The joint position at u near `q`, by Newton's method."""
-        pose = self.path.pose(u)
-        wanted = self.free @ self.start + u * self.drift
         for _ in range(MOST_ITERATIONS):
-            here = tool_pose(self.robot, q)
-            missing = np.concatenate([np.zeros(self.rows), wanted - self.free @ q])
-            missing[:3] = pose.position - here.position
-            if pose.rotation is not None and here.rotation is not None:
-                missing[3:6] = here.rotation @ pin.log3(here.rotation.T @ pose.rotation)
-            if np.abs(missing).max() < SOLVED:
+            missing, J = self._missing(u, q), self._augmented(q)
+            error = np.abs(missing).max()
+            if error < SOLVED_NEAR_SINGULARITY:
                 return q
-            step = self._inverse(q, missing)
-            if step is None:
-                return None
+            step, is_near_singularity = _inverse(J, missing)
+            if error < SOLVED and not is_near_singularity:
+                return q
             q = q + step
-            if self.rows > self.robot.dof and np.abs(step).max() < SOLVED:
+            if np.abs(step).max() < SOLVED and (self.rows > self.robot.dof or error < SOLVED):
                 return q  # nearest to the pose: whether that is near enough is seen between the knots
         return None
 
+    def _missing(self, u: float, q: FloatArray) -> FloatArray:
+        """The change of the tool, and in the null space, that joint positions (joints,) are away from the path at u."""
+        pose, here = self.path.pose(u), tool_pose(self.robot, q)
+        missing = np.zeros(self.rows + len(self.free))
+        if len(self.free):
+            missing[self.rows :] = self.free @ (self.start - q) + u * self.drift
+        missing[:3] = pose.position - here.position
+        if pose.rotation is not None and here.rotation is not None:
+            missing[3:6] = here.rotation @ pin.log3(here.rotation.T @ pose.rotation)
+        return missing
+
     def _with_derivatives(self, u: float, q: FloatArray) -> _Knot | None:
-        if np.linalg.svd(self._jacobian(q), compute_uv=False)[-1] < SINGULAR:
-            return None
-        first = self._rate(u, q)
+        """The knot at a solved joint position; None: a joint would have to jump."""
+        J = self._augmented(q)
+        first = self._rate(u, q, J)
         if first is None:
             return None
+        values = np.linalg.svd(J, compute_uv=False)
+        if values[-1] < RANK * values[0]:
+            second = self._second_at_singularity(u, q, first)
+            return None if second is None else _Knot(u, q, first, second, 0.0)
         before, after = self._rate(u - AHEAD, q - AHEAD * first), self._rate(u + AHEAD, q + AHEAD * first)
         if before is None or after is None:
             return None
-        return _Knot(u, q, first, (after - before) / (2.0 * AHEAD))
+        return _Knot(u, q, first, (after - before) / (2.0 * AHEAD), _handedness(J))
 
-    def _rate(self, u: float, q: FloatArray) -> FloatArray | None:
-        return self._inverse(q, np.concatenate([self.path.twist(u), self.drift]))
+    def _second_at_singularity(self, u: float, q: FloatArray, first: FloatArray) -> FloatArray | None:
+        """The second derivative (joints,) by u from joint positions solved where the arm is singular no more."""
+        found = []
+        for ahead in (-FAR_AHEAD, FAR_AHEAD):
+            near = self._solve(u + ahead, q + ahead * first)
+            rate = None if near is None else self._rate(u + ahead, near)
+            if rate is not None and np.abs(rate - first).max() < MOST_CORRECTION:
+                found.append((rate - first) / ahead)
+        return np.mean(found, axis=0) if found else None
 
-    def _inverse(self, q: FloatArray, change: FloatArray) -> FloatArray | None:
-        """The joint step that makes a small change of the tool (base axes) and in the null space; None: singular."""
-        J = self._augmented(q)
-        try:
-            is_square = J.shape[0] == J.shape[1]
-            step = np.linalg.solve(J, change) if is_square else np.linalg.lstsq(J, change, rcond=None)[0]
-        except np.linalg.LinAlgError:
+    def _rate(self, u: float, q: FloatArray, J: FloatArray | None = None) -> FloatArray | None:
+        """The joints' derivative by u (joints,) at q; None: the tool goes where no joint can take it."""
+        J = self._augmented(q) if J is None else J
+        change = self._change(u)
+        rate, is_near_singularity = _inverse(J, change)
+        if not is_near_singularity:
+            return rate
+        if np.abs(rate).max() > FASTEST * np.abs(change).max():
             return None
-        return np.asarray(step, dtype=np.float64)
+        directions, values, joint_directions = np.linalg.svd(J)
+        lost = np.flatnonzero(values < RANK * values[0])
+        if not len(lost):
+            return rate
+        if np.abs(directions[:, lost].T @ change).max() > ALONG_LOST * np.abs(change).max():
+            return None
+        return self._with_idle_joints(u, q, rate, directions[:, lost].T, joint_directions[lost])
 
-    def _handedness(self, q: FloatArray) -> float:
-        """The sign of the determinant: it changes where a path crosses into another branch."""
-        J = self._augmented(q)
-        return float(np.linalg.slogdet(J)[0]) if J.shape[0] == J.shape[1] else 1.0
+    def _with_idle_joints(
+        self, u: float, q: FloatArray, rate: FloatArray, lost: FloatArray, idle: FloatArray
+    ) -> FloatArray | None:
+        """The rate (joints,) at a singular posture with the part of the idle joints; None: no rate keeps to the path.
+
+        Args:
+            u: Parameter of the path.
+            q: (joints,), there.
+            rate: (joints,), the smallest that moves the tool as the path does.
+            lost: (n, rows), the directions in which no joint moves the tool.
+            idle: (n, joints), the joint motions that do not move the tool.
+        """
+        acceleration = (self._change(u + AHEAD) - self._change(u - AHEAD)) / (2.0 * AHEAD)
+        for _ in range(MOST_ITERATIONS):
+            turning = self._jacobian_rate(q, rate)
+            missing = lost @ (acceleration - turning @ rate)
+            size = np.abs(turning).max() * np.abs(rate).max() + np.abs(acceleration).max()
+            if np.abs(missing).max() <= ALONG_LOST * size:
+                return rate
+            slopes = np.column_stack([lost @ (self._jacobian_rate(q, way) @ rate + turning @ way) for way in idle])
+            if np.linalg.svd(slopes, compute_uv=False)[-1] < LEAST_TURN * np.abs(rate).max():
+                return None
+            rate = rate + np.linalg.solve(slopes, missing) @ idle
+        return None
+
+    def _jacobian_rate(self, q: FloatArray, rate: FloatArray) -> FloatArray:
+        """(rows, joints): how the Jacobian changes by u as the joints go at a rate (joints,)."""
+        ahead = AHEAD / max(float(np.abs(rate).max()), AHEAD)
+        rates: FloatArray = (self._augmented(q + ahead * rate) - self._augmented(q - ahead * rate)) / (2.0 * ahead)
+        return rates
+
+    def _change(self, u: float) -> FloatArray:
+        twist = self.path.twist(u)
+        return np.concatenate([twist, self.drift]) if len(self.drift) else twist
 
     def _augmented(self, q: FloatArray) -> FloatArray:
-        return np.vstack([self._jacobian(q), self.free])
+        J = self._jacobian(q)
+        return np.vstack([J, self.free]) if len(self.free) else J
 
     def _jacobian(self, q: FloatArray) -> FloatArray:
         return jacobian(self.robot, q)[: self.rows]
 
 
-def _null_space(J: FloatArray) -> FloatArray:
-    """(joints - rows, joints): an orthonormal basis; empty where there are no more joints than rows."""
+def _inverse(J: FloatArray, change: FloatArray) -> tuple[FloatArray, bool]:
+    """The smallest joint step (joints,) that makes a small change of the tool, and whether J is all but singular.
+
+    How far the joints go for some other change, with a share in every direction, tells how near J is to singular.
+    """
     rows, joints = J.shape
-    basis: FloatArray = np.linalg.svd(J)[2][min(rows, joints) :]
+    if rows == joints:
+        try:
+            step, probe = np.linalg.solve(J, np.array([change, _probe(joints)]).T).T
+        except np.linalg.LinAlgError:
+            probe = np.array([np.inf])
+        if np.abs(probe).max() < 1.0 / NEAR_SINGULARITY:
+            return step, False
+    step, _, rank, _ = np.linalg.lstsq(J, change, rcond=RANK)
+    return np.asarray(step, dtype=np.float64), bool(rows == joints or rank < joints)
+
+
+@cache
+def _probe(joints: int) -> FloatArray:
+    return np.cos(np.arange(joints))
+
+
+def _handedness(J: FloatArray) -> float:
+    if J.shape[0] != J.shape[1]:
+        return 0.0
+    return float(np.linalg.slogdet(J)[0])
+
+
+def _null_space(J: FloatArray) -> FloatArray:
+    """(n, joints): an orthonormal basis; empty where the joints can do nothing but move the tool."""
+    _, values, directions = np.linalg.svd(J)
+    basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]
     return basis
 
 
 def _curve(knots: list[_Knot]) -> PiecewisePolynomial:
-    u, *values = (np.array(rows) for rows in zip(*knots, strict=True))
+    u, *values = (np.array([knot[i] for knot in knots]) for i in range(4))
     lengths = np.diff(u)
     starts, ends = tuple(rows[:-1] for rows in values), tuple(rows[1:] for rows in values)
     return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))

@@ -7,21 +7,6 @@ KNOWN_FAILURES: dict[str, tuple[str, ...]] = {
     "A closed form's solution 3e-11 outside of a fixed joint's limits is refused": (
         "fixed_axis-05-ngv_refuelling_arm",
     ),
-    "A line that starts at a stretched wrist is refused": (
-        "machine_tending-00-kuka_kr16_l6_2",
-        "machine_tending-05-ngv_refuelling_arm",
-        "machine_tending-10-date_sorting_arm",
-        "machine_tending-02-kuka_kr16_l6_2",
-        "machine_tending-07-ngv_refuelling_arm",
-        "machine_tending-12-date_sorting_arm",
-        "machine_tending-04-kuka_kr16_l6_2",
-        "machine_tending-09-ngv_refuelling_arm",
-        "machine_tending-14-date_sorting_arm",
-        "machine_tending-06-kuka_kr16_l6_2",
-        "machine_tending-11-ngv_refuelling_arm",
-        "machine_tending-00-ur5",
-        "machine_tending-10-ur5",
-    ),
     "Waypoints on one straight line are passed more slowly than without them": (
         "one_direction-10-date_sorting_arm ruckig",
         "one_direction-10-date_sorting_arm auto",

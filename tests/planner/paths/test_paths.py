@@ -41,6 +41,7 @@ from planner.problem import (
 from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
+from tests.jobs.tracing import reach
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -251,13 +252,16 @@ def test_a_line_to_another_branch_is_a_configuration_change(robot: Robot) -> Non
     assert fraction_followed(error) == 1.0
 
 
-def test_a_line_through_the_wrist_singularity_is_singular(robot: Robot) -> None:
-    """With axis 5 at zero axes 4 and 6 are one: straight on from 0.3 rad to -0.3 rad without axis 4 turning."""
-    start, end = (0.0, -1.2, 1.4, 0.0, 0.3, 0.0), (0.0, -1.2, 1.4, 0.0, -0.3, 0.0)
-    goal = tool(robot, end)
+def test_a_line_just_past_the_wrist_singularity_is_singular(robot: Robot) -> None:
+    """With axis 5 at zero axes 4 and 6 are one: 0.01 mrad past it, axis 4 would have to turn at once."""
+    near = np.array((0.0, -1.2, 1.4, 0.0, 0.3, 0.0))
+    start, end = (tool(robot, (*near[:4], tilt, near[5])) for tilt in (0.3, -0.3))
+    aside = rotation_from_rpy(0.0, 0.0, 1e-5)
+    position = reach(robot, Pose(start.translation, aside @ start.rotation), near)
+    assert position is not None
     waypoints = [
-        JointWaypoint(position=start),
-        PoseWaypoint(pose=Pose(goal.translation, goal.rotation), motion=LinearMotion()),
+        JointWaypoint(position=tuple(position.tolist())),
+        PoseWaypoint(pose=Pose(end.translation, aside @ end.rotation), motion=LinearMotion()),
     ]
     error = refused(robot, waypoints, SingularPath)
     assert fraction_followed(error) == pytest.approx(0.5, abs=0.05)

@@ -1,0 +1,183 @@
+"""Lines and circles of the tool that start at, end at or go through a singular posture.
+
+The truth is an independent chain of joint positions along the path (damped Newton steps from Pinocchio's Jacobians), or
+one that is known: with the wrist stretched and the path in the plane of the arm, axes 4 and 6 stand still.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from planner.backends import Cubic
+from planner.errors import SingularPath
+from planner.planning import plan
+from planner.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.robots import catalogue_ids, load_robot
+from planner.spatial import FloatArray, Pose, rotation_from_rpy
+from tests.jobs.tracing import on_circle, on_line, tool_at, trace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.problem import AnyWaypoint
+    from planner.robots import Robot
+    from planner.tool_motions.tool_motion import ToolMotion
+
+HOMES = {
+    "kuka_kr16_l6_2": (0.3, -1.2, 1.4, 0.0, 0.0, 0.0),
+    "kuka_kr16_2": (-0.7, -1.3, 1.2, 0.0, 0.0, 0.0),
+    "ngv_refuelling_arm": (0.3, -0.4, 1.0, 0.0, 0.0, 0.0),
+}
+"""Stretched wrists: axis 5 at zero, axes 4 and 6 are one."""
+
+SHIFTS = {
+    "down": (0.0, 0.0, -0.07),
+    "up": (0.0, 0.0, 0.06),
+    "in": (-0.1, 0.0, 0.0),
+    "out": (0.06, 0.0, 0.0),
+    "aslant": (-0.06, 0.0, -0.08),
+}
+"""m, outwards, aside and up."""
+
+
+def shifted(pose: Pose, shift: Sequence[float]) -> Pose:
+    """The pose, moved outwards, aside and up, in the plane of the arm if not aside."""
+    outwards = pose.position * [1.0, 1.0, 0.0] / np.hypot(*pose.position[:2])
+    axes = np.column_stack([outwards, np.cross([0.0, 0.0, 1.0], outwards), [0.0, 0.0, 1.0]])
+    return Pose(pose.position + axes @ np.array(shift), pose.rotation)
+
+
+def joints(q: Sequence[float] | FloatArray, motion: LinearMotion | None = None) -> JointWaypoint:
+    position = tuple(float(value) for value in q)
+    return JointWaypoint(position=position) if motion is None else JointWaypoint(position=position, motion=motion)
+
+
+def line(pose: Pose) -> PoseWaypoint:
+    return PoseWaypoint(pose=pose, motion=LinearMotion())
+
+
+def motions(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[ToolMotion]:
+    """The motions of a certified plan."""
+    made = plan(PlanningProblem(robot, tuple(waypoints)), Cubic())
+    assert made.certificate.satisfied
+    return [waypoint.tool_motion for waypoint in made.path.waypoints if waypoint.tool_motion is not None]
+
+
+def is_traced(robot: Robot, motion: ToolMotion, poses: Sequence[Pose], start: FloatArray) -> None:
+    """The joint path is the traced chain of joint positions, and its derivatives are bounded."""
+    chain = trace(robot, poses, start)
+    assert chain is not None
+    u = np.linspace(0.0, 1.0, len(poses) + 1)
+    q, first, second = motion.curve.evaluate(u, [0, 1, 2])
+    assert np.abs(q[1:] - chain).max() < 1e-4
+    assert np.abs(first).max() < 10.0
+    assert np.abs(second).max() < 100.0
+
+
+@pytest.mark.parametrize("way", SHIFTS)
+@pytest.mark.parametrize("name", HOMES)
+def test_a_line_out_of_a_stretched_wrist_and_back(name: str, way: str) -> None:
+    robot, home = load_robot(name), np.array(HOMES[name])
+    start = tool_at(robot, home)
+    away = shifted(start, SHIFTS[way])
+    out, back = motions(robot, [joints(home), line(away), joints(home, LinearMotion())])
+    is_traced(robot, out, on_line(start, away), home)
+    is_traced(robot, back, on_line(away, start), out.end)
+    for motion in (out, back):
+        q = motion.curve.evaluate(np.linspace(0.0, 1.0, 200), [0])[0]
+        assert np.abs(q[:, [0, 3, 5]] - home[[0, 3, 5]]).max() < 1e-7
+
+
+@pytest.mark.skipif("ur5" not in catalogue_ids(), reason="example-robot-data is not installed")
+@pytest.mark.parametrize("way", [*SHIFTS, "aside"])
+def test_a_line_out_of_a_straight_wrist_of_a_ur5(way: str) -> None:
+    """In the plane of the arm, where the wrist stays straight and four axes do for three, and out of it."""
+    robot, home = load_robot("ur5"), np.array((0.3, -1.2, 1.4, -0.2, 0.0, 0.0))
+    start = tool_at(robot, home)
+    away = shifted(start, SHIFTS.get(way, (0.0, 0.03, 0.0)))
+    assert trace(robot, on_line(start, away, 0.002), home) is not None
+    out, back = motions(robot, [joints(home), line(away), joints(home, LinearMotion())])
+    for motion in (out, back):
+        _, first, second = motion.curve.evaluate(np.linspace(0.0, 1.0, 200), [0, 1, 2])
+        assert np.abs(first).max() < 10.0
+        assert np.abs(second).max() < 100.0
+
+
+@pytest.mark.parametrize("way", SHIFTS)
+def test_a_line_from_the_pose_of_a_stretched_wrist(way: str) -> None:
+    """The pose has a continuum of solutions, from few of which the line can be driven."""
+    robot, home = load_robot("kuka_kr16_l6_2"), np.array(HOMES["kuka_kr16_l6_2"])
+    start = tool_at(robot, home)
+    away = shifted(start, SHIFTS[way])
+    motions(robot, [PoseWaypoint(pose=start), line(away)])
+    motions(robot, [PoseWaypoint(pose=away), line(start)])
+
+
+@pytest.mark.parametrize("end", [(0.3, -1.2, 1.4, 0.0, -0.3, 0.0), (0.3, -1.1, 1.3, 0.0, -0.2, 0.0)])
+@pytest.mark.parametrize("aside", [0.0, 1e-12, 1e-7])
+def test_a_line_right_through_a_stretched_wrist(end: tuple[float, ...], aside: float) -> None:
+    """Axis 5 changes its sign and axes 4 and 6 stand still; as well as a pose is kept."""
+    robot, start = load_robot("kuka_kr16_l6_2"), np.array((0.3, -1.2, 1.4, 0.0, 0.3, 0.0))
+    turn = rotation_from_rpy(0.0, 0.0, aside)
+    poses = [tool_at(robot, q) for q in (start, np.array(end))]
+    turned = [Pose(pose.position, turn @ pose.rotation) for pose in poses]
+    (motion,) = motions(robot, [joints(start), line(turned[1])])
+    is_traced(robot, motion, on_line(poses[0], poses[1]), start)
+    assert motion.end == pytest.approx(np.array(end), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", HOMES)
+def test_a_circle_out_of_a_stretched_wrist(name: str) -> None:
+    """In the plane of the arm."""
+    robot, home = load_robot(name), np.array(HOMES[name])
+    start = tool_at(robot, home)
+    via, end = shifted(start, (-0.04, 0.0, -0.02)), shifted(start, (-0.05, 0.0, -0.08))
+    goal = PoseWaypoint(pose=end, motion=CircularMotion(Pose(via.position)))
+    (motion,) = motions(robot, [joints(home), goal])
+    is_traced(robot, motion, on_circle(start, via.position, end), home)
+
+
+def test_a_circle_that_leaves_the_plane_of_the_arm_smoothly() -> None:
+    """The circle touches the plane of the arm at its start: axis 4 turns from there on at a rate that only the second
+    derivative of the circle tells. Solved backwards from a regular posture, joint positions tend to the same rate."""
+    robot, home = load_robot("kuka_kr16_l6_2"), np.array(HOMES["kuka_kr16_l6_2"])
+    start = tool_at(robot, home)
+    via, end = (shifted(start, (-0.2 * np.sin(a), 0.2 * (1.0 - np.cos(a)), 0.0)) for a in (0.2, 0.4))
+    goal = PoseWaypoint(pose=end, motion=CircularMotion(Pose(via.position)))
+    (motion,) = motions(robot, [joints(home), goal])
+    q = motion.curve.evaluate(np.array([0.0, 1e-3, 0.5, 1.0]), [0, 1])
+    assert np.abs(q[1]).max() < 10.0
+    assert np.abs(q[1][0, 3] - q[1][1, 3]) < 0.05 * np.abs(q[1][0, 3])
+    assert np.abs(q[1][0, 3]) > 0.05
+    poses = on_circle(start, via.position, end, 0.001)
+    chain = trace(robot, poses[::-1][1:], motion.end)
+    assert chain is not None
+    regular = len(poses) // 2
+    exact = motion.curve.evaluate(np.arange(len(poses) - 1, regular, -1) / len(poses), [0])[0]
+    assert np.abs(exact - chain[: len(exact)]).max() < 1e-3
+
+
+@pytest.mark.parametrize("name", HOMES)
+def test_a_line_out_of_the_plane_of_a_stretched_wrist_is_singular(name: str) -> None:
+    """Axis 4 would have to be at a right angle at once."""
+    robot, home = load_robot(name), np.array(HOMES[name])
+    away = shifted(tool_at(robot, home), (0.0, 0.1, 0.0))
+    with pytest.raises(SingularPath) as refusal:
+        motions(robot, [joints(home), line(away)])
+    assert refusal.value.path_point is not None
+    assert refusal.value.path_point.fraction == 0.0
+    assert refusal.value.joint in {robot.joint_names[3], robot.joint_names[5]}
+
+
+def test_a_line_out_of_a_stretched_elbow_is_singular() -> None:
+    """Inwards from the farthest point the elbow goes like a square root: its derivative is not bounded."""
+    robot = load_robot("three_dof_arm")
+    home = np.array((0.3, -0.9, 0.0))
+    start = tool_at(robot, home)
+    with pytest.raises(SingularPath) as refusal:
+        motions(robot, [joints(home), line(Pose(0.9 * start.position))])
+    assert refusal.value.path_point is not None
+    assert refusal.value.path_point.fraction == 0.0
