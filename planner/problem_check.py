@@ -9,7 +9,7 @@ import numpy as np
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, MovesAtItsEnds, end_states
-from planner.limits import JOINT_QUANTITIES
+from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problem import BlendTransition, JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
 
 if TYPE_CHECKING:
@@ -21,6 +21,14 @@ if TYPE_CHECKING:
     from planner.problem import AnyWaypoint, PlanningProblem
     from planner.robots import Robot
     from planner.spatial import FloatArray
+
+SMALLEST = 1e-9
+"""The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
+reciprocals of the smallest numbers that a computer has are none."""
+
+TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
+
+SCALES = ("velocity_scale", "acceleration_scale")
 
 
 def check_problem(problem: PlanningProblem, backend: object) -> None:
@@ -74,6 +82,10 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
         limits: What is asked.
         field: Where the limits stand.
     """
+    for name in (*TCP_QUANTITIES, *SCALES):
+        number = getattr(limits, name)
+        if number is not None and not number >= SMALLEST:
+            yield (*field, name), TOO_SMALL
     for quantity in JOINT_QUANTITIES:
         asked = getattr(limits, quantity)
         if asked is None:
@@ -82,8 +94,8 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
             yield (*field, quantity), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
             continue
         for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
-            if not value > 0.0:
-                yield (*field, quantity, i), "a limit must be greater than 0"
+            if not value >= SMALLEST:
+                yield (*field, quantity, i), TOO_SMALL
             elif value > own:
                 yield (
                     (*field, quantity, i),
@@ -107,6 +119,8 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     robot, waypoints = problem.robot, problem.waypoints
     if not 0.0 <= problem.start_tolerance < np.inf:
         yield ("start_tolerance",), "a tolerance cannot be negative, nor without end"
+    if problem.payload is not None and not problem.payload.mass >= SMALLEST:
+        yield ("payload", "mass"), TOO_SMALL
     if not waypoints:
         yield ("waypoints",), "a trajectory needs a waypoint"
     yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)

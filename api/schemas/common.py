@@ -21,6 +21,10 @@ LARGEST = 1e6
 """The largest length, angle or time (m, rad, s) of a request; products of some of them stay far from overflowing."""
 
 
+SMALLEST = 1e-9
+"""The smallest limit, scale or mass of a request, in its SI unit or without: less is a slip, and the squares and
+reciprocals of the smallest numbers that a computer has are none."""
+
 DEFAULT_DEADLINE = 10.0
 """The deadline of a request that names none, s."""
 
@@ -47,13 +51,14 @@ class Answer(BaseModel):
 
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0.0, le=1e9)]
-Scale = Annotated[float, Field(gt=0.0, le=1.0)]
+Limit = Annotated[float, Field(ge=SMALLEST, le=1e9)]
+Scale = Annotated[float, Field(ge=SMALLEST, le=1.0)]
 Seconds = Annotated[float, Field(ge=1e-6, le=LARGEST)]
 Vector3 = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4)]
 Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]
 JointVector = Annotated[list[Number], Field(min_length=1, max_length=64)]
-JointLimits = Annotated[list[Positive], Field(min_length=1, max_length=64)]
+JointLimits = Annotated[list[Limit], Field(min_length=1, max_length=64)]
 Deadline = Annotated[float, Field(gt=0.0, le=LARGEST)]
 RobotId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
@@ -141,9 +146,9 @@ class Limits(Schema):
     """The largest jerk, one value a joint, rad/s^3 or m/s^3."""
     torque: JointLimits | None = None
     """The largest torque, one value a joint, N m or N."""
-    tcp_linear_velocity: Positive | None = None
+    tcp_linear_velocity: Limit | None = None
     """The largest speed of the tool centre point, m/s; omitted: none."""
-    tcp_angular_velocity: Positive | None = None
+    tcp_angular_velocity: Limit | None = None
     """The largest angular speed of the tool, rad/s; omitted: none."""
     velocity_scale: Scale = 1.0
     """A factor without unit on the velocity limits of all joints."""
@@ -154,7 +159,7 @@ class Limits(Schema):
 class Payload(Schema):
     """A body carried at the robot's tip frame (the flange, whatever the tool)."""
 
-    mass: Annotated[float, Field(gt=0.0, le=LARGEST)]
+    mass: Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
     """The mass, kg."""
     center_of_mass: Vector3 = Field(default_factory=lambda: [0.0, 0.0, 0.0])
     """The center of mass x, y, z in the tip frame, m; omitted: its origin."""

@@ -113,6 +113,8 @@ class _Motion:
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
         """What it takes of the kept limits, where that is more than they are."""
         needs: Needs = {}
+        if not len(self.pieces.lengths):
+            return needs
         segment_of = self.pieces.segments
         segments, groups = np.unique(segment_of, return_inverse=True)
 

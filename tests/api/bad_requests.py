@@ -371,6 +371,16 @@ BAD_REQUESTS = [
         "/waypoints/1/limits/velocity/0",
     ),
     Bad("scale above 1", PLAN, plan_request(limits={"velocity_scale": 1.5}), INVALID, "/limits/velocity_scale"),
+    Bad("tiny scale", PLAN, plan_request(limits={"velocity_scale": 1e-120}), INVALID, "/limits/velocity_scale"),
+    Bad("denormal limit", PLAN, plan_request(limits={"jerk": [1e-320] * 3}), INVALID, "/limits/jerk/0"),
+    Bad(
+        "tiny limit of the tool",
+        PLAN,
+        plan_request(limits={"tcp_linear_velocity": 1e-101}),
+        INVALID,
+        "/limits/tcp_linear_velocity",
+    ),
+    Bad("denormal mass", PLAN, plan_request(payload={"mass": 1e-320}), INVALID, "/payload/mass"),
     Bad("zero scale", PLAN, plan_request(limits={"acceleration_scale": 0}), INVALID, "/limits/acceleration_scale"),
     Bad(
         "negative tool speed",
