@@ -184,6 +184,7 @@ _NAMES = {
 """Public names by the module that has them; the imports above say the same to type checkers and editors."""
 
 _MODULES = {name: module for module, names in _NAMES.items() for name in names}
+"""The module of each public name."""
 
 __all__ = sorted(_MODULES)
 

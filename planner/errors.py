@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray, Pose
 
 T = TypeVar("T")
+"""The type of a problem, or of a back end, in which a change is made."""
 
 
 @dataclass(frozen=True, eq=False)

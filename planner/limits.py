@@ -12,7 +12,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 JOINT_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
+"""Names of the quantities of each joint whose limits a caller may narrow."""
+
 TCP_QUANTITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
+"""Names of the quantities of the tool that a caller may limit."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +45,17 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class SegmentLimits:
-    """Limits in force; infinite: none.
+    """The limits in force on each segment; infinite: none.
 
     Attributes:
-        lower: (joints,), rad or m.
-        upper: (joints,), rad or m.
-        velocity: (segments, joints).
-        acceleration: (segments, joints).
-        jerk: (segments, joints).
-        torque: (segments, joints).
-        tcp_linear_velocity: (segments,), m/s.
-        tcp_angular_velocity: (segments,), rad/s.
+        lower: Lower position limits (joints,), rad or m.
+        upper: Upper position limits (joints,), rad or m.
+        velocity: Velocity limits (segments, joints), rad/s or m/s.
+        acceleration: Acceleration limits (segments, joints), rad/s^2 or m/s^2.
+        jerk: Jerk limits (segments, joints), rad/s^3 or m/s^3.
+        torque: Torque or force limits (segments, joints), N m or N.
+        tcp_linear_velocity: Limits of the tool's speed (segments,), m/s.
+        tcp_angular_velocity: Limits of the tool's angular speed (segments,), rad/s.
     """
 
     lower: FloatArray
@@ -71,7 +74,7 @@ class SegmentLimits:
 
 
 def counted_velocity(limit: FloatArray) -> FloatArray:
-    """Velocity limits to measure motions of joints by: without a limit one counts as if it were 1 rad/s or m/s."""
+    """Velocity limits to measure motions of joints by: a joint without one counts as if its were 1 rad/s or m/s."""
     return np.where(np.isfinite(limit), limit, 1.0)
 
 
@@ -79,12 +82,13 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
     """Resolve the limits of each segment.
 
     Args:
-        robot: Its limits are the widest there are.
-        common: Of the whole trajectory.
-        own: One per segment; what is given there goes before `common`. The scales multiply.
+        robot: The robot, whose limits are the widest there are.
+        common: Limits of the whole trajectory.
+        own: Limits of each segment; what is given there goes before `common`. The scales multiply.
     """
 
     def joint_limits(quantity: str) -> FloatArray:
+        """The limits (segments, joints) of a quantity of the joints."""
         scale = getattr(common, f"{quantity}_scale", 1.0)
         asked = getattr(common, quantity)
         rows = np.tile(robot.limit(quantity) if asked is None else np.array(asked), (len(own), 1))
@@ -96,6 +100,7 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         return rows * scale
 
     def tool_limits(quantity: str) -> FloatArray:
+        """The limits (segments,) of a quantity of the tool."""
         asked = [getattr(narrower, quantity, None) or getattr(common, quantity) for narrower in own]
         return np.array([np.inf if limit is None else limit for limit in asked])
 

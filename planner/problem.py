@@ -148,7 +148,7 @@ Transition = StopTransition | ThroughTransition | BlendTransition
 
 @dataclass(frozen=True, kw_only=True)
 class Waypoint:
-    """What every kind of waypoint has.
+    """The fields that every kind of waypoint has.
 
     Attributes:
         name: A name for people.

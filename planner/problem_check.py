@@ -60,7 +60,7 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
 def waypoint_faults(
     robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
 ) -> Iterator[tuple[FieldPath, str]]:
-    """What keeps the list from saying where the robot is to go."""
+    """Find the faults that keep the list from saying where the robot is to go."""
     for i, waypoint in enumerate(waypoints):
         if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
             count = len(waypoint.position)
@@ -75,7 +75,7 @@ def waypoint_faults(
 
 
 def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
-    """What is wrong with limits asked by a caller: their length, or being wider than the robot's.
+    """Find the faults of limits asked by a caller: their length, or being wider than the robot's.
 
     Args:
         robot: Its limits are the widest there are.
@@ -142,7 +142,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
 
 
 def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:
-    """What contradicts the motion asked at the ends."""
+    """Find the faults of a problem that contradict the motion asked at the ends."""
     robot, waypoints = problem.robot, problem.waypoints
     asked = {name: rates for name in END_OPTIONS if (rates := getattr(backend, name)) is not None}
     wrong = [name for name, rates in asked.items() if len(rates) != robot.dof]

@@ -1,4 +1,4 @@
-"""What a check of a trajectory says, and all checks together."""
+"""The result of one check of a trajectory, and the certificate of all checks together."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ class Check:
     """The worst of one quantity over the trajectory.
 
     Attributes:
-        quantity: One of `QUANTITIES`.
+        quantity: The quantity, one of `QUANTITIES`, or a deviation of the tool from its path.
         joint: The worst joint; None for the tool's speeds.
         peak: Its most extreme value: signed for a position, a magnitude otherwise.
         limit: The limit there; None: there is none.
-        ratio: How much of the limit is used: 1 is all of it. A position counts from the middle of its range.
+        ratio: Share of the limit that is used: 1 is all of it. A position counts from the middle of its range.
             None: no limit, or no bound.
-        time: When, s.
+        time: Time of the peak, s.
         method: `exact` (extrema of polynomials) or `sampled`.
         enforced: Whether the back end promises to keep the limit.
         bounded: False where the quantity below jumps, so that this one has an impulse there that no peak
@@ -62,5 +62,5 @@ class Certificate:
     checks: tuple[Check, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values, ready for JSON."""
+        """The certificate in plain values, ready for JSON."""
         return {**vars(self), "checks": [vars(check) for check in self.checks]}

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from planner.trajectory import Trajectory
 
 MOST_CONTINUOUS = 4
-"""Continuity is looked into up to this derivative, fewer than `DERIVATIVES`."""
+"""Order of the highest derivative whose continuity is looked into, less than `DERIVATIVES`."""
 
 SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in JOINT_DERIVATIVES)
 """The quantities that are no polynomials of time, whose peaks are sampled."""
@@ -50,12 +50,13 @@ def certificate_of(
     """Check a trajectory against the limits in force on each of its segments.
 
     Args:
-        trajectory: From any source.
-        robot: With its tool and payload.
-        limits: Of each segment.
-        guarantees: Which quantities are enforced.
-        waypoint_positions: (waypoints, joints), to be met at the trajectory's arrivals; NaN: not to be met.
-        more_checks: Of other things than these limits.
+        trajectory: A trajectory from any source.
+        robot: The robot, with its tool and payload.
+        limits: The limits of each segment.
+        guarantees: The guarantee of each quantity, which says whether it is enforced.
+        waypoint_positions: Positions (waypoints, joints), rad or m, to be met at the trajectory's arrivals; NaN: not to
+            be met.
+        more_checks: Checks of other things than these limits.
         ends: The motion before and after the trajectory that is asked; None: rest.
     """
     derivatives = derivatives_on_unit_time(trajectory, DERIVATIVES)
@@ -102,6 +103,7 @@ def _polynomial_check(
     enforced: bool,
     smooth: int,
 ) -> Check:
+    """The check of a joint's position or of one of its derivatives, by exact extrema."""
     order = JOINT_DERIVATIVES.index(quantity)
     polynomials, middle = derivatives[order], np.zeros(robot.dof)
     if quantity == "position":
@@ -149,10 +151,12 @@ def _sampled_checks(
     columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
 
     def limit_of(pieces: np.ndarray) -> FloatArray:
+        """The limits (N, columns) on pieces (N,)."""
         rows = trajectory.segments[pieces]
         return np.hstack([getattr(limits, quantity)[rows].reshape(len(rows), -1) for quantity in limited])
 
     def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
+        """The shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
         q, dq, ddq = (horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3))
         values: dict[str, FloatArray] = {}
         if torque:

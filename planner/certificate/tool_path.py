@@ -1,4 +1,4 @@
-"""The check of where the tool goes: on its lines and circles, and near the corners it cuts.
+"""The check of the tool's path: it keeps to its lines and circles, and near the corners that it cuts.
 
 The poses of the tool are sampled. With the paths this check shares forward kinematics, which have tests against other
 implementations; the geometry of lines, circles and corners is its own.
@@ -34,17 +34,17 @@ LEAST_SINE = 1e-6
 """Least sine of an angle by the angle: near half a turn a rotation hardly tells its axis; for first guesses only."""
 
 SAMPLES = 9
-"""On each piece, both ends included; what lies between two knots is a quintic, whose error is largest in the middle."""
+"""Number of samples of each piece, both ends included: a piece is a quintic, whose error is largest in the middle."""
 
 
 class _Deviation(NamedTuple):
-    """How far a sample is from where it should be.
+    """The deviation of a sample from the path that is asked.
 
     Attributes:
-        quantity: Of the check.
-        value: m or rad.
-        limit: m or rad.
-        time: s.
+        quantity: Name of the check that it belongs to.
+        value: The deviation, m or rad.
+        limit: The largest deviation allowed, m or rad.
+        time: The time of the sample, s.
     """
 
     quantity: str
@@ -56,16 +56,16 @@ class _Deviation(NamedTuple):
 def certify_tool_path(
     trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
 ) -> list[Check]:
-    """The worst deviation from the lines and circles asked, and the largest distance from corners that are blended.
+    """Find the worst deviation from the lines and circles asked, and the largest distance from blended corners.
 
     Within the radius of a blend the tool may leave its line or circle; at the middle of the blend, where it passes the
     waypoint, it has to be within the radius.
 
     Args:
-        trajectory: To be checked.
-        robot: With its tool.
-        waypoints: As asked.
-        solved: The same, with their poses.
+        trajectory: The trajectory to be checked.
+        robot: The robot, with its tool.
+        waypoints: The waypoints as they are asked.
+        solved: The solved waypoints, with their poses.
     """
     worst: dict[str, _Deviation] = {}
     for deviation in _deviations(trajectory, robot, waypoints, solved):
@@ -91,6 +91,7 @@ def certify_tool_path(
 def _deviations(
     trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
 ) -> Iterator[_Deviation]:
+    """The worst deviations on each segment whose tool path is asked, and at each blend."""
     corners = {}
     for k, waypoint in enumerate(waypoints):
         if isinstance(waypoint.transition, BlendTransition):
@@ -100,7 +101,7 @@ def _deviations(
             distance = float(np.linalg.norm(tool.position - solved[k].pose.position))
             yield _Deviation("blend_deviation", distance, waypoint.transition.radius, time)
     with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
-    owners, *sampled = _tool_poses(trajectory, robot, with_tool)
+    segments, *sampled = _tool_poses(trajectory, robot, with_tool)
     for k, waypoint in enumerate(waypoints[1:], 1):
         motion = waypoint.motion
         if isinstance(motion, JointMotion):
@@ -108,16 +109,16 @@ def _deviations(
         start = solved[k - 1].wanted if solved[k - 1].wanted.rotation is not None else solved[k - 1].pose
         tolerance = motion.tolerance_position, motion.tolerance_orientation
         end = solved[k].wanted
-        due: _Line | _Circle = (
+        path: _Line | _Circle = (
             _Circle(start, motion.via, end) if isinstance(motion, CircularMotion) else _Line(start, end)
         )
-        times, places, rotations = (samples[owners == k - 1] for samples in sampled)
+        times, positions, rotations = (samples[segments == k - 1] for samples in sampled)
         for position, radius in (corners[end] for end in (k - 1, k) if end in corners):
-            away = np.linalg.norm(places - position, axis=1) > radius
-            times, places, rotations = times[away], places[away], rotations[away]
+            away = np.linalg.norm(positions - position, axis=1) > radius
+            times, positions, rotations = times[away], positions[away], rotations[away]
         if not len(times):
             continue
-        distances, angles = _distances(due, places, rotations, tolerance)
+        distances, angles = _distances(path, positions, rotations, tolerance)
         worst = int(np.argmax(distances))
         yield _Deviation(
             "path_position_deviation", float(distances[worst]), motion.tolerance_position, float(times[worst])
@@ -132,38 +133,39 @@ def _deviations(
 def _tool_poses(
     trajectory: Trajectory, robot: Robot, segments: Sequence[int]
 ) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
-    """Segments (N,), times (N,), and the tool's positions (N, 3) and rotations (N, 3, 3), at samples of all pieces."""
+    """Sample all pieces: segments (N,), times (N,), s, and the tool's positions (N, 3), m, and rotations (N, 3, 3)."""
     pieces = np.flatnonzero(np.isin(trajectory.segments, segments))
     starts, lengths = trajectory.breakpoints[pieces], trajectory.lengths[pieces]
     times = (starts[:, None] + np.linspace(0.0, 1.0, SAMPLES) * lengths[:, None]).ravel()
-    owners = np.repeat(trajectory.segments[pieces], SAMPLES)
-    return owners, times, *tool_poses(robot, trajectory.evaluate(times, [0])[0])
+    of_samples = np.repeat(trajectory.segments[pieces], SAMPLES)
+    return of_samples, times, *tool_poses(robot, trajectory.evaluate(times, [0])[0])
 
 
 def _distances(
-    due: _Line | _Circle, places: FloatArray, rotations: FloatArray, tolerance: tuple[float, float]
+    path: _Line | _Circle, positions: FloatArray, rotations: FloatArray, tolerance: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Distances (N,), m, and angles (N,), rad, from the places of the path that the tool is nearest to, by tolerances.
+    """Distances (N,), m, and angles (N,), rad, of the tool from the points of its path that are nearest by tolerances.
 
-    Found by Gauss and Newton's method from the places that are nearest by position.
+    Gauss and Newton's method finds these points, from those that are nearest by position.
     """
 
     def missed(u: FloatArray) -> FloatArray:
-        position, rotation = due.poses(u)
-        parts = [(position - places) / tolerance[0]]
+        """The deviations (N, 3 or 6) of the tool from the path at shares (N,) of it, by their tolerances."""
+        position, rotation = path.poses(u)
+        parts = [(position - positions) / tolerance[0]]
         if rotation is not None:
             parts.append(_logarithms(rotation.transpose(0, 2, 1) @ rotations) / tolerance[1])
         return np.hstack(parts)
 
-    u = due.nearest(places)
+    u = path.nearest(positions)
     for _ in range(STEPS):
         here, ahead = missed(u), missed(u + AHEAD)
         slope = (ahead - here) / AHEAD
         squared = (slope**2).sum(axis=1)
         step = (slope * here).sum(axis=1) / np.where(squared > 0.0, squared, 1.0)
         u = np.where(squared > 0.0, np.clip(u - step, 0.0, 1.0), u)
-    position, rotation = due.poses(u)
-    distances: FloatArray = np.linalg.norm(position - places, axis=1)
+    position, rotation = path.poses(u)
+    distances: FloatArray = np.linalg.norm(position - positions, axis=1)
     return distances, None if rotation is None else _angles(rotation.transpose(0, 2, 1) @ rotations)
 
 
@@ -182,7 +184,7 @@ class _Line:
         return np.clip((points - self.start.position) @ self.way / squared, 0.0, 1.0)
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3) and rotations (N, 3, 3) due at shares (N,) of the way."""
+        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the way; None: none is asked."""
         positions = self.start.position + u[:, None] * self.way
         if self.turn is None or self.start.rotation is None:
             return positions, None
@@ -221,7 +223,7 @@ class _Circle:
         return nearest
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3) and rotations (N, 3, 3) due at shares (N,) of the way."""
+        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the way; None: none is asked."""
         u = u[:, None]
         angles = u * self.end_angle
         positions = self.center + np.cos(angles) * self.x + np.sin(angles) * self.y
@@ -230,12 +232,14 @@ class _Circle:
         return positions, self.start.rotation @ _rotations(self.turns[0] * u + self.turns[1] * u * u)
 
     def _angles_of(self, points: FloatArray) -> FloatArray:
+        """Angles (N,), rad in [0, 2 pi), from the start about the centre, of points (N, 3)."""
         spokes = points - self.center
         angles: FloatArray = np.arctan2(spokes @ self.y, spokes @ self.x) % (2.0 * np.pi)
         return angles
 
 
 def _logarithm(start: FloatArray | None, end: FloatArray | None) -> FloatArray:
+    """The rotation vector (3,), rad, that leads from one rotation (3, 3) to another, in the axes of the first."""
     assert start is not None  # noqa: S101 - asked only where there are rotations
     assert end is not None  # noqa: S101
     return np.asarray(pin.log3(start.T @ end))

@@ -22,12 +22,12 @@ ZERO_ELEMENT = 1e-15
 
 
 class SymbolicMotion(NamedTuple):
-    """What a motion asks of the joints, and what it does to the tool.
+    """The torques that a motion needs, and the velocity of the tool that it makes.
 
     Attributes:
-        torques: (joints,), N m or N.
-        tool_velocity: (3,), m/s, in the axes of the last joint.
-        tool_spin: (3,), rad/s, in the axes of the last joint.
+        torques: Torques (joints,), N m or N.
+        tool_velocity: Velocity (3,) of the tool, m/s, in the axes of the last joint.
+        tool_spin: Angular velocity (3,) of the tool, rad/s, in the axes of the last joint.
     """
 
     torques: ca.SX

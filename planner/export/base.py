@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from planner.result import Plan
 
 INCLUDABLE = ("jerk", "torque", "tcp_pose", "polynomials", "sample_checks")
-"""What an answer carries only when asked."""
+"""Names of the parts that an answer carries only when asked."""
 
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """How to write a plan.
+    """The options by which a plan is written.
 
     Attributes:
         sample_period: Time between samples, s; the last one is at the end.
-        include: What to write besides, some of `INCLUDABLE`.
+        include: Parts to be written besides, some of `INCLUDABLE`.
         request_hash: To be quoted in the answer; None: none.
     """
 

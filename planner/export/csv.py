@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """Columns `time`, `segment`, `position.<joint>`, `velocity.<joint>`, ... and what is included.
+    """Write a plan in columns `time`, `segment`, `position.<joint>`, `velocity.<joint>`, ... and what is included.
 
     Lines end in CRLF, as in RFC 4180.
     """
@@ -24,6 +24,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     header, blocks = ["time", "segment"], [samples.time[:, None], samples.segment[:, None].astype(float)]
 
     def add(quantity: str, columns: tuple[str, ...], values: FloatArray | None) -> None:
+        """Add the columns of a quantity, if it is included."""
         if values is not None:
             header.extend(f"{quantity}.{column}" for column in columns)
             blocks.append(values)
@@ -42,9 +43,11 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 
 
 def _quoted(cell: str) -> str:
+    """Quote a cell as RFC 4180 asks where it contains a comma, a quote or a line break."""
     if any(mark in cell for mark in ',"\r\n'):
         return '"' + cell.replace('"', '""') + '"'
     return cell
 
 
 FORMAT = Format("csv", "text/csv", ".csv", render)
+"""The form for spreadsheets: rows of samples."""

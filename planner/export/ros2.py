@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from planner.result import Plan
 
 NANOSECONDS = 1_000_000_000
+"""Number of nanoseconds in a second."""
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """The message: header, joint_names, points of positions, velocities, accelerations, effort, time_from_start.
+    """Write a plan as the message: header, joint_names, points of positions, velocities, accelerations, effort, time.
 
     Efforts are the torques when these are included. `frame_id` is empty and `stamp` 0: start at once.
     """
@@ -49,3 +50,4 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 
 
 FORMAT = Format("ros2", "application/vnd.ros2.joint-trajectory+json", ".ros2.json", render)
+"""The form of ROS 2's message `trajectory_msgs/JointTrajectory`, as JSON."""

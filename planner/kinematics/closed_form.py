@@ -1,6 +1,6 @@
 """All solutions of a pose at once, for arms whose axes allow it; for many poses in a few array operations.
 
-Three kinds of arm, told apart by trying: three joints that bring a point somewhere (Pieper 1968); six joints, the last
+Three kinds of arm are known by trying: three joints that bring a point somewhere (Pieper 1968); six joints, the last
 three axes of which meet in a point; six, the second to fourth axis parallel and the last two meeting. The
 angles come from the geometric subproblems of Paden (1986) and Kahan, on the screws at joint position 0.
 
@@ -39,7 +39,7 @@ IN_HALF_TANGENT = np.array(
 """The matrix A with (1 + t^2) (cos q, sin q, 1) = A (1, t, t^2), t = tan((q - `OFFSET`) / 2)."""
 
 EPSILON = 1e-9
-"""What the cosine of the angle between parallel axes lacks of 1."""
+"""Difference from 1 up to which the cosine of the angle between two axes counts them as parallel."""
 
 LEAST = 1e-15
 """Least leading coefficient of a quartic, relative to the others."""
@@ -313,7 +313,7 @@ class _Wave(NamedTuple):
 def _moved(
     screws: Screws, point: FloatArray, positions: FloatArray, rotations: FloatArray | None
 ) -> tuple[FloatArray, ...]:
-    """How the tip has turned since joint position 0 (N, 3, 3), and where it has taken a point (N, 3)."""
+    """The rotations (N, 3, 3) of the tip since joint position 0, and the positions (N, 3) to which it takes a point."""
     assert rotations is not None  # noqa: S101 - six joints are asked for poses
     turns = rotations @ screws.rotation.T
     return turns, positions + turns @ (point - screws.position)
@@ -342,7 +342,7 @@ def _turned(cross: FloatArray, angle: FloatArray, vectors: FloatArray) -> FloatA
 
 
 def _angle(cross: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """By which a turn about an axis takes one vector (..., 3) to the other."""
+    """The angle (...), rad, by which a turn about an axis takes one vector (..., 3) to the other."""
     across = before @ cross.T
     angle: FloatArray = np.arctan2((across * after).sum(axis=-1), -(across @ cross.T * after).sum(axis=-1))
     return angle

@@ -23,7 +23,7 @@ DAMPING = 1e-3
 """Share of the squared error that damps a step at first."""
 
 LEAST_DAMPING = 1e-13
-"""What is added to that: it keeps singular systems solvable, and lets directions of a continuum go free."""
+"""Damping that is added to that: it keeps singular systems solvable, and lets directions of a continuum go free."""
 
 MOST_DAMPING = 1e12
 """Share of the squared error at which steps vanish, and a descent is given up."""
@@ -111,7 +111,7 @@ class Descent:
         return squared**0.5, q
 
     def miss(self, q: FloatArray) -> float:
-        """How far the tool is from the pose at `q`, m and rad alike."""
+        """The norm of the error of the pose at `q`, m and rad alike."""
         error = self._error(q)
         return float(np.sqrt(error.dot(error)))
 
@@ -159,7 +159,7 @@ class Descent:
     def _tangent(
         self, q: FloatArray, missing: FloatArray, velocity: FloatArray, lower: FloatArray, upper: FloatArray
     ) -> FloatArray:
-        """What the motions that leave the tool still have of `missing` (joints,), both in time at the velocities."""
+        """The part of `missing` (joints,) along motions that leave the tool still, both in time at the velocities."""
         J, held = self._jacobian() * velocity, np.zeros(len(q), dtype=bool)
         while True:
             J, way = np.where(held, 0.0, J), np.where(held, 0.0, missing)
@@ -207,7 +207,7 @@ class Target:
         return Target(np.repeat(self.positions, times, axis=0), rotations, self.point)
 
     def missing(self, screws: Screws, q: FloatArray, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        """What the configurations (M, joints) lack of the targets `rows` (M, 3 or 6), and its Jacobian, base's axes."""
+        """The errors (M, 3 or 6) of configurations (M, joints) from the targets `rows`, and Jacobians, base's axes."""
         positions, rotations, J = screws.reach(q, self.point)
         error = self.positions[rows] - positions
         if self.rotations is None:

@@ -27,7 +27,7 @@ Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
 
 @dataclass(frozen=True, eq=False)
 class InverseKinematicsResult:
-    """What the inverse kinematics found for one pose.
+    """The result of the inverse kinematics for one pose.
 
     Attributes:
         status: `solved`, or why not.

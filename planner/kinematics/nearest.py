@@ -58,7 +58,7 @@ FURTHER = 1.2
 """A start that is as many times as far as the nearest solution so far is not followed."""
 
 CONFIRMED = 1e-5
-"""m, rad: a candidate that misses its pose by no more, and is not singular, needs no descent to be told a solution."""
+"""Error, m or rad, up to which a candidate that is not singular counts as a solution without a descent."""
 
 MANY = 8
 """Poses from which on it pays to find the candidates of all together."""
@@ -92,7 +92,7 @@ def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None
 
 
 def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArray | None:
-    """What a descent from the reference finds, if it is the nearest solution: by proof, or for want of a jump."""
+    """Find by a descent from the reference what is the nearest solution, by proof or for want of a jump; None: no."""
     start = np.clip(reference, search.lower, search.upper)
     if search.descend.miss(start) > (CLOSE if proved else FAR):
         return None
@@ -271,11 +271,11 @@ class _Together:
             return
         candidates = form(self.target.positions, self.target.rotations)
         there = np.asarray(np.isfinite(candidates).all(axis=2))
-        owners = np.nonzero(there)[0]
-        missing, J = self.target.missing(self.table.screws, candidates[there], owners)
+        poses = np.nonzero(there)[0]
+        missing, J = self.target.missing(self.table.screws, candidates[there], poses)
         wrong = np.asarray(np.abs(missing).max(axis=1) > CONFIRMED)
         singular = np.asarray(np.abs(np.linalg.det(J)) <= NEARLY_SINGULAR)
-        irregular = owners[np.flatnonzero(wrong | singular)]
+        irregular = poses[np.flatnonzero(wrong | singular)]
         self.candidates = np.where(there[..., None], candidates, 0.0)
         self.fewest, self.most = turns_within(self.robot, self.candidates)
         turned = self.candidates + TURN * self.fewest

@@ -1,4 +1,4 @@
-"""How poses are to be solved."""
+"""The options of the inverse kinematics."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class InverseKinematicsOptions:
-    """How poses are solved.
+    """The options by which poses are solved.
 
     Attributes:
         tolerance_position: Largest distance of the tool from its pose, m.

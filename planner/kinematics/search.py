@@ -24,13 +24,13 @@ QUICK_STARTS = 16
 """Number of starts from the table for a first solution, one after the other."""
 
 QUICK = {"patience": 2, "most": 30}
-"""How such descents go: one that is slow is given up for the next."""
+"""Options of such descents: one that is slow is given up for the next."""
 
 STEADY = {"patience": 3, "most": 30}
-"""How many descents at once go."""
+"""Options of descents of which many are made."""
 
 POLISH = {"patience": 300, "most": 300}
-"""How the nearest pose is approached where none is reached, and convergence is slow."""
+"""Options of the descent to the nearest pose where none is reached, and convergence is slow."""
 
 STARTS = 28
 """Number of starts from the table for all solutions."""
@@ -171,7 +171,7 @@ def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
 
 
 def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, list[FloatArray]]:
-    """What a closed form finds; nothing where the arm has none."""
+    """Find the solutions of each search by a closed form; no search has an entry if the arm has none."""
     robot, target = group[0].robot, targets(group)
     form = seed_table(robot).form(target)
     if form is None:
@@ -189,7 +189,7 @@ def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, 
 
 
 def _by_descents(group: list[Search], reference: FloatArray, thorough: bool) -> dict[Search, list[FloatArray]]:
-    """What many descents find: from the reference first and from the table; where in doubt, again from more."""
+    """Find solutions by many descents, from the reference and from the table; where in doubt, again from more."""
     robot, first = group[0].robot, np.clip(reference, group[0].lower, group[0].upper)
     ends = _descend(group, [np.vstack([first, search.table_starts(STARTS)]) for search in group])
     if thorough and (doubtful := [search for search in group if _misses_some(search, ends[search])]):

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 TURN = 2.0 * np.pi
+"""A whole turn, rad."""
 
 
 def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:
-    """The same configurations (..., joints), every angle turned to lie nearest to `reference` within its limits.
+    """Turn every angle of configurations (..., joints) to lie nearest to `reference` within its limits.
 
     An angle that no turn brings within its limits stays outside.
     """

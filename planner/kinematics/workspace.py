@@ -73,13 +73,13 @@ class Workspace:
 
 @dataclass(frozen=True)
 class Objective:
-    """What is to be large: linear . p + square . p^2, of the tool's position p, m."""
+    """A function of the tool's position p, m, that is maximised: linear . p + square . p^2."""
 
     linear: tuple[float, float, float] = (0.0, 0.0, 0.0)
     square: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def value(self, p: FloatArray) -> FloatArray:
-        """At positions (..., 3)."""
+        """The value (...) at positions (..., 3)."""
         result: FloatArray = p @ np.array(self.linear) + p**2 @ np.array(self.square)
         return result
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """What a link weighs, in the axes of the link's frame.
+    """The mass and inertia of a link, in the axes of the link's frame.
 
     Attributes:
         mass: kg.

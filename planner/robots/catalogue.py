@@ -35,9 +35,16 @@ if TYPE_CHECKING:
     from planner.robots.description import Joint
 
 DATA = Path(__file__).parent / "data"
+"""Folder of the robots that come with the library."""
+
 PACKAGE = "example-robot-data"
+"""Name of the package whose robots are offered where it is installed."""
+
 PACKAGE_DATA = DATA / "example_robot_data"
+"""Folder of what the library adds to the robots of that package."""
+
 PACKAGE_ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
+"""Folder of the robots within that package."""
 
 
 @cache
@@ -92,7 +99,7 @@ def _files() -> dict[str, tuple[Path, Path]]:
 
 @cache
 def _package_robots() -> Path | None:
-    """Where the package example-robot-data keeps its robots; None: it is not installed."""
+    """The folder in which the package example-robot-data keeps its robots; None: it is not installed."""
     try:
         return Path(str(distribution(PACKAGE).locate_file(PACKAGE_ROBOTS)))
     except PackageNotFoundError:
@@ -100,7 +107,7 @@ def _package_robots() -> Path | None:
 
 
 def _unit(entry: dict[str, Any]) -> float:
-    """How many rad the file's unit of angle is."""
+    """The file's unit of angle, rad."""
     return {"degree": math.pi / 180.0, "radian": 1.0}[entry["angles"]]
 
 

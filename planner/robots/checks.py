@@ -17,13 +17,19 @@ if TYPE_CHECKING:
     from planner.robots.description import Joint, Provenance
 
 MAX_LINKS = 256
-"""Pinocchio itself dies somewhere between 3000 and 5000."""
+"""Number of links that a model may have; Pinocchio itself dies somewhere between 3000 and 5000."""
+
 MAX_JOINTS = 32
+"""Number of joints that an arm may have."""
+
 MAX_NAME_LENGTH = 100
+"""Number of characters that a name may have."""
+
 RESERVED_NAME = "universe"
-"""What Pinocchio calls the base."""
+"""Pinocchio's name of the base."""
 
 DYNAMIC_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
+"""Names of the limits that may be missing, which means that there is none."""
 
 MAX_NUMBER = 1e9
 """A larger number is an error in a length or a mass, and the usual way to write "no limit" in a limit."""

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 JointKind = Literal["revolute", "continuous", "prismatic"]
 Provenance = Literal["published", "datasheet", "estimate", "default"]
 LIMITED_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
+"""Names of the quantities of a joint that a document may limit."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class DisabledCollision:
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription:
-    """What a document says about an arm: the fields of `Robot`, where they are explained."""
+    """The description of an arm by a document: it has the fields of `Robot`, where they are explained."""
 
     id: str
     source: str

@@ -28,8 +28,13 @@ from planner.spatial import Pose, rotation_x, rotation_z
 Convention = Literal["standard", "modified"]
 
 BASE_FRAME = "base"
+"""Name of the frame in which the first row of a table stands."""
+
 TIP_FRAME = "flange"
+"""Name of the frame to which the last row of a table leads."""
+
 LIMITS = ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
+"""Names of the limits that a row of a table may have."""
 
 
 @dataclass(frozen=True)

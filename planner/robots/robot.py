@@ -108,7 +108,7 @@ class Robot(RobotDescription):
 
     @cached_property
     def pool(self) -> pin.ModelPool:
-        """The same for what Pinocchio computes of many states at once, on one thread."""
+        """Pinocchio's scratch space for many states at once, on one thread."""
         return pin.ModelPool(self.model, 1)
 
     @property

@@ -20,10 +20,16 @@ if TYPE_CHECKING:
     from planner.robots.urdf_elements import UrdfJoint
 
 MAX_GROUPS = 64
+"""Number of joint groups that a document may have."""
+
 MAX_MEMBERS = 1024
-"""Of all groups together."""
+"""Number of members that all groups together may have."""
+
 MAX_REASON_LENGTH = 100
+"""Number of characters of the reason of a disabled pair that are kept."""
+
 NAMES_IN_A_MESSAGE = 10
+"""Number of names that a message lists before it says how many more there are."""
 
 
 def read_srdf(

@@ -175,7 +175,7 @@ def _chain(arrivals: Mapping[str, UrdfJoint], tip: str) -> list[UrdfJoint]:
 
 
 def _limits(joint: Joint, findings: Findings) -> Joint:
-    """The joint with checked limits, of which URDF demands those of the position."""
+    """The joint with checked limits, of which URDF requires those of the position."""
     if joint.kind != "continuous" and math.isinf(joint.lower):
         name = shown(joint.name)
         text = f"{name} has no position limits: give lower and upper, or make it a continuous joint"
@@ -214,7 +214,7 @@ def _build(
 
 
 def _hold(joint: UrdfJoint, findings: Findings) -> float:
-    """Where a joint is held that is no degree of freedom of the arm."""
+    """The position, rad or m, at which a joint is held that is no degree of freedom of the arm."""
     if joint.moving is None:
         return 0.0
     subject = shown(joint.name)

@@ -22,10 +22,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
+"""The kinds of joints that may be degrees of freedom, by the values of URDF's attribute `type`."""
 
 SHAPES = {"box": {"size": [0.0] * 3}, "cylinder": {"radius": [0.0], "length": [0.0]}, "sphere": {"radius": [0.0]}}
 """The shapes that are kept, with the attributes that give their size."""
+
 MAX_SHAPES = 1000
+"""Number of shapes that a document may have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +59,7 @@ class UrdfJoint:
         return self.moving is not None and self.held_at is None
 
     def placement_at(self, position: float) -> pin.SE3:
-        """Of the child link in the parent link, with the joint at `position`."""
+        """The placement of the child link in the parent link, with the joint at `position`, rad or m."""
         if self.moving is None:
             return self.placement
         if self.moving.is_angle:
@@ -86,7 +89,7 @@ class UrdfReader:
     def numbers(
         self, element: Element | None, attribute: str, default: Sequence[float], subject: str, limit: float = MAX_NUMBER
     ) -> FloatArray:
-        """As many finite numbers as the default has, none larger than `limit`; the default where there are none."""
+        """Read as many finite numbers as the default has, none larger than `limit`; the default if there are none."""
         fallback = np.array(default, dtype=float)
         text = None if element is None else element.get(attribute)
         if text is None:

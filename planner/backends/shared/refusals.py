@@ -32,7 +32,7 @@ class BindingLimit(NamedTuple):
 
     @property
     def request(self) -> str:
-        """The limit and its verb, as the subject of a sentence about the time that it takes."""
+        """The limit and its verb, as the beginning of a sentence about the time that it takes."""
         match self.quantity:
             case "tcp_linear_velocity":
                 return "the limit of the tool's speed asks"

@@ -78,7 +78,7 @@ class Toppra:
     )
 
     def __post_init__(self) -> None:
-        """With jerk limited, this instance promises more than its class."""
+        """Let an instance with jerk limited promise more than its class."""
         if self.jerk_limited:
             object.__setattr__(self, "guarantees", ALL_HARD)
 
@@ -132,14 +132,14 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> Segment
     they come to lie between those of the motion and those of standing still.
     """
     asked = np.array([duration_of_run(path, run) for run in runs])
-    owner = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
+    run_of = np.repeat(np.arange(len(runs)), [len(run.segments) for run in runs])
     segments = np.concatenate([run.segments for run in runs])
     pieces, needed = _within_limits(path, _fastest(path, runs), np.array([run.tolerance for run in runs]), kept)
     rows = np.searchsorted(segments, pieces.segments)
-    own = owner[rows]
+    own = run_of[rows]
     factors = np.zeros(len(runs))
     for segment, scaling in needed.items():
-        run = owner[np.searchsorted(segments, segment)]
+        run = run_of[np.searchsorted(segments, segment)]
         factors[run] = max(factors[run], scaling.factor)
     times = np.bincount(own, pieces.lengths)
     shortest = factors * times
