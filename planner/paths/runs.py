@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
 from planner.limits import counted_velocity
-from planner.paths.blends import blend, ways_within
+from planner.paths.blends import Corners, cut_corners
 from planner.paths.errors import passing_error
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
@@ -121,46 +121,27 @@ def build_run(
     """
     builder = _Builder(waypoints, solved, limits, segments, transitions)
     curves = builder.curves()
-    blends = {}
-    for k, transition in enumerate(transitions, 1):
-        if isinstance(transition, BlendTransition):
-            before, after, corner = curves[k - 1], curves[k:], solved[segments[k]].pose.position
-            ways = ways_within(robot, before, after[0], corner, transition.radius)
-            # The tool is to come and go at the same pace.
-            curves[k:] = [curve.stretched(ways[0] / ways[1]) for curve in after]
-            blends[k] = blend(robot, before, curves[k], ways[0], corner, transition.radius)
-    parts: list[PiecewisePolynomial] = []
-    piece_segments: list[int] = []
-    waypoint_knots, blend_knots = [0], []
-    for k, (segment, curve) in enumerate(zip(segments.tolist(), curves, strict=True)):
-        start, end = 0.0, float(curve.breakpoints[-1])
-        leaving, arriving = blends.get(k), blends.get(k + 1)
-        if leaving is not None:
-            parts.append(leaving.leaving)
-            start = leaving.end
-            blend_knots.append(len(piece_segments) + 1)
-        whole_segment = leaving is None and arriving is None
-        own = curve if whole_segment else curve.between(start, end if arriving is None else arriving.start)
-        parts.append(own)
-        piece_segments += [segment] * (len(own.lengths) + (leaving is not None) + (arriving is not None))
-        if arriving is not None:
-            parts.append(arriving.arriving)
-            blend_knots.append(len(piece_segments) - 1)
-        waypoint_knots.append(len(piece_segments))
-    whole = joined(parts).of_segments(np.array(piece_segments))
+    waypoint_knots = np.cumsum([0, *(len(curve.lengths) for curve in curves)])
+    whole = joined(curves).of_segments(np.repeat(segments, np.diff(waypoint_knots)))
+    blend_knots = np.array([], dtype=int)
+    radii = {k: passed.radius for k, passed in enumerate(transitions, 1) if isinstance(passed, BlendTransition)}
+    if radii:
+        positions = np.array([solved[segments[k]].pose.position for k in radii])
+        corners = Corners(waypoint_knots[list(radii)], positions, np.array(list(radii.values())))
+        whole, waypoint_knots, blend_knots = cut_corners(robot, whole, waypoint_knots, corners)
     if (beyond := first_beyond(robot, whole)) is not None:
         raise _leaves_limits_error(robot, segments, whole, *beyond)
     ends = [waypoints[segment + 1] for segment in segments]
     return Run(
         segments=segments,
         curve=whole,
-        waypoint_knots=np.array(waypoint_knots),
-        blend_knots=np.array(blend_knots, dtype=int),
+        waypoint_knots=waypoint_knots,
+        blend_knots=blend_knots,
         is_spline=all(isinstance(waypoint.motion, JointMotion) for waypoint in ends)
         and all(isinstance(transition, ThroughTransition) for transition in transitions),
         tolerance=_joint_tolerance(ends),
         tool_motions=tuple(segments[list(builder.tool)].tolist()),
-        blended=tuple(waypoint for k in blends for waypoint in range(segments[k - 1] + 1, segments[k] + 1)),
+        blended=tuple(waypoint for k in radii for waypoint in range(segments[k - 1] + 1, segments[k] + 1)),
     )
 
 
