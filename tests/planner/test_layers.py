@@ -114,4 +114,4 @@ def test_the_checks_see_what_is_wrong() -> None:
     assert not is_downward("planner.backends.ruckig.ruckig", "planner.backends.toppra.toppra")
     assert not is_downward("planner.backends.shared.assembly", "planner.backends.splines.cubic")
     assert not is_downward("planner.errors", "planner")
-    assert is_downward("planner.backends.toppra.toppra", "planner.backends.trapezoidal.runs")
+    assert is_downward("planner.backends.toppra.toppra", "planner.backends.trapezoidal.along_curve")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from planner.backends.min_effort.optimum import OnCurve, Optimum, ThroughWaypoints
 from planner.backends.min_effort.options import MinEffortOptions
-from planner.backends.min_effort.runs import OnCurve, Optimum, ThroughWaypoints
 from planner.backends.shared.assembly import assemble
 from planner.errors import Fault, InvalidProblem, MissingDynamics
 from planner.guarantees import ALL_HARD, Guarantee

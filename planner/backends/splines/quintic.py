@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import PolynomialLaw
-from planner.backends.splines.runs import time_run
+from planner.backends.splines.run_timing import time_run
 from planner.guarantees import ALL_HARD, Guarantee
 
 if TYPE_CHECKING:

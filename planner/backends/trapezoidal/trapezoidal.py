@@ -12,7 +12,7 @@ from planner.backends.shared.assembly import assemble
 from planner.backends.shared.refusals import RAMPS
 from planner.backends.shared.rest_to_rest import time_straight_motions, unit_laws
 from planner.backends.shared.straight_lines import time_lines
-from planner.backends.trapezoidal.runs import time_run, time_run_with_ramps
+from planner.backends.trapezoidal.along_curve import time_run, time_run_with_ramps
 from planner.guarantees import ALL_HARD, Guarantee
 from planner.tolerances import ROUNDING
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner.backends.jerk_limited.time_law import ENFORCED, time_run
-from planner.backends.splines.runs import time_run as quintic_along
+from planner.backends.splines.run_timing import time_run as quintic_along
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
 from planner.kinematics.forward import tool_pose, tool_speeds

@@ -18,7 +18,7 @@ from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.shared.time_laws import follow_curve
 from planner.backends.shared.time_scaling import scaled_to_duration, slowest, time_scalings
 from planner.backends.splines.interpolation import interpolating_spline
-from planner.backends.splines.runs import time_run
+from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
