@@ -185,6 +185,8 @@ def _planning_fields(error: PlanningError) -> dict[str, Any]:
     document: dict[str, Any] = {name: getattr(error, name) for name in names if getattr(error, name) is not None}
     if error.remedies:
         document["remedies"] = list(map(_remedy, error.remedies))
+    if error.hints:
+        document["hints"] = list(map(_remedy, error.hints))
     if isinstance(error, InvalidProblem):
         document["errors"] = [
             {"pointer": pointer_of(fault.field), "message": fault.message} for fault in error.faults[:MOST_FAULTS]

@@ -116,6 +116,7 @@ class PlanningError(Exception):
         nearest: The nearest pose found to one that cannot be reached.
         path_point: The point up to which a motion of the tool can be followed.
         remedies: Changes that would make the problem feasible.
+        hints: Changes that mend what is refused here, after which something else may be refused.
     """
 
     code: ClassVar[str] = "planning_error"
@@ -146,6 +147,7 @@ class PlanningError(Exception):
         self.nearest = nearest
         self.path_point = path_point
         self.remedies = tuple(remedies)
+        self.hints: tuple[Remedy, ...] = ()
 
 
 class InvalidProblem(PlanningError):

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.backends.splines.cubic import Cubic
-from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
+from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, PlanningError
 from planner.paths import solve_path
 from planner.problem_check import check_problem
 from planner.remedies import remedies_for
+from planner.remedies.proved import proved
 from planner.result import certified_plan
 
 if TYPE_CHECKING:
@@ -28,7 +29,13 @@ def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
         PlanningError: Of the kind that says why there is no plan, with remedies where there are any.
     """
     check_problem(problem, backend)
-    path = solve_path(problem)
+    try:
+        path = solve_path(problem)
+    except PlanningError as refusal:
+        suggested = refusal.remedies
+        refusal.remedies = proved(suggested, problem, backend)
+        refusal.hints = tuple(remedy for remedy in suggested if remedy not in refusal.remedies)
+        raise
     try:
         return certified_plan(problem, backend, path)
     except (InfeasibleDuration, LimitsUnsatisfiable) as refusal:

@@ -70,6 +70,8 @@ class ProblemDocument(Answer):
     """When it breaks the limit, s from the start of the trajectory."""
     remedies: list[RemedyAnswer] | None = None
     """Changes to the request, each of which would make it feasible by itself."""
+    hints: list[RemedyAnswer] | None = None
+    """Changes that mend what is refused here, but after each of which something else is refused."""
     errors: list[Fault] | None = None
     """With `invalid_request`: the faults that were found, 50 at most."""
     findings: list[ModelFinding] | None = None

@@ -29,6 +29,18 @@ def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: Bac
     return certified_plan(problem, backend, solve_path(problem))
 
 
+def proved(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> tuple[Remedy, ...]:
+    """Those remedies each of which by itself leads to a plan."""
+    helping = []
+    for remedy in remedies:
+        try:
+            plan_with([remedy], problem, backend)
+        except PlanningError:
+            continue
+        helping.append(remedy)
+    return tuple(helping)
+
+
 def first_proved(changes: Iterable[Change], problem: PlanningProblem, backend: BackEnd) -> list[Remedy]:
     """The first change with which the problem has a plan; none where it has one with no change."""
     for remedies in changes:

@@ -11,7 +11,7 @@ from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remed
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.search import is_isolated, pose_errors
-from planner.problem import JointMotion, JointWaypoint, RelativeWaypoint
+from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import SAME_SOLUTION
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
@@ -35,6 +35,13 @@ Choice = Literal["given", "only", "shortest_way", "continued"]
 FREE_START_WEIGHT = 0.01
 """The weight of the time from the middle of the limits to the first waypoint, where no reference says whence the robot
 comes: it decides between ways that otherwise take equally long."""
+
+
+MILLIMETRE = 1e-3
+"""A millimetre, m."""
+
+MANY_METRES = 10.0
+"""How far out of reach a position is, m, that may be meant in millimetres: more than any arm's size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,6 +244,10 @@ def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositi
     )
 
 
+def _is_solved(robot: Robot, pose: Pose) -> bool:
+    return inverse_kinematics(robot, pose).status == "solved"
+
+
 def unreachable_error(
     robot: Robot,
     index: int,
@@ -263,6 +274,10 @@ def unreachable_error(
     if result.orientation_error is not None:
         away += f" and {np.degrees(result.orientation_error):.4g} deg"
     remedies = pose_remedy(index, waypoint, near, before, axes, f"the nearest reachable pose found, {away} away")
+    in_metres = Pose(wanted.position * MILLIMETRE, wanted.rotation)
+    if isinstance(waypoint, PoseWaypoint) and result.position_error > MANY_METRES and _is_solved(robot, in_metres):
+        remedies = [Remedy(("waypoints", index, "pose"), in_metres, "the position looks like millimetres; it is in m")]
+        away += "; the position looks like millimetres, and is in metres"
     if result.status == "joint_position_limit":
         joint = robot.joints[robot.joint_names.index(str(result.joint))]
         value = float(result.value or 0.0)

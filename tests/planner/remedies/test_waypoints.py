@@ -1,0 +1,78 @@
+"""What is told to help where a waypoint or a motion of the tool is refused helps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.backends.splines.cubic import Cubic
+from planner.errors import PlanningError, UnreachableWaypoint
+from planner.kinematics import forward_kinematics
+from planner.planning import plan
+from planner.problem import (
+    AnyWaypoint,
+    CartesianMove,
+    JointMotion,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
+from planner.robots import load_robot
+from planner.spatial import Pose
+from tests.planner.problems import ARMS
+
+
+def unreachable_list(seed: int) -> PlanningProblem:
+    """Poses in and out of reach, lines that leave it, aligned with the axes in every second list."""
+    rng = np.random.default_rng(seed)
+    robot = load_robot(ARMS[seed % len(ARMS)])
+    lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)
+    waypoints: list[AnyWaypoint] = [JointWaypoint(position=rng.uniform(lower, upper))]
+    for _ in range(rng.integers(1, 4)):
+        (pose,) = forward_kinematics(robot, [rng.uniform(lower, upper)])
+        stretched = pose.position * rng.choice([1.0, 1.5, 3.0])
+        if seed % 2:
+            stretched = np.round(stretched, 1)
+        motion = LinearMotion() if rng.random() < 0.4 else JointMotion()
+        if rng.random() < 0.3:
+            move = CartesianMove(tuple(rng.choice([-3.0, 0.0, 0.5, 2.0], 3)))
+            waypoints.append(RelativeWaypoint(move=move, frame="base", motion=motion))
+        else:
+            rotation = None if robot.dof == 3 or rng.random() < 0.3 else pose.rotation
+            waypoints.append(PoseWaypoint(pose=Pose(stretched, rotation), motion=motion))
+    return PlanningProblem(robot, waypoints)
+
+
+def test_every_remedy_of_an_unreachable_list_leads_to_a_plan() -> None:
+    refused = told = 0
+    for seed in range(100):
+        problem = unreachable_list(seed)
+        try:
+            plan(problem, Cubic())
+        except PlanningError as refusal:
+            refused += 1
+            for remedy in refusal.remedies:
+                told += 1
+                assert plan(remedy.applied_to(problem), Cubic()).certificate.satisfied
+            for hint in refusal.hints:
+                with pytest.raises(PlanningError):
+                    plan(hint.applied_to(problem), Cubic())
+    assert refused >= 50
+    assert told >= 20
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_position_in_millimetres_is_said_to_look_like_it(count: int) -> None:
+    """One of them is mended by the remedy; of two, each mends one."""
+    robot = load_robot("kuka_kr16_2")
+    here = np.array([0.1, -1.2, 1.4, 0.2, 0.6, -0.3])
+    (pose,) = forward_kinematics(robot, [here])
+    far = PoseWaypoint(pose=Pose(pose.position * 1000.0, pose.rotation))
+    problem = PlanningProblem(robot, [JointWaypoint(position=here + 0.2), *[far] * count])
+    with pytest.raises(UnreachableWaypoint, match="looks like millimetres") as refusal:
+        plan(problem)
+    (change,) = refusal.value.remedies + refusal.value.hints
+    assert len(refusal.value.remedies) == (count == 1)
+    assert np.allclose(change.value.position, pose.position)
