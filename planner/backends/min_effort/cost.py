@@ -1,4 +1,4 @@
-"""What a motion costs, and how much of its limits it uses: by samples of the motion itself, without the solver."""
+"""The cost of a motion, and the shares of its limits that it uses: by samples of the motion, without the solver."""
 
 from __future__ import annotations
 
@@ -18,15 +18,18 @@ if TYPE_CHECKING:
 
 Objective = Literal["effort", "mechanical_work", "jerk"]
 
-SAMPLES, FEWEST_ON_A_PIECE = 400, 9
-"""On a motion, and on each of its pieces; odd, for Simpson's rule."""
+SAMPLES = 400
+"""Number of samples of a motion, about."""
+
+FEWEST_ON_A_PIECE = 9
+"""Least number of samples of each of its pieces; odd, for Simpson's rule."""
 
 
 class Cost:
     """The cost of motions of a robot.
 
     Attributes:
-        units: (3, joints): what torque, power and jerk of each joint are measured by.
+        units: Units (3, joints) by which torque, power and jerk of each joint are measured.
     """
 
     def __init__(self, robot: Robot, objective: Objective) -> None:
@@ -46,12 +49,12 @@ class Cost:
         return float((rates @ simpson * pieces.lengths).sum() / (3.0 * (count - 1)))
 
     def at_rest(self, positions: FloatArray) -> FloatArray:
-        """(N,), the cost of each second at positions (N, joints)."""
+        """The cost (N,) of a second at rest at positions (N, joints)."""
         still = np.zeros_like(positions)
         return self._rate(positions, still, still, still)
 
     def _rate(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
-        """(N,), the cost of a second in states (N, joints)."""
+        """The cost (N,) of a second in states (N, joints)."""
         if self.objective == "jerk":
             jerk: FloatArray = ((j / self.units[2]) ** 2).sum(axis=1)
             return jerk
@@ -64,7 +67,7 @@ class Cost:
 
 
 def _finite(limits: FloatArray) -> FloatArray:
-    """A joint without a limit counts like the strongest, and 1 if there is none."""
+    """The limits (joints,), those of a joint without one being the largest of the others, or 1 if there is none."""
     known = limits[np.isfinite(limits)]
     return np.where(np.isfinite(limits), limits, known.max(initial=0.0) or 1.0)
 
@@ -73,8 +76,8 @@ def use_of_rates(pieces: SegmentedPolynomial, limits: SegmentLimits) -> float:
     """The largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly.
 
     Args:
-        pieces: Cubic.
-        limits: Of each piece.
+        pieces: The cubic pieces.
+        limits: The limits of each piece.
     """
     h = pieces.lengths[:, None]
     a, j = (differentiate(pieces.coefficients, k) for k in (2, 3))

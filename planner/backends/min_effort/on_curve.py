@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 ROUNDS = (1e-2, 1e-4)
-"""Of the search: the gap to the optimum, relative to the cost, that may be left; each begins with the law before."""
+"""Rounds of the search: the gap to the optimum, relative to the cost, that may be left after each of them."""
 
 NEARLY = 1e-2
 """Share of an asked duration by which the search may miss it; what is missed is mended after the search."""
@@ -53,14 +53,14 @@ class RetimingCost(Aim):
     """The integral of size(y) b^power, for each row y = by_b b + by_a a + by_c c + offset; and of time.
 
     Attributes:
-        by_b: (rows, points); as the next.
-        by_a: By a.
-        by_c: By c.
-        offset: Without them.
-        power: Of b.
-        absolute: The size is |y|, rounded where y changes its sign; otherwise y^2.
-        duration: Whose weights are those of the integral.
-        time_weight: Cost of a second.
+        by_b: Coefficients (rows, points) of b.
+        by_a: Coefficients (rows, points) of a.
+        by_c: Coefficients (rows, points) of c.
+        offset: Constants (rows, points).
+        power: The power of b.
+        absolute: Whether the size is |y|, rounded where y changes its sign; otherwise it is y^2.
+        duration: The duration, whose weights are those of the integral.
+        time_weight: The cost of a second.
     """
 
     by_b: FloatArray
@@ -73,7 +73,7 @@ class RetimingCost(Aim):
     time_weight: float
 
     def _rows(self, states: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The rows y (rows, points), the sum of their sizes (points,), and of each size half its slope by y, by y."""
+        """The rows y (rows, points), the sum of their sizes (points,), and half of each size's slope over y."""
         b, a, c = states
         y = self.by_b * b + self.by_a * a + self.by_c * c + self.offset
         if not self.absolute:
@@ -82,14 +82,14 @@ class RetimingCost(Aim):
         return y, size.sum(axis=0), 0.5 / size
 
     def value(self, states: FloatArray) -> float:
-        """The cost."""
+        """The cost at states (3, points)."""
         size = self._rows(states)[1]
         return float((self.duration.weights * size * states[0] ** self.power).sum()) + (
             self.time_weight * self.duration.value(states)
         )
 
     def slope(self, states: FloatArray) -> FloatArray:
-        """By b, a and c."""
+        """The derivative (3, points) of the cost by b, a and c."""
         b, p = states[0], self.power
         y, size, stiffness = self._rows(states)
         scale = self.duration.weights * b**p
@@ -99,9 +99,10 @@ class RetimingCost(Aim):
         return slope
 
     def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """Of y^2 b^p: 2 b^p u u^T - p (p + 1) y^2 b^(p - 2) e e^T, with u = dy + p y / b e and e of b.
+        """The second derivative (3, 3, points) of the cost, made positive semidefinite.
 
-        Of |y| it is that of the parabola which touches it and is nowhere below.
+        That of y^2 b^p is 2 b^p u u^T - p (p + 1) y^2 b^(p - 2) e e^T, where u = dy + p y / b e, and e is the direction
+        of b. That of |y| is taken from the parabola which touches it and is nowhere below.
         """
         b, p = states[0], self.power
         y, size, stiffness = self._rows(states)
@@ -120,7 +121,7 @@ class RetimingCost(Aim):
 
 
 class FoundLaw(NamedTuple):
-    """A law, and whether nothing better is left."""
+    """A law that a search found, and whether nothing better is left."""
 
     law: SegmentedPolynomial
     converged: bool
@@ -131,12 +132,12 @@ class Search:
     """The search for the law of least cost along the curve of a run.
 
     Attributes:
-        path: With its limits.
-        run: Of the path.
-        cost: What is minimised.
-        time_weight: Cost of a second.
-        parts: (parts, segments), bool: segments whose duration together is asked.
-        durations: (parts,), s.
+        path: The path, with its limits.
+        run: A run of the path.
+        cost: The cost that is minimised.
+        time_weight: The cost of a second.
+        parts: Whether (parts, segments) a segment belongs to a part, whose duration as a whole is asked.
+        durations: The asked durations (parts,), s.
         knots: Pieces of the law.
         steps: Newton steps of each round, at most.
     """
@@ -151,11 +152,11 @@ class Search:
     steps: int
 
     def improved(self, law: PiecewisePolynomial, margin: float) -> FoundLaw | None:
-        """A better law than a first one; None: the durations cannot be met.
+        """Find a better law than a first one; None: the durations cannot be met.
 
         Args:
-            law: s(t), with a breakpoint where the curve has one.
-            margin: By which all limits are narrower.
+            law: A law s(t), with a breakpoint where the curve has one.
+            margin: Factor by which all limits are narrower.
         """
         limits = LimitsOnCurve(self.path, self.run, knows_torques=self.cost.objective != "jerk")
         for gap in ROUNDS:
@@ -185,13 +186,14 @@ class Search:
         return RetimingCost(by_b, by_a, by_c, offset, exponent, by_work, Duration(law.lengths), self.time_weight)
 
     def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
+        """The asked durations by the gridpoints of a law."""
         weights = Duration(law.lengths).weights.reshape(-1, len(law.segments))
         own = self.parts[:, np.searchsorted(self.run.segments, law.segments)]
         return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)
 
 
 def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDurations) -> FloatArray:
-    """The nearest unknowns with which the asked durations are met to rounding: the search meets them about."""
+    """Correct the unknowns as little as possible, until the asked durations are met to rounding."""
     spline = QuadraticSpline(law.lengths)
     parts = asked.weights[:, : len(law.lengths)] > 0.0
     for _ in range(CORRECTIONS):
@@ -204,7 +206,7 @@ def _on_time(law: PiecewisePolynomial, unknowns: FloatArray, asked: AskedDuratio
 
 
 def _narrowed(limits: LinearLimits, margin: float) -> LinearLimits:
-    """What is left of each limit beside gravity, by a margin less."""
+    """Narrow what each limit leaves beside gravity by a margin."""
     held = np.abs(limits.offset)
     constant = np.where(limits.inverse > 0.0, 0.0, held + (limits.constant - held) / margin)
     return replace(limits, constant=constant, inverse=limits.inverse / margin)

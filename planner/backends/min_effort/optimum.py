@@ -32,15 +32,26 @@ if TYPE_CHECKING:
 FEWEST_INTERVALS = 8
 """Intervals of the spline on a segment that is passed without stopping: fewer leave it little freedom."""
 
-FIRST_MARGIN, MOST_REPAIRS = 1.003, 8
-"""What torques and tool speeds may be higher by between the instants that the solver sees, to begin with."""
+FIRST_MARGIN = 1.003
+"""Factor by which limits of torque and tool speed are narrowed at first, for what lies between instants."""
 
-REPAIR, NEAR, LEAST_REPAIR = 1.5, 0.5, 2e-3
-"""On a piece where that does not do, this multiple of the excess is added to it, or of this share of a neighbour's, to
-which it would move; and a little."""
+MOST_REPAIRS = 8
+"""Number of solutions with wider margins, at most, until the limits are kept between the instants, too."""
 
-COARSE, FINE = 1.05, 32
-"""An excess between the breakpoints above this asks for twice as many intervals, if there are not as many as this."""
+REPAIR = 1.5
+"""Multiple of the excess on a piece that is added to its margin."""
+
+NEAR = 0.5
+"""Share of the excess on a neighbouring piece that counts on a piece, to which that excess would move."""
+
+LEAST_REPAIR = 2e-3
+"""Least amount that is added to the margin of a piece with an excess."""
+
+COARSE = 1.05
+"""Use of a limit between the breakpoints above which the spline gets twice as many intervals."""
+
+FINE = 32
+"""Number of intervals from which on the spline gets no more of them."""
 
 NO_CHOICE = 1.01
 """Up to this multiple of the shortest duration along a curve, the fastest law is the only one there is, nearly."""
@@ -86,16 +97,16 @@ class Optimum(ABC):
         """
 
     def price(self, pieces: SegmentedPolynomial) -> float:
-        """What is to be least."""
+        """The cost and the weighted time of a motion, which are to be least."""
         return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
 
     def durations(self, pieces: SegmentedPolynomial) -> FloatArray:
-        """(segments,), s."""
+        """The durations (segments,), s, of the segments of a motion."""
         return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.run.segments])
 
 
 class OnCurve(Optimum):
-    """Along the curve of the run: lines, circles, blends.
+    """The search along the curve of a run: lines, circles, blends.
 
     The cost is never above that of the fastest law within the jerk limits, stretched to the same duration, nor above
     the quintic's; where durations are asked of segments that are passed without stopping, only not above the quintic's.
@@ -115,7 +126,7 @@ class OnCurve(Optimum):
         return min(known, key=self.price)
 
     def _known(self, law: SegmentedPolynomial) -> tuple[list[SegmentedPolynomial], InfeasibleDuration | None]:
-        """What is within the limits without a search, the fastest law first; and the quintic's refusal if it is not.
+        """Find motions within the limits without a search, the fastest law first, and the quintic's refusal if any.
 
         Raises:
             InfeasibleDuration: What is asked is too short.
@@ -170,7 +181,7 @@ class OnCurve(Optimum):
 
 
 class ThroughWaypoints(Optimum):
-    """Through the waypoints, where the way between them is free: never worse than the quintic of the same duration."""
+    """The search through waypoints between which the path is free: never worse than the quintic of that duration."""
 
     def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
         super().__init__(options, path, run)
@@ -196,7 +207,7 @@ class ThroughWaypoints(Optimum):
         return min(candidates, key=self.price)
 
     def _quintic(self, path: JointPath) -> SegmentedPolynomial:
-        """What is never to be worse: the quintics through the waypoints, or along the run's curve if they overshoot."""
+        """The motion to be improved: the quintics through the waypoints, or along the run's curve if they overshoot."""
         try:
             pieces = time_run(path, replace(self.run, is_spline=True), 5, self.enforced)
         except JointPositionLimit:
@@ -246,9 +257,9 @@ class ThroughWaypoints(Optimum):
             narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
             motion = program.solve(narrowed, begin, -(-left // (REPAIRS_SHARE * work)), multipliers)
             left -= motion.iterations * work
-            owners = self.run.segments[rows]
-            pieces, own = SegmentedPolynomial(motion.lengths, motion.coefficients, owners), self.path.limits.of(owners)
-            if use_of_rates(pieces, own) > 1.0 + DURATION_TOLERANCE:
+            own = self.run.segments[rows]
+            pieces = SegmentedPolynomial(motion.lengths, motion.coefficients, own)
+            if use_of_rates(pieces, self.path.limits.of(own)) > 1.0 + DURATION_TOLERANCE:
                 return None
             use = self._use(pieces)
             if (use <= 1.0).all():
@@ -266,7 +277,7 @@ class ThroughWaypoints(Optimum):
         return None
 
     def _use(self, pieces: SegmentedPolynomial) -> FloatArray:
-        """(pieces,): the largest share of a torque or tool speed limit."""
+        """The largest share (pieces,) of a limit of torque or tool speed that each piece uses."""
         sampled = SampledLimits(self.path.robot, self.path.limits)
         if not sampled.limited[pieces.segments].any():
             return np.zeros(len(pieces.lengths))

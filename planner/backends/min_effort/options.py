@@ -9,7 +9,7 @@ from planner.backends.min_effort.cost import Objective  # noqa: TC001 - the sche
 
 @dataclass(frozen=True)
 class MinEffortOptions:
-    """What is minimised, on how many intervals, and what a motion without an asked duration may take.
+    """The options of the back end: the cost, the intervals of the spline, and the time that a motion may take.
 
     Attributes:
         objective: The integral that is minimised, s. `effort`: the sum over joints of (torque / limit)^2;

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 INSIDE = 1.0 - 1e-7
-"""Of a limit: what the solver may use, so that its own tolerance stays within the limit."""
+"""Share of a limit that the solver may use, so that its own tolerance stays within the limit."""
 
 IPOPT: dict[str, Any] = {
     "sb": "yes",
@@ -38,7 +38,7 @@ IPOPT: dict[str, Any] = {
     "mu_init": 3e-3,
     "max_iter": 200,
 }
-"""The cost is scaled to about 1, and what it begins with is near the limits already."""
+"""Options of the solver: the cost is scaled to about 1, and the first motion is near the limits already."""
 
 AGAIN: dict[str, Any] = IPOPT | {
     "warm_start_init_point": "yes",
@@ -48,10 +48,10 @@ AGAIN: dict[str, Any] = IPOPT | {
         for push in ("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push")
     },
 }
-"""From the solution of nearly the same numbers: two thirds of the iterations."""
+"""Options of the solver from the solution of nearly the same numbers, which takes two thirds of the iterations."""
 
 UNNEEDED = {"calc_lam_p": False, "no_nlp_grad": True}
-"""What CasADi would build for the sensitivity of the optimum to the parameters."""
+"""Options that keep CasADi from building the sensitivity of the optimum to the parameters."""
 
 NEARLY_THERE = 1e-6
 """Distance from a waypoint, by the run's travel, up to which an iterate is put onto it."""
@@ -116,8 +116,11 @@ class Motion(NamedTuple):
     multipliers: tuple[Any, Any]
 
 
-LEAST_TIME, MOST_TIME = 0.25, 10.0
-"""Bounds on a free duration, as multiples of its first guess."""
+LEAST_TIME = 0.25
+"""Lower bound on a free duration, as a multiple of its first guess."""
+
+MOST_TIME = 10.0
+"""Upper bound on a free duration, as a multiple of its first guess."""
 
 
 class Program:
@@ -205,15 +208,15 @@ class Program:
         return BYTES_PER_NUMBER * sum(int(function.sz_w()) for function in functions)
 
     def _lengths(self, durations: FloatArray) -> FloatArray:
-        """(pieces,), s, that sum to the durations (segments,) exactly: breakpoints on the grid of their numbers."""
+        """The lengths (pieces,), s, of pieces on a grid of numbers on which they sum to the durations exactly."""
         column = durations[:, None]
         even = np.arange(self.layout.intervals + 1) / self.layout.intervals
         return np.diff((even * column + column) - column, axis=1).ravel()
 
     def _numbers(self, m: Numbers, length: float, unit_time: float) -> FloatArray:
-        """In the order in which the program has them."""
-        owners = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
-        velocity, acceleration, jerk = 1.0 / m.rates[:, owners]
+        """All numbers in one row, in the order in which the program has them."""
+        segments = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
+        velocity, acceleration, jerk = 1.0 / m.rates[:, segments]
         torque, tool = 1.0 / m.torque, 1.0 / m.tool
         tool = np.vstack([np.maximum(tool[:-1], tool[1:]), *[tool] * len(TOOL_SHARES)])[: self.layout.tool_instants]
         points = (m.positions - m.positions[0]) / length
@@ -263,7 +266,7 @@ class Program:
         return np.concatenate([x[:inner] - change, x[inner:]])
 
     def _powers(self, x: FloatArray, p: FloatArray, origin: FloatArray) -> FloatArray:
-        """(pieces, joints, 4): coefficients of the powers of local time."""
+        """The coefficients (pieces, joints, 4) of the powers of local time."""
         q, v, a, j, _ = (np.array(value) for value in self.motion(x, p))
         powers = [q[:, :-1] + origin[:, None], v[:, :-1], a[:, :-1] / 2.0, j / 6.0]
         return np.stack(powers, axis=-1).transpose(1, 0, 2)

@@ -20,7 +20,7 @@ STAGE_BYTES = 2**24
 """Memory of the stages that a process keeps, bytes: those of about eight robots with six joints."""
 
 SMOOTHING = 1e-3
-"""Of a joint's largest power: how far the magnitude of its power is rounded where it changes its sign."""
+"""Share of a joint's largest power by which the magnitude of its power is rounded where it changes its sign."""
 
 
 class Stage(NamedTuple):

@@ -27,16 +27,16 @@ RESTING = 3
 """Coefficients at each end that are the end position itself."""
 
 TOOL_SHARES = (0.25, 0.5, 0.75)
-"""Of an interval, where the tool's speed is held."""
+"""Shares of an interval at which the tool's speed is held."""
 
 
 class Layout(NamedTuple):
-    """What a program is built for; motions of the same layout differ in numbers only.
+    """The layout that a program is built for; motions of the same layout differ in numbers only.
 
     Attributes:
-        segments: Passed without stopping.
-        intervals: Of the spline on each segment.
-        objective: What is minimised.
+        segments: Number of segments that are passed without stopping.
+        intervals: Number of intervals of the spline on each segment.
+        objective: The cost that is minimised.
         watches_tool: Whether the tool's speed is limited.
     """
 
@@ -47,12 +47,12 @@ class Layout(NamedTuple):
 
     @property
     def instants(self) -> int:
-        """At which torques and costs are looked at: the inner breakpoints."""
+        """The number of instants at which torques and costs are computed: the inner breakpoints."""
         return self.segments * self.intervals - 1
 
     @property
     def tool_instants(self) -> int:
-        """At which the tool's speed is: the inner breakpoints, then the shares of every interval."""
+        """The number of those of the tool's speed: the inner breakpoints, then the shares of every interval."""
         return self.instants + len(TOOL_SHARES) * (self.instants + 1) if self.watches_tool else 0
 
 
@@ -82,7 +82,7 @@ class Parameters:
 
     @property
     def all(self) -> ca.MX:
-        """One column."""
+        """All symbols in one column."""
         import casadi as ca
 
         column: ca.MX = ca.veccat(*vars(self).values())
@@ -132,13 +132,13 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     states = ca.vertcat(q[:, 1:-1] + origins, v[:, 1:-1], a[:, 1:-1], half)
     tool_states = ca.MX(2 * n, 0)
     if layout.watches_tool:
-        places, speeds = [q[:, 1:-1]], [v[:, 1:-1]]
+        positions, speeds = [q[:, 1:-1]], [v[:, 1:-1]]
         for share in TOOL_SHARES:
             t = ca.repmat(share * h, n, 1)
-            places.append(q[:, :-1] + t * (v[:, :-1] + t * (a[:, :-1] / 2.0 + t * j / 6.0)))
+            positions.append(q[:, :-1] + t * (v[:, :-1] + t * (a[:, :-1] / 2.0 + t * j / 6.0)))
             speeds.append(v[:, :-1] + t * (a[:, :-1] + t * j / 2.0))
         origins = ca.repmat(p.origin, 1, layout.tool_instants)
-        tool_states = ca.vertcat(ca.horzcat(*places) + origins, ca.horzcat(*speeds))
+        tool_states = ca.vertcat(ca.horzcat(*positions) + origins, ca.horzcat(*speeds))
     ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0
     smooth = p.time_weight * ca.sum1(durations) * unit_time + ends
     if layout.objective == "jerk":
@@ -153,7 +153,7 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
 def with_derivatives(
     terms: Terms, parameters: Parameters, stage: Stage, tool: ToolStage | None
 ) -> dict[str, ca.Function]:
-    """The program and the derivatives that the solver asks for, by the solver's names for them.
+    """Build the program and the derivatives that the solver needs, by the solver's names for them.
 
     With D the derivative of the states by x, blocks of the stage's derivatives at each instant are chained by D; the
     states' own second derivative is weighted by the stage's first.
@@ -173,10 +173,10 @@ def with_derivatives(
     uses = [ca.vec(torques * parameters.torque)]
     slopes = [_scaled(parameters.torque, _blocks(stage.slopes.map(instants)(terms.states), joints, instants) @ chain)]
     if tool is not None:
-        places = parameters.tool.shape[1]
+        tool_instants = parameters.tool.shape[1]
         tool_chain = ca.jacobian(ca.vec(terms.tool_states), x)
-        by_tool = _blocks(tool.slopes.map(places)(terms.tool_states), 2, places)
-        uses.append(ca.vec(tool.value.map(places)(terms.tool_states) * parameters.tool))
+        by_tool = _blocks(tool.slopes.map(tool_instants)(terms.tool_states), 2, tool_instants)
+        uses.append(ca.vec(tool.value.map(tool_instants)(terms.tool_states) * parameters.tool))
         slopes.append(_scaled(parameters.tool, by_tool @ tool_chain))
     g = ca.vertcat(*uses, terms.rest)
     jacobian = ca.vertcat(*slopes, ca.jacobian(terms.rest, x))
@@ -195,9 +195,9 @@ def with_derivatives(
     other = factor * parameters.per_cost * terms.smooth + ca.dot(of_rest, terms.rest)
     held = {"held": (terms.states, first)}
     if tool is not None:
-        weights = ca.reshape(of_tool, 2, places) * parameters.tool
-        second, first = tool.curvature.map(places)(terms.tool_states, weights)
-        bending = bending + tool_chain.T @ _blocks(second, second.shape[0], places) @ tool_chain
+        weights = ca.reshape(of_tool, 2, tool_instants) * parameters.tool
+        second, first = tool.curvature.map(tool_instants)(terms.tool_states, weights)
+        bending = bending + tool_chain.T @ _blocks(second, second.shape[0], tool_instants) @ tool_chain
         held["tool_held"] = (terms.tool_states, first)
     symbols = {name: ca.MX.sym(name, states.numel()) for name, (states, _) in held.items()}
     for name, (states, _) in held.items():

@@ -32,7 +32,7 @@ MOST_INTERVALS = 40
 """Largest number of intervals on one piece of a curve, however sharply it turns."""
 
 PROBES = np.linspace(0.0, 1.0, 5)
-"""Places, as shares of an interval, where a curve's turn is measured and its speed limited."""
+"""Points, as shares of an interval, where a curve's turn is measured and its speed limited."""
 
 
 PARTS_AT_REST = 3
@@ -57,7 +57,7 @@ class Intervals:
 
     @property
     def rests(self) -> np.ndarray:
-        """(intervals + 1,): the gridpoints where the robot rests, between one curve and the next."""
+        """Whether (intervals + 1,) the robot rests at a gridpoint, between one curve and the next."""
         return np.concatenate([[True], np.diff(self.runs) > 0, [True]])
 
     def split(self, parts: np.ndarray) -> Intervals:
@@ -96,22 +96,22 @@ class Intervals:
         """Take some of the intervals."""
         return Intervals(self.lengths[rows], self.coefficients[rows], self.segments[rows], self.runs[rows])
 
-    def at(self, places: FloatArray) -> list[FloatArray]:
-        """Positions and their first two derivatives by s, each (places, intervals, joints), at shares of intervals."""
-        s = (places[:, None] * self.lengths)[..., None]
+    def at(self, points: FloatArray) -> list[FloatArray]:
+        """Positions and their first two derivatives by s, each (points, intervals, joints), at shares of intervals."""
+        s = (points[:, None] * self.lengths)[..., None]
         return [horner(differentiate(self.coefficients, k), s) for k in range(3)]
 
 
 def shares_between(inner: FloatArray) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    """Return the parts between places on intervals: their row, and the shares at which they start and end.
+    """Return the parts between points on intervals: their row, and the shares at which they start and end.
 
     Args:
-        inner: (intervals, N), the places, as shares of each interval, in any order.
+        inner: (intervals, N), the points, as shares of each interval, in any order.
     """
     count = len(inner)
-    places = np.column_stack([np.zeros(count), np.sort(inner, axis=1), np.ones(count)])
-    there = np.diff(places, axis=1) > 0.0
-    return np.nonzero(there)[0], places[:, :-1][there], places[:, 1:][there]
+    points = np.column_stack([np.zeros(count), np.sort(inner, axis=1), np.ones(count)])
+    there = np.diff(points, axis=1) > 0.0
+    return np.nonzero(there)[0], points[:, :-1][there], points[:, 1:][there]
 
 
 def cut(

@@ -1,4 +1,4 @@
-"""What the limits of joints and tool demand of the path velocity s' and the path acceleration s''.
+"""The limits of joints and tool as limits of the path velocity s' and the path acceleration s''.
 
 With x = s'^2 and u = s'' the acceleration of a joint is q'(s) u + q''(s) x, its torque m(s) u + h(s) x + g(s), and its
 velocity limit is a bound on x: all of them linear in (x, u). On an interval of length d, u is linear in s, from
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-PLACES = np.array([0.0, 0.5, 1.0])
-"""Places, as shares of an interval, where accelerations and torques are computed; they are about quadratic between."""
+POINTS = np.array([0.0, 0.5, 1.0])
+"""Points, as shares of an interval, where accelerations and torques are computed; they are about quadratic between."""
 
 QUADRATIC_TO_BERNSTEIN = np.array([[1.0, -0.5, 0.0], [0.0, 2.0, 0.0], [0.0, -0.5, 1.0]])
-"""Matrix from the values of a quadratic at these places to its Bernstein coefficients, which bound it."""
+"""Matrix from the values of a quadratic at these points to its Bernstein coefficients, which bound it."""
 
 MOST_GRAVITY = 0.9999
-"""Largest share of a torque limit that gravity is taken to need; more at a place between the probes is left to the
+"""Largest share of a torque limit that gravity is taken to need; more at a point between the probes is left to the
 certificate."""
 
 MOST_SQUARE = 1e12
@@ -101,13 +101,13 @@ class LinearRows(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PathLimits:
-    """The limits on intervals, |per_u u + per_x x + rest| <= 1 at each place, and x <= bound at each probe.
+    """The limits on intervals, |per_u u + per_x x + rest| <= 1 at each point, and x <= bound at each probe.
 
     Attributes:
         lengths: (intervals,).
-        per_u: (places, intervals, limits).
-        per_x: (places, intervals, limits).
-        rest: (places, intervals, limits), between -1 and 1.
+        per_u: (points, intervals, limits).
+        per_x: (points, intervals, limits).
+        rest: (points, intervals, limits), between -1 and 1.
         bounds: (probes, intervals).
     """
 
@@ -134,7 +134,7 @@ class PathLimits:
 
     @property
     def at_gridpoints(self) -> FloatArray:
-        """(intervals + 1,): the bound on x at each gridpoint."""
+        """The bound (intervals + 1,) on x at each gridpoint."""
         bounds: FloatArray = np.minimum(np.append(self.bounds[0], np.inf), np.insert(self.bounds[-1], 0, np.inf))
         return bounds
 
@@ -148,9 +148,9 @@ class PathLimits:
             throughout: (intervals,), where the limits have to be kept by a constant u.
         """
         grows = 2.0 * self.lengths[:, None]
-        by_place = [self.per_u + PLACES[:, None, None] * grows * self.per_x, self.per_x, self.rest]
-        accelerations = [np.moveaxis(part, 0, 2) @ QUADRATIC_TO_BERNSTEIN for part in by_place]
-        for part, values in zip(accelerations, by_place, strict=True):
+        by_point = [self.per_u + POINTS[:, None, None] * grows * self.per_x, self.per_x, self.rest]
+        accelerations = [np.moveaxis(part, 0, 2) @ QUADRATIC_TO_BERNSTEIN for part in by_point]
+        for part, values in zip(accelerations, by_point, strict=True):
             part[~throughout] = values[1, ~throughout, :, None]
         bound = self.bounds[1:-1].T
         speeds = (grows * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0))
@@ -173,9 +173,9 @@ class PathLimits:
         dips: FloatArray = np.where(close[:-2] | close[1:-1] | close[2:], between, 0.0).max(axis=0)
         return dips
 
-    def range_of_u(self, place: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least and the largest u, each (intervals,), at one of the places, where x is given."""
-        a, b, c = self.per_u[place], self.per_x[place], self.rest[place]
+    def range_of_u(self, point: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the largest u, each (intervals,), at one of the points, where x is given."""
+        a, b, c = self.per_u[point], self.per_x[point], self.rest[point]
         size = np.abs(a)
         binds = size > PARALLEL * size.max(axis=1, keepdims=True)
         middle = np.divide(-(b * x[:, None] + c), a, out=np.zeros_like(a), where=binds)
@@ -209,8 +209,8 @@ class PathLimits:
         )
         # So that x stays positive in between.
         bend = np.minimum(bend, MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths))
-        by_place = (u - bend, x0), (u, (x0 + x1 - bend * self.lengths) / 2.0), (u + bend, x1)
-        used = [self._used(place, *state) for place, state in enumerate(by_place)]
+        by_point = (u - bend, x0), (u, (x0 + x1 - bend * self.lengths) / 2.0), (u + bend, x1)
+        used = [self._used(point, *state) for point, state in enumerate(by_point)]
         return bend, np.max(used, axis=0)
 
     def unused(self, x: FloatArray) -> FloatArray:
@@ -218,16 +218,16 @@ class PathLimits:
         x0, x1 = x[:-1], x[1:]
         u, middle = (x1 - x0) / (2.0 * self.lengths), (x0 + x1) / 2.0
         used = [
-            np.maximum(self._used(place, u, at), at / self.bounds[probe])
-            for place, probe, at in ((0, 0, x0), (1, len(PROBES) // 2, middle), (2, -1, x1))
+            np.maximum(self._used(point, u, at), at / self.bounds[probe])
+            for point, probe, at in ((0, 0, x0), (1, len(PROBES) // 2, middle), (2, -1, x1))
         ]
         unused: FloatArray = np.maximum(1.0 - np.array(used), 0.0).mean(axis=0)
         return unused
 
-    def _used(self, place: int, u: FloatArray, x: FloatArray) -> FloatArray:
+    def _used(self, point: int, u: FloatArray, x: FloatArray) -> FloatArray:
         """Return the largest share (intervals,) that the motion takes of what gravity leaves of a limit."""
-        moved = self.per_u[place] * u[:, None] + self.per_x[place] * x[:, None]
-        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * self.rest[place])).max(axis=1)
+        moved = self.per_u[point] * u[:, None] + self.per_x[point] * x[:, None]
+        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * self.rest[point])).max(axis=1)
         return used
 
 
@@ -244,7 +244,7 @@ def path_limits(robot: Robot, limits: SegmentLimits, intervals: Intervals, facto
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
     squares = factors[intervals.segments] ** 2
-    q, first, second = intervals.at(PLACES)
+    q, first, second = intervals.at(POINTS)
     limit = limits.acceleration[intervals.segments]
     parts: list[tuple[FloatArray, ...]] = [(first / limit, second / limit, np.zeros_like(q))]
     if robot.has_dynamics and np.isfinite(limits.torque[intervals.segments]).any():
@@ -259,7 +259,7 @@ def path_limits(robot: Robot, limits: SegmentLimits, intervals: Intervals, facto
 def _torques(
     robot: Robot, limits: SegmentLimits, intervals: Intervals, states: tuple[FloatArray, ...]
 ) -> tuple[FloatArray, ...]:
-    """Torque per u, per x and without motion, as shares of the limits, each (places, intervals, joints)."""
+    """Torque per u, per x and without motion, as shares of the limits, each (points, intervals, joints)."""
     q, first, second = states
     inertia, centripetal, gravity = path_dynamics(robot, q, first, second)
     limit = np.broadcast_to(limits.torque[intervals.segments], q.shape)

@@ -31,7 +31,7 @@ WASTE = 0.01
 """Share of the mean time of an interval that an interval may waste before it is split."""
 
 STEEPEST = 1e6
-"""Largest path acceleration that is told from a jump: with it the highest bound is reached in this share of an interval
+"""Largest path acceleration that is no jump: with it the highest bound is reached in this share of an interval
 of constant acceleration."""
 
 LEAST_SHARE = 1e-4
@@ -60,15 +60,15 @@ class Profile(NamedTuple):
     x: FloatArray
     bend: FloatArray
 
-    def at(self, places: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    def at(self, shares: FloatArray | float) -> tuple[FloatArray, FloatArray]:
         """Return s'^2 and s'', each (..., intervals), at shares (..., 1) of each interval."""
-        p, d = np.asarray(places), self.intervals.lengths
+        p, d = np.asarray(shares), self.intervals.lengths
         x = self.x[:-1] * (1.0 - p) + self.x[1:] * p - 2.0 * self.bend * d * p * (1.0 - p)
         return x, np.diff(self.x) / (2.0 * d) + self.bend * (2.0 * p - 1.0)
 
     @property
     def times(self) -> FloatArray:
-        """(intervals,), s."""
+        """The times (intervals,), s, that the intervals take."""
         return self.times_between(0.0, 1.0)
 
     def times_between(self, start: float, end: float) -> FloatArray:
@@ -77,7 +77,7 @@ class Profile(NamedTuple):
         With s'' = b s + constant the distance is (v0 + v1) tanh(sqrt(b) T / 2) / sqrt(b), and with b < 0 the same with
         the tangent.
         """
-        v0, v1 = (np.sqrt(self.at(place)[0]) for place in (start, end))
+        v0, v1 = (np.sqrt(self.at(share)[0]) for share in (start, end))
         lengths = self.intervals.lengths
         ratios = (end - start) * lengths / (v0 + v1)
         squares = 2.0 * self.bend / lengths * ratios**2
@@ -89,13 +89,13 @@ class Profile(NamedTuple):
 
     @property
     def mean_times(self) -> FloatArray:
-        """(intervals,), s: the mean time of the intervals of each one's run."""
+        """The mean time (intervals,), s, of the intervals of the same run."""
         means: FloatArray = (self.durations / np.bincount(self.intervals.runs))[self.intervals.runs]
         return means
 
     @property
     def durations(self) -> FloatArray:
-        """(runs,), s."""
+        """The times (runs,), s, that the runs take."""
         durations: FloatArray = np.bincount(self.intervals.runs, self.times).astype(np.float64)
         return durations
 
