@@ -65,7 +65,8 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     app.state.service = Service(settings, workers, InMemoryRobotStore(settings.max_robots))
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
-        app.add_api_route(operation.path, endpoint, methods=[operation.method], response_model=None)
+        methods = ["GET", "HEAD"] if operation.method == "GET" else [operation.method]
+        app.add_api_route(operation.path, endpoint, methods=methods, response_model=None)
     app.add_route("/openapi.json", service.openapi)
     app.add_route("/docs", service.docs_page)
     app.add_route("/docs/{name}", service.docs_file)

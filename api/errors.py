@@ -165,6 +165,14 @@ class DeadlineExceeded(ServiceError):
     title = "The deadline has passed"
 
 
+def what_to_do(max_deadline: float) -> str:
+    """Say what helps against a deadline that passes, where the service takes none longer than this, s."""
+    return (
+        f"a larger `deadline` may help (at most {max_deadline:g} s), or less to do: "
+        "fewer waypoints, poses or samples, or another back end"
+    )
+
+
 def problem_document(error: PlanningError | ServiceError, instance: str) -> tuple[int, bytes]:
     """HTTP status and problem document of an error; `instance` is the path of the request."""
     status = STATUS_OF_CODE.get(error.code, HTTPStatus.UNPROCESSABLE_ENTITY)

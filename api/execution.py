@@ -42,7 +42,8 @@ def execute(task: Task, caps: Caps) -> Reply:
     failure, fit = None, True
     try:
         if started >= task.deadline:
-            raise errors.DeadlineExceeded("the deadline passed while the request waited for a worker")
+            hint = errors.what_to_do(caps.max_deadline)
+            raise errors.DeadlineExceeded(f"the deadline passed while the request waited for a worker; {hint}")
         reply = RUN[task.operation](Work(task, caps))
         return replace(reply, timings=queue | dict(reply.timings))
     except (PlanningError, errors.ServiceError) as error:

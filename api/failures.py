@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import traceback
+from pathlib import PurePath
 
 
 def where_from(error: BaseException) -> str:
-    """The type of an exception and the lines it passed, without its text, which may hold a caller's values."""
+    """The type of an exception and the lines it passed, without paths, and without its text: a caller's values."""
     frames = traceback.extract_tb(error.__traceback__)
-    return type(error).__name__ + "".join(f" < {f.name} ({f.filename}:{f.lineno})" for f in reversed(frames))
+    lines = [f"{f.name} ({PurePath(f.filename).name}:{f.lineno})" for f in reversed(frames)]
+    return " < ".join([type(error).__name__, *lines])

@@ -13,6 +13,7 @@ from api.errors import MEDIA_TYPE, STATUS_OF_CODE
 from api.operations import OPERATIONS
 from api.schemas.answers import RosJointTrajectory
 from api.schemas.problem_documents import ProblemDocument
+from api.size import CAPPED_LISTS
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -36,13 +37,17 @@ FORMAT_SCHEMAS = {"ros2": RosJointTrajectory}
 def get_openapi(work: Work) -> Reply:
     """GET /openapi.json."""
     with work.stage("plan"):
-        document = openapi_document()
+        document = openapi_document(work.caps.max_waypoints)
     return work.reply(document)
 
 
 @cache
-def openapi_document() -> dict[str, Any]:
-    """The document, made once in a process."""
+def openapi_document(max_waypoints: int) -> dict[str, Any]:
+    """The document, made once in a process.
+
+    Args:
+        max_waypoints: The largest number of waypoints or poses that the service takes in one request.
+    """
     paths: dict[str, dict[str, Any]] = {}
     for operation in OPERATIONS:
         paths.setdefault(operation.path, {})[operation.method.lower()] = _entry(operation)
@@ -55,7 +60,7 @@ def openapi_document() -> dict[str, Any]:
             "version": service_version(),
         },
         "paths": paths,
-        "components": {"schemas": _components()},
+        "components": {"schemas": _components(max_waypoints)},
     }
 
 
@@ -151,10 +156,14 @@ def _reference(schema: Any) -> dict[str, Any]:
     return {"$ref": REFERENCE.format(model=schema.__name__)}
 
 
-def _components() -> dict[str, Any]:
-    """Every schema that the operations name, and those that these name in turn."""
+def _components(max_waypoints: int) -> dict[str, Any]:
+    """Every schema that the operations name, and those that these name in turn; lists as long as the service takes."""
     roots: list[Any] = [ProblemDocument, *FORMAT_SCHEMAS.values()]
     roots += [schema for op in OPERATIONS for schema in (op.request, op.answer) if schema is not None]
     inputs: Any = [(schema.__name__, "validation", TypeAdapter(schema)) for schema in roots]
     _, definitions = TypeAdapter.json_schemas(inputs, ref_template=REFERENCE)
-    return dict(sorted(definitions["$defs"].items()))
+    schemas = dict(sorted(definitions["$defs"].items()))
+    for name in {operation.request.__name__ for operation in OPERATIONS if operation.request is not None}:
+        for field in CAPPED_LISTS & schemas[name].get("properties", {}).keys():
+            schemas[name]["properties"][field]["maxItems"] = max_waypoints
+    return schemas

@@ -34,7 +34,9 @@ def work(channel: socket, caps: Caps) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
 
     from api.execution import execute, warm_up
+    from api.logs import configure_logs
 
+    configure_logs("info")
     warm_up(caps)
     gc.collect()
     gc.freeze()

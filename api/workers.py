@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded
+from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded, what_to_do
 from api.messages import HEADER, Caps, pack
 from api.worker_main import work
 
@@ -182,7 +182,9 @@ class WorkerPool:
             async with asyncio.timeout(task.deadline - time.monotonic()):
                 return await self._run_when_idle(task)
         except TimeoutError:
-            raise DeadlineExceeded("the deadline passed before there was an answer") from None
+            raise DeadlineExceeded(
+                f"the deadline passed before there was an answer; {what_to_do(self._caps.max_deadline)}"
+            ) from None
         finally:
             self._in_flight -= 1
 

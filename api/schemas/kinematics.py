@@ -17,7 +17,7 @@ from api.schemas.common import (
     Schema,
     Seed,
 )
-from api.schemas.requests import MOST_ROWS, InverseKinematicsOptions, Rows, Waypoint
+from api.schemas.requests import InverseKinematicsOptions, Rows, Waypoint
 
 
 class ForwardKinematicsRequest(Schema):
@@ -38,7 +38,7 @@ class InverseKinematicsRequest(Schema):
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
-    poses: Annotated[list[Pose], Field(min_length=1, max_length=MOST_ROWS)]
+    poses: Annotated[list[Pose], Field(min_length=1)]
     """The poses of the tool in the base frame (m)."""
     solutions: Literal["best", "all"] = "best"
     """`best`: one solution, of the first pose the one nearest to `reference`, of any other the one nearest to the
@@ -64,7 +64,7 @@ class ReachabilityRequest(Schema):
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
-    waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100_000)]
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """The waypoints, as in a plan request; motions, transitions, times and limits do not count."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""

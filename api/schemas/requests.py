@@ -124,7 +124,9 @@ class CartesianMove(Schema):
     translation: Vector3
     """The translation x, y, z, m."""
     orientation: Orientation | None = None
-    """The rotation; null or omitted: the tool keeps its orientation."""
+    """The rotation; null or omitted: the tool keeps its orientation. After a waypoint that asks for a position alone
+    the orientation stays open, whatever the move: it goes from that position, along the base's axes or those that the
+    tool has there."""
 
 
 class CylindricalMove(Schema):
@@ -251,7 +253,7 @@ class TrajectoryRequest(Schema):
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
-    waypoints: Annotated[list[Waypoint], Field(min_length=1, max_length=100_000)]
+    waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """Where the robot is to go, in order; it starts at rest at the first and ends at rest at the last. A waypoint at
     the joint position of the one before (within 1e-9 rad or m) is passed with it, as the strictest of their transitions
     asks, and a warning says so; its `duration` is a rest of that time. Where the robot is to go nowhere and no rest is

@@ -96,4 +96,4 @@ def test_unknown_paths_and_methods_are_problems(service: RunningService) -> None
         answer = service.client.request(method, path)
         assert answer.headers["Content-Type"] == "application/problem+json"
         assert (answer.status_code, answer.json()["code"]) == (status, code), path
-    assert service.client.patch("/v1/robots").headers["Allow"] == "GET, POST"
+    assert service.client.patch("/v1/robots").headers["Allow"] == "GET, HEAD, POST"

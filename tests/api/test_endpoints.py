@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from api.execution import execute
 from api.messages import Caps, Reply, Task
 from api.schemas import answers, dynamics, kinematics, robots
+from planner.spatial import rotation_from_quaternion
 from tests.api.requests import (
     dh_joint,
     dh_robot,
@@ -413,3 +414,43 @@ def test_timings_and_request_id_are_in_the_headers(service: RunningService) -> N
     [line] = [line for line in service.logged() if line.get("request_id") == "trace-42"]
     assert (line["method"], line["path"], line["status"]) == ("POST", "/v1/trajectories", 200)
     assert line["bytes"] == len(answer.content)
+
+
+@pytest.mark.parametrize(
+    "path", ["/v1/robots", "/v1/robots/three_dof_arm", "/v1/backends", "/v1/limits", "/livez", "/readyz"]
+)
+def test_head_is_get_without_the_body(service: RunningService, path: str) -> None:
+    full, head = service.client.get(path), service.client.head(path)
+    assert (head.status_code, head.content) == (full.status_code, b"")
+    for name in ("Content-Type", "Content-Length"):
+        assert head.headers[name] == full.headers[name]
+
+
+def test_a_deadline_that_passed_says_what_to_do(service: RunningService) -> None:
+    answer = service.post("/v1/trajectories", plan_request(deadline=1e-9))
+    assert answer.status_code == 504
+    for hint in ("larger `deadline`", "at most 60 s", "fewer waypoints", "another back end"):
+        assert hint in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("frame", ["base", "tool"])
+@pytest.mark.parametrize("orientation", [None, {"kind": "rpy", "rpy": [0.0, 0.0, 1.0]}])
+def test_a_move_from_a_position_alone_leaves_the_orientation_open(
+    service: RunningService, frame: str, orientation: Any
+) -> None:
+    """Defect 12 of issue 11. The schema of the move's orientation says so."""
+    move = {"kind": "cartesian", "translation": [0.03, -0.02, 0.05], "orientation": orientation}
+    waypoints = [
+        joint(0.3, -1.2, 1.4, 0.2, 0.6, 0.1),
+        pose_waypoint([1.1, -0.2, 1.2]),
+        relative_waypoint(move, frame=frame),
+    ]
+    request = {"robot": "kuka_kr16_l6_2", "waypoints": waypoints, "backend": {"kind": "quintic"}}
+    _, before, after = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)["waypoints"]
+    assert before["orientation_error"] is None
+    assert after["orientation_error"] is None, "no orientation was asked"
+    shift = np.array([0.03, -0.02, 0.05])
+    if frame == "tool":
+        shift = rotation_from_quaternion(np.array(before["pose"]["orientation"]["xyzw"])) @ shift
+    reached = np.array(after["pose"]["position"]) - np.array(before["pose"]["position"])
+    np.testing.assert_allclose(reached, shift, rtol=0.0, atol=3e-6)

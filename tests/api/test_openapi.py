@@ -181,3 +181,17 @@ def sentence(schema: dict[str, Any]) -> bool:
     """Whether there is a description that begins and ends as a sentence does."""
     text = schema.get("description", "")
     return bool(re.match(r"[A-Z0`]|null|sqrt", text)) and text.endswith(".") and len(text.split()) > 1
+
+
+def test_the_document_allows_as_many_waypoints_as_the_service_takes(
+    service: RunningService, document: dict[str, Any]
+) -> None:
+    """One number: the schema said 100,000 where the service took 1,000."""
+    most = service.client.get("/v1/limits").json()["max_waypoints"]
+    for schema, field in (
+        ("PlanRequest", "waypoints"),
+        ("CompareRequest", "waypoints"),
+        ("ReachabilityRequest", "waypoints"),
+        ("InverseKinematicsRequest", "poses"),
+    ):
+        assert document["components"]["schemas"][schema]["properties"][field]["maxItems"] == most
