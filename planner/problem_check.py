@@ -27,8 +27,10 @@ SMALLEST = 1e-9
 reciprocals of the smallest numbers that a computer has are none."""
 
 TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
+"""The message of a fault where a number is smaller."""
 
 SCALES = ("velocity_scale", "acceleration_scale")
+"""Names of the fields of `Limits` that are factors on others."""
 
 
 def check_problem(problem: PlanningProblem, backend: object) -> None:

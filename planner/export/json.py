@@ -128,3 +128,4 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 
 
 FORMAT = Format("json", "application/json", ".json", render)
+"""The form of the HTTP answer."""

@@ -218,7 +218,7 @@ class Target:
 def descend_many(
     screws: Screws, target: Target, starts: FloatArray, lower: FloatArray, upper: FloatArray, patience: int, most: int
 ) -> tuple[FloatArray, FloatArray]:
-    """`Descent` from many starts at once, in array operations: errors (N,) and joint positions (N, joints).
+    """Descend like `Descent` from many starts at once, in array operations: errors (N,) and positions (N, joints).
 
     Args:
         screws: The arm.

@@ -138,14 +138,14 @@ def all_solutions(
 def solution_layers(
     robot: Robot, poses: Sequence[Pose], options: InverseKinematicsOptions, reference: FloatArray | None = None
 ) -> list[tuple[FloatArray, ...]]:
-    """`all_solutions` of many poses at once, which is faster; of an unreachable one an empty tuple."""
+    """Find `all_solutions` of many poses at once, which is faster; of an unreachable one an empty tuple."""
     return _layers([Search(robot, pose, options) for pose in poses], reference)
 
 
 def solutions_or_failure(
     robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None = None
 ) -> tuple[FloatArray, ...] | InverseKinematicsResult:
-    """`all_solutions`, or why there is none and the nearest pose found; one search for both."""
+    """Find `all_solutions`, or why there is none and the nearest pose found; one search does both."""
     search = Search(robot, pose, options)
     return _layers([search], reference)[0] or _failure(search)
 

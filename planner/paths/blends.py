@@ -20,10 +20,10 @@ SAMPLES = 48
 """Points on a curve at which the tool's distance from the waypoint is looked at."""
 
 LOOKS = 3
-"""At the points, finer each time; more where the radius is tiny."""
+"""Number of looks at these points, finer each time; there are more where the radius is tiny."""
 
 SHRINK = 0.8
-"""What the way to the waypoint is cut by while the blend swings out beyond its radius."""
+"""Factor by which the way to the waypoint is cut while the blend swings out beyond its radius."""
 
 WITHIN = 0.999
 """The share of the radius that a blend uses: the rest is for what lies between the points looked at."""
@@ -143,7 +143,7 @@ def _blends(
 
 
 def _distances(robot: Robot, positions: FloatArray, centers: FloatArray) -> FloatArray:
-    """(corners, N), m, of the tool at joint positions (corners, N, joints) from the centers (corners, 3)."""
+    """The distances (corners, N), m, of the tool at positions (corners, N, joints) from the centers (corners, 3)."""
     tools = tool_poses(robot, positions.reshape(-1, positions.shape[-1]))[0]
     distances: FloatArray = np.linalg.norm(tools.reshape(*positions.shape[:2], 3) - centers[:, None], axis=2)
     return distances

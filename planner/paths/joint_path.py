@@ -1,4 +1,4 @@
-"""From waypoints to a joint path: every waypoint solved, every motion joined to the next."""
+"""The joint path through waypoints: every waypoint is solved, and every motion is joined to the next."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from planner.tool_motions.pose_paths import PosePath
 
 SHORTEST_REST = 0.01
-"""How long a trajectory lasts, s, that neither moves nor is asked to rest: a length of time there has to be, and this
+"""Duration of a trajectory, s, that neither moves nor is asked to rest: a length of time there has to be, and this
 is one step of a controller at 100 Hz."""
 
 
@@ -55,7 +55,7 @@ class StraightMotions:
 
 @dataclass(frozen=True, eq=False)
 class JointPath:
-    """What the joints do, without time. Its existence means: every waypoint is solved, every motion can be followed.
+    """The motion of the joints without time. It exists only if all waypoints are solved and all motions followed.
 
     Neighbouring waypoints at one joint position, up to rounding, have exactly the same. Between them is a segment of no
     length, which belongs to no run and is no straight motion: the robot rests there as long as is asked, or not at all.
@@ -81,7 +81,7 @@ class JointPath:
 
     @cached_property
     def positions(self) -> FloatArray:
-        """(waypoints, joints), rad or m."""
+        """The joint positions (waypoints, joints) of the waypoints, rad or m."""
         return np.array([waypoint.position for waypoint in self.waypoints])
 
     @cached_property
@@ -90,7 +90,7 @@ class JointPath:
         return _moving(self.positions)
 
     def positions_of(self, run: Run) -> FloatArray:
-        """(segments + 1, joints), rad or m: the waypoints of a run, each joint position once."""
+        """The joint positions (segments + 1, joints) of the waypoints of a run, rad or m, each of them once."""
         positions: FloatArray = self.positions[np.append(run.segments, run.segments[-1] + 1)]
         return positions
 
@@ -116,7 +116,7 @@ class JointPath:
         )
 
     def straight_runs(self, segments: np.ndarray) -> list[Run]:
-        """The same, each as a run of its own."""
+        """Make each of these segments a run of its own, straight from waypoint to waypoint."""
         return [
             straight_run(segment, self.positions[segment], self.positions[segment + 1], self.limits.velocity[segment])
             for segment in segments.tolist()
@@ -168,7 +168,7 @@ def _moving(positions: FloatArray) -> np.ndarray:
 
 
 def _transition(waypoints: Sequence[AnyWaypoint]) -> Transition:
-    """How waypoints at one joint position are passed together.
+    """Join the transitions of waypoints at one joint position.
 
     The strictest of their transitions holds, and the smallest radius. The robot stops, too, where a duration is asked
     for the way from one to the next: that is a rest.

@@ -31,7 +31,7 @@ STEEPEST = 1.25
 """Slope of a quintic without curvature at its ends, as a multiple of its mean slope, up to which it is monotone."""
 
 JOINT_TOLERANCE = 1e-6
-"""How far time may take a joint from its curve, rad or m; it is less where a motion of the tool asks for less."""
+"""Distance of a joint from its curve, rad or m, that timing may leave; less where a motion of the tool allows less."""
 
 RADIUS = 0.01
 """The radius of the blend that is offered where a corner cannot be passed, m."""
@@ -213,7 +213,7 @@ class _Builder:
 
 
 def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
-    """(N, joints), at waypoints between motions of these mean slopes."""
+    """The slopes (N, joints) at waypoints between motions of these mean slopes."""
     with np.errstate(divide="ignore", invalid="ignore"):
         harmonic = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
     steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))

@@ -42,7 +42,7 @@ SAMPLES = 65
 """The number of samples of torque and tool speeds on each piece."""
 
 HALVINGS = 4
-"""How often a change of limits that suffices is halved, in search of the smallest."""
+"""Number of times that a change of limits that suffices is halved, in search of the smallest."""
 
 LIMITS_EXPLAINED = "wide enough for the asked durations, together with any other change of a limit"
 """The explanation of a higher limit, for a person."""
@@ -111,7 +111,7 @@ class _Motion:
     pieces: SegmentedPolynomial
 
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
-        """What it takes of the kept limits, where that is more than they are."""
+        """Find what the motion needs of the kept limits, where that is more than they are."""
         needs: Needs = {}
         if not len(self.pieces.lengths):
             return needs
@@ -145,7 +145,7 @@ class _Motion:
         return sampled(self.pieces, SAMPLES)[:3]
 
     def torques(self, robot: Robot) -> FloatArray:
-        """(pieces x SAMPLES, joints)."""
+        """The torques (pieces x SAMPLES, joints), N m or N."""
         return inverse_dynamics(robot, *self.samples())
 
 
@@ -170,7 +170,7 @@ def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_
 def _higher_limits(
     problem: PlanningProblem, limits: SegmentLimits, needs: Iterable[Needs], backend: BackEnd
 ) -> list[Remedy]:
-    """What the first of some motions needs that can be had, and if it suffices, a smaller part of that."""
+    """Raise limits as the first of some motions needs for which that suffices, and by less if less suffices, too."""
     for all_of_it in needs:
         changes = higher_limits(problem, all_of_it, SHARES, LIMITS_EXPLAINED)
         enough = first_proved(changes, problem, backend)

@@ -1,4 +1,4 @@
-"""From a chain of joints and links to a Pinocchio model in which every joint moves along its own z axis."""
+"""The Pinocchio model of a chain of joints and links, in which every joint moves along its own z axis."""
 
 from __future__ import annotations
 

@@ -326,7 +326,7 @@ class _Follower:
         return None
 
     def _jacobian_rate(self, q: FloatArray, rate: FloatArray) -> FloatArray:
-        """(rows, joints): how the Jacobian changes by u as the joints go at a rate (joints,)."""
+        """The change (rows, joints) of the Jacobian by u as the joints go at a rate (joints,)."""
         ahead = AHEAD / max(float(np.abs(rate).max()), AHEAD)
         rates: FloatArray = (self._augmented(q + ahead * rate) - self._augmented(q - ahead * rate)) / (2.0 * ahead)
         return rates
@@ -372,7 +372,7 @@ def _handedness(J: FloatArray) -> float:
 
 
 def _null_space(J: FloatArray) -> FloatArray:
-    """(n, joints): an orthonormal basis; empty where the joints can do nothing but move the tool."""
+    """An orthonormal basis (n, joints) of the null space; empty where the joints can only move the tool."""
     _, values, directions = np.linalg.svd(J)
     basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]
     return basis

@@ -26,7 +26,7 @@ class PosePath(Protocol):
         ...
 
     def twist(self, u: float) -> FloatArray:
-        """(6,) or, without a rotation, (3,): linear over angular velocity by u, in the base's axes."""
+        """The linear over the angular velocity (6,) by u, in the base's axes; (3,) without a rotation."""
         ...
 
 
@@ -57,12 +57,12 @@ class Turn:
         return cls(start, whole - second, second)
 
     def rotation(self, u: float) -> FloatArray:
-        """(3, 3)."""
+        """The rotation (3, 3) at u."""
         result: FloatArray = self.start @ pin.exp3(self.first * u + self.second * u * u)
         return result
 
     def velocity(self, u: float) -> FloatArray:
-        """(3,), rad by u, in the base's axes."""
+        """The angular velocity (3,), rad by u, in the base's axes."""
         w, rate = self.first * u + self.second * u * u, self.first + 2.0 * u * self.second
         result: FloatArray = self.start @ pin.exp3(w) @ (pin.Jexp3(w) @ rate)
         return result
@@ -92,7 +92,7 @@ class Line:
         return Pose(position, None if self._turn is None else self._turn.rotation(u))
 
     def twist(self, u: float) -> FloatArray:
-        """(3,) or (6,)."""
+        """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
         linear = self.end.position - self.start.position
         return linear if self._turn is None else np.concatenate([linear, self._turn.velocity(u)])
 
@@ -146,7 +146,7 @@ class Arc:
         return Pose(self.center + self._spoke(u), None if self.turn is None else self.turn.rotation(u))
 
     def twist(self, u: float) -> FloatArray:
-        """(3,) or (6,)."""
+        """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
         linear: FloatArray = self.angle * np.cross(self.axis, self._spoke(u))
         return linear if self.turn is None else np.concatenate([linear, self.turn.velocity(u)])
 

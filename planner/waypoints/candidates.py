@@ -124,14 +124,14 @@ class Layer:
         )
 
     def reached_from(self, origins: FloatArray) -> FloatArray:
-        """(origins, candidates, joints): every candidate, turned towards every origin (origins, joints)."""
+        """Turn every candidate towards every origin (origins, joints): (origins, candidates, joints)."""
         turns = np.round((origins[:, None] - self.positions) / TURN)
         reached: FloatArray = self.positions + TURN * np.minimum(np.maximum(turns, self.fewest), self.most)
         return reached
 
 
 def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How many whole turns at least and at most keep each angle within its limits (n, joints); none of a length."""
+    """The fewest and the most whole turns (n, joints) that keep each angle within its limits; 0 for a length."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     fewest, most = np.ceil((lower - positions) / TURN), np.floor((upper - positions) / TURN)
     return np.where(robot.is_angle, np.minimum(fewest, 0.0), 0.0), np.where(robot.is_angle, np.maximum(most, 0.0), 0.0)

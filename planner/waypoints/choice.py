@@ -25,10 +25,10 @@ MOTION_PENALTY = 0.01
 """The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""
 
 LIMIT_PENALTY = 0.01
-"""What a joint position at a limit costs, s."""
+"""Cost of a joint position at a limit, s."""
 
 CONDITIONING_PENALTY = 0.01
-"""What a singular joint position costs beside another that is not, s."""
+"""Cost of a singular joint position beside another that is not, s."""
 
 DESCENTS = 4
 """The number of the best joint positions at one waypoint from which a continuum at the next is approached."""
@@ -53,7 +53,7 @@ class Stop:
 
 
 class Passage(NamedTuple):
-    """What is chosen at one stop of the way.
+    """The choice at one stop of the way.
 
     Attributes:
         position: (joints,), rad or m.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class LimitMargin(NamedTuple):
-    """How near a joint position is to the position limits.
+    """The distance of a joint position from the position limits.
 
     Attributes:
         joint: Name of the joint that is nearest to one of its limits, rad and m alike.
@@ -106,7 +106,7 @@ def reachability(
 
 
 def _axes(robot: Robot, answer: Reachability) -> FloatArray | None:
-    """(3, 3): of the tool at a waypoint."""
+    """The axes (3, 3) of the tool at a waypoint."""
     if answer.nearest is not None:
         return answer.nearest.pose.rotation
     assert answer.best is not None  # noqa: S101 - a pose has a solution, or a nearest pose
@@ -128,6 +128,6 @@ def _reached(robot: Robot, count: int | None, best: FloatArray) -> Reachability:
 
 
 def _margins(robot: Robot, q: FloatArray) -> FloatArray:
-    """(joints,): distance of each to the nearer of its limits, rad or m; infinite: none."""
+    """The distance (joints,) of each joint to the nearer of its limits, rad or m; infinite: none."""
     margins: FloatArray = np.minimum(q - robot.limit("lower"), robot.limit("upper") - q)
     return margins

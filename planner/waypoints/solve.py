@@ -184,13 +184,13 @@ class _Sequence:
         if stop.layer.is_given:
             return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, "given", motion)
         errors = pose_errors(wanted, pose)
-        count, taken = _place(robot, stop.layer, before, position)
+        count, taken = _rank(robot, stop.layer, before, position)
         choice: Choice = "continued" if motion else "only" if count == 1 else "shortest_way"
         return SolvedWaypoint(waypoint.name, wanted, position, pose, *errors, count, taken, choice, motion)
 
 
-def _place(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) -> tuple[int | None, int | None]:
-    """How many solutions there are, and how many of them are nearer to `before` than the one taken."""
+def _rank(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) -> tuple[int | None, int | None]:
+    """Count the solutions, and those of them that are nearer to `before` than the one taken."""
     if layer.descend is not None:
         return None, None
     times = joint_times(robot, before, layer.reached_from(before[None])[0, : layer.solutions]).max(axis=1)
@@ -226,7 +226,7 @@ def within_limits(robot: Robot, waypoints: Sequence[AnyWaypoint], tolerance: flo
 
 
 def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:
-    """What is wrong with the joint position (joints,) of a joint waypoint; None: nothing."""
+    """The error of the joint position (joints,) of a joint waypoint; None: there is none."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     outside = (q < lower) | (q > upper)
     if not outside.any():
