@@ -109,10 +109,10 @@ def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, r
     Raises:
         FloatingPointError: The solver failed.
     """
-    units = _units(lengths, rows, bounds, rests)
+    units, spans = _units(lengths, rows, bounds, rests)
     scale = np.append(units, units[-1]) ** 2
     bounds = np.where(rests, 0.0, bounds / scale)
-    long = lengths / units >= LEAST_LENGTH
+    long = lengths / spans >= LEAST_LENGTH
     for short in np.flatnonzero(~long).tolist():
         # Over so short an interval x hardly changes: its limits bound x alone.
         least = -rows.c[short] / np.maximum(rows.b[short] * scale[short], LEAST_NORM)
@@ -120,9 +120,10 @@ def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, r
     own, at_rest = _joined(long, rests)
     starts = np.flatnonzero(np.diff(own, prepend=-1))
     # Over a short interval x stays the same; from rest and into it, it changes as on the long interval there.
-    gridpoints = np.concatenate([[0.0], np.cumsum(np.where(long | at_rest, lengths / units, 0.0))])
+    gridpoints = np.concatenate([[0.0], np.cumsum(np.where(long | at_rest, lengths / spans, 0.0))])
     marks = np.append(starts, len(lengths))
-    rows = LinearRows(rows.a[long] * units[long, None], rows.b[long] * scale[:-1][long, None], rows.c[long])
+    by_u = (scale[:-1] / spans)[long, None]
+    rows = LinearRows(rows.a[long] * by_u, rows.b[long] * scale[:-1][long, None], rows.c[long])
     x = _solved(gridpoints[marks], rows, np.append(np.minimum.reduceat(bounds[:-1], starts), 0.0))
     between: FloatArray = np.interp(gridpoints, gridpoints[marks], x) * scale
     return np.where(rests, 0.0, between)
@@ -153,10 +154,13 @@ def _joined(long: np.ndarray, rests: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return np.where(has_next, following, following - 1), ~(has_next & has_one_before)
 
 
-def _units(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray) -> FloatArray:
-    """Return the unit of s (intervals,) for the solver, the same from rest to rest, in which x is about 1.
+def _units(
+    lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the units of s' and of s (intervals,) for the solver, the same from rest to rest, in which x is about 1.
 
     Its tolerances are absolute. A curve is about as fast as its bounds allow, or as it can get from rest on half of it.
+    The unit of s is what is travelled at that speed in 1 s, but no more than the whole curve: u is then about 1, too.
     """
     runs = np.cumsum(rests[:-1]) - 1
     with np.errstate(divide="ignore"):
@@ -164,6 +168,6 @@ def _units(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.
     starts = np.flatnonzero(rests[:-1])
     bound = [float(np.median(part)) for part in np.split(np.maximum(bounds[:-1], bounds[1:]), starts[1:])]
     gain = [float(np.median(part)) for part in np.split(gains, starts[1:])]
-    fastest = np.minimum(bound, np.array(gain) * np.bincount(runs, lengths))
-    units: FloatArray = np.sqrt(fastest)[runs]
-    return units
+    whole = np.bincount(runs, lengths)
+    units = np.sqrt(np.minimum(bound, np.array(gain) * whole))
+    return units[runs], np.minimum(units, whole)[runs]
