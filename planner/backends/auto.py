@@ -24,9 +24,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Auto:
-    """A back end that keeps every limit, jerk included: the fastest, unless the durations asked call for another.
+    """A back end that keeps every limit, jerk included: the fastest by comparison, unless durations call for another.
 
-    Where the first choice refuses, the next one is tried; where all do, the refusal stands that is nearest to a plan.
+    `Ruckig` and `Quintic` are compared; `Ruckig` is the faster of the joints' own laws and of one law along a curve, as
+    `Toppra` with `jerk_limited` has it. That one is tried where both refuse; where it does, too, the refusal stands
+    that is nearest to a plan.
     """
 
     kind: ClassVar[str] = "auto"
@@ -36,15 +38,22 @@ class Auto:
     def parametrize(self, path: JointPath) -> Trajectory:
         """The trajectory of the back end chosen, with a remark that says which and why."""
         refusals: list[PlanningError] = []
-        for backend, name, reason in _choices(path):
-            try:
-                trajectory = backend.parametrize(path)
-            except PlanningError as refusal:
-                refusals.append(refusal)
+        for backends, reason in _choices(path):
+            plans: dict[str, Trajectory] = {}
+            for name, backend in backends.items():
+                try:
+                    plans[name] = backend.parametrize(path)
+                except PlanningError as refusal:
+                    refusals.append(refusal)
+            if not plans:
                 continue
-            spared = f"; before it {len(refusals)} refused: {refusals[0].message}" if refusals else ""
-            remark = Remark("auto_choice", f"{name}: {reason}{spared}")
-            return replace(trajectory, remarks=(*trajectory.remarks, remark))
+            best = min(plans, key=lambda name: plans[name].duration)
+            message = f"{best}: {reason}"
+            if len(plans) > 1:
+                message += ": " + ", ".join(f"{name} {plan.duration:.4g} s" for name, plan in plans.items())
+            if refusals:
+                message += f"; {len(refusals)} refused: {refusals[0].message}"
+            return replace(plans[best], remarks=(*plans[best].remarks, Remark("auto_choice", message)))
         raise min(refusals, key=_shortfall)
 
 
@@ -55,15 +64,16 @@ def _shortfall(refusal: PlanningError) -> float:
     return float("inf")
 
 
-def _choices(path: JointPath) -> Iterator[tuple[BackEnd, str, str]]:
-    """Back ends, their names and the reasons for them, the best first."""
+def _choices(path: JointPath) -> Iterator[tuple[dict[str, BackEnd], str]]:
+    """Yield back ends by name, of which the fastest is taken, and the reason for it; the best choice first."""
     asked = ~np.isnan(path.durations)
     inside = any(len(run.segments) > 1 and asked[run.segments].any() for run in path.runs)
     if inside:
-        yield Quintic(), "quintic", "it keeps the durations asked of segments that are passed without stopping"
+        yield {"quintic": Quintic()}, "it keeps the durations asked of segments that are passed without stopping"
+        yield {"ruckig": Ruckig()}, "it keeps all limits, jerk included"
     elif asked[path.moving].all():
-        yield Quintic(), "quintic", "every duration is asked, so there is no time to gain, and its jerk is low"
-    yield Ruckig(), "ruckig", "the fastest that keeps the jerk limits, too"
-    yield Toppra(jerk_limited=True), "toppra, jerk_limited", "the fastest on the given path within the jerk limits"
-    if not inside and not asked[path.moving].all():
-        yield Quintic(), "quintic", "within all limits"
+        yield {"quintic": Quintic()}, "every duration is asked, so there is no time to gain, and its jerk is low"
+        yield {"ruckig": Ruckig()}, "it keeps all limits, jerk included"
+    else:
+        yield {"ruckig": Ruckig(), "quintic": Quintic()}, "the fastest of those that keep all limits, jerk included"
+    yield {"toppra, jerk_limited": Toppra(jerk_limited=True)}, "it keeps all limits, jerk included"

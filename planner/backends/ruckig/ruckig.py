@@ -27,6 +27,13 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, Run, StraightMotions
     from planner.trajectory import Trajectory
 
+FEW_SEGMENTS = 20
+"""Number of segments up to which the joints' own laws are always tried; their search takes 1 s for 50 dense ones."""
+
+DENSE = 0.5
+"""Share of the time with a stop at each waypoint below which the law along the curve tells that more waypoints are
+dense: there the joints' own laws are slower by far, and take half a minute for 400 segments."""
+
 
 @dataclass(frozen=True)
 class Ruckig:
@@ -85,25 +92,39 @@ class Ruckig:
         return assemble(path, parts)
 
     def _time_joint_run(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
-        """Each joint on a law of its own; or all on one along a smooth curve, if torque or tool speed make that faster.
+        """Move each joint on a law of its own, or all on one along a smooth curve where that is faster.
 
-        Such a limit slows a segment as a whole, but the law along a curve only where it has to.
+        It is where waypoints are dense or on one straight line, and where torque or tool speed limit the motion: they
+        slow a segment as a whole, but the law along a curve only where it has to.
         """
         is_first, is_last = run.segments[0] == path.moving[0], run.segments[-1] == path.moving[-1]
         moves = (is_first and ends.starts_moving) or (is_last and ends.ends_moving)
+        free = not moves and bool(np.isnan(path.durations[run.segments]).all())
+        others: list[SegmentedPolynomial] = []
+        if free and len(run.segments) > 1:
+            with suppress(LimitsUnsatisfiable):  # gravity, on the way of the curve
+                others.append(time_run(path, smoothed(path, run)))
+            if others and len(run.segments) > FEW_SEGMENTS:
+                stopping = along_lines(path.straight_motions(run.segments))
+                if others[0].lengths.sum() < DENSE * stopping.lengths.sum():
+                    return others[0]
         try:
             own, slowed = time_joint_run(path, run.segments, ends, self.synchronization, enforced(self))
         except InfeasibleDuration as refusal:
             if not moves and len(run.segments) == 1 and refusal.joint is None:
                 return time_run(path, run)
             raise
-        if moves or not slowed or not np.isnan(path.durations[run.segments]).all():
-            return own
-        others = [own]
-        with suppress(LimitsUnsatisfiable):  # gravity, on the way of the curve
-            others.append(time_run(path, smoothed(path, run)))
-        if len(run.segments) > 1:
-            others.append(self._stopping(path, run, ends))
+        except LimitsUnsatisfiable:
+            if others:
+                return others[0]
+            raise
+        others.append(own)
+        if free and slowed:
+            if len(run.segments) > 1:
+                others.append(self._stopping(path, run, ends))
+            else:
+                with suppress(LimitsUnsatisfiable):
+                    others.append(time_run(path, run))
         return min(others, key=lambda pieces: float(pieces.lengths.sum()))
 
     def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:

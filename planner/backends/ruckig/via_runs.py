@@ -20,7 +20,7 @@ from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatis
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS
 from planner.polynomials import SegmentedPolynomial, joined
-from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE
+from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
@@ -223,7 +223,8 @@ class _JointRun:
             slowness = slowness * np.where(by_tool, 1.0, excess)
             fastest = largest_speeds(pieces)
             fastest = np.array([fastest[pieces.segments == segment].max(axis=0) for segment in self.segments])
-            slower = fastest / excess[:, None]
+            # A joint at rest beside the others has nothing to slow; a speed limit of 0 would be none at all.
+            slower = np.where(fastest > ROUNDING * fastest.max(), fastest / excess[:, None], np.inf)
             speeds = np.where((by_tool & (excess > 1.0))[:, None], np.minimum(speeds, slower), speeds)
         return best
 
