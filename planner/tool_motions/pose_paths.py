@@ -98,6 +98,25 @@ class Line:
 
 
 @dataclass(frozen=True, eq=False)
+class Reversed:
+    """A path from its end to its start.
+
+    Attributes:
+        path: The path forwards.
+    """
+
+    path: PosePath
+
+    def pose(self, u: float) -> Pose:
+        """The pose at u."""
+        return self.path.pose(1.0 - u)
+
+    def twist(self, u: float) -> FloatArray:
+        """(3,) or (6,)."""
+        return -self.path.twist(1.0 - u)
+
+
+@dataclass(frozen=True, eq=False)
 class Arc:
     """The arc of a circle from one position to another by way of a third.
 

@@ -24,7 +24,7 @@ from planner.problem import CircularMotion, JointMotion, JointWaypoint
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.follow import Lost, follow
-from planner.tool_motions.pose_paths import Arc, Line
+from planner.tool_motions.pose_paths import Arc, Line, Reversed
 from planner.tool_motions.position_limits import first_beyond
 
 if TYPE_CHECKING:
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 LOOK_AHEAD = 2e-3
 """The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
+
+LOOKS_AHEAD = 8
+"""The number of poses on the rest of the way that are tried for it, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +168,24 @@ def _stands_still(path: PosePath) -> bool:
     return max(distance, angle or 0.0) <= POSITION_TOLERANCE
 
 
+def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
+    """The joint position (joints,) from which a motion leads to `end` (joints,): followed backwards.
+
+    Returns:
+        None: the motion cannot be followed within the position limits, or its first orientation is left open.
+    """
+    robot, motion = asked.robot, asked.waypoint.motion
+    assert not isinstance(motion, JointMotion)  # noqa: S101 - asked for motions of the tool only
+    if asked.before.rotation is None and asked.after.rotation is not None:
+        return None
+    path = Reversed(asked.pose_path(end))
+    curve = follow(robot, path, end, None, (motion.tolerance_position, motion.tolerance_orientation))
+    if isinstance(curve, Lost) or first_beyond(robot, curve) is not None:
+        return None
+    start: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
+    return start
+
+
 def _limit_error(asked: AskedMotion, u: float, position: FloatArray, joint: int) -> JointPositionLimit:
     robot = asked.robot
     lower, upper = robot.limit("lower")[joint], robot.limit("upper")[joint]
@@ -181,9 +202,11 @@ def _limit_error(asked: AskedMotion, u: float, position: FloatArray, joint: int)
 def _lost_error(asked: AskedMotion, path: PosePath, lost: Lost) -> PlanningError:
     robot = asked.robot
     where = f"after {lost.u:.1%} of the way" if lost.u > 0.0 else "at its start"
-    ahead = path.pose(min(1.0, lost.u + LOOK_AHEAD))
-    if inverse_kinematics(robot, ahead, asked.options).status == "unreachable_waypoint":
-        return UnreachableWaypoint(f"{asked.name} leaves what {robot.id} can reach {where}")
+    ahead = min(1.0, lost.u + LOOK_AHEAD)
+    for u in (ahead, *np.linspace(ahead, 1.0, LOOKS_AHEAD + 1)[1:].tolist()):
+        if inverse_kinematics(robot, path.pose(u), asked.options, lost.position).status == "unreachable_waypoint":
+            where = where if u == ahead else f"before {u:.1%} of the way"
+            return UnreachableWaypoint(f"{asked.name} leaves what {robot.id} can reach {where}")
     joint = robot.joint_names[_idle_joint(robot, lost.position)]
     return SingularPath(f"{asked.name} meets a singularity {where}, where {joint} would have to jump", joint=joint)
 

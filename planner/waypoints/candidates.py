@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.kinematics.forward import manipulability
 from planner.kinematics.search import QUICK, Search
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -123,6 +124,21 @@ class Layer:
             conditioning=np.concatenate([self.conditioning, conditioning]),
         )
 
+    def with_solutions(self, robot: Robot, solutions: Sequence[FloatArray]) -> Layer:
+        """The layer with further solutions (joints,) of a continuum, each as it is and free to be turned."""
+        if not solutions:
+            return self
+        positions = np.array([*solutions, *solutions])
+        fewest, most = _turns_within(robot, positions)
+        fewest[: len(solutions)] = most[: len(solutions)] = 0.0
+        return replace(
+            self,
+            positions=np.vstack([self.positions, positions]),
+            fewest=np.vstack([self.fewest, fewest]),
+            most=np.vstack([self.most, most]),
+            conditioning=np.concatenate([self.conditioning, np.ones(len(positions))]),
+        )
+
     def reached_from(self, origins: FloatArray) -> FloatArray:
         """Turn every candidate towards every origin (origins, joints): (origins, candidates, joints)."""
         turns = np.round((origins[:, None] - self.positions) / TURN)
@@ -133,7 +149,8 @@ class Layer:
 def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The fewest and the most whole turns (n, joints) that keep each angle within its limits; 0 for a length."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
-    fewest, most = np.ceil((lower - positions) / TURN), np.floor((upper - positions) / TURN)
+    fewest = np.ceil((lower - positions) / TURN - ROUNDING)
+    most = np.floor((upper - positions) / TURN + ROUNDING)
     return np.where(robot.is_angle, np.minimum(fewest, 0.0), 0.0), np.where(robot.is_angle, np.maximum(most, 0.0), 0.0)
 
 
@@ -147,7 +164,9 @@ def _turned(robot: Robot, branches: FloatArray, towards: FloatArray) -> tuple[Fl
     shifts = np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, robot.dof)
     turned = (nearest[:, None] + shifts).reshape(-1, robot.dof)
     branch = np.repeat(np.arange(len(branches)), len(shifts))
-    within = np.flatnonzero(((turned >= lower) & (turned <= upper)).all(axis=1))
+    inside = np.minimum(np.maximum(turned, lower), upper)
+    within = np.flatnonzero((np.abs(turned - inside) <= TURN * ROUNDING).all(axis=1))
+    turned = inside
     distance = np.abs(turned[within] - towards).max(axis=1)
     kept = within[distance.argsort(kind="stable")[:MOST_TURNED]]
     return turned[kept], branch[kept]

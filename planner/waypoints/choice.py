@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.limits import counted_velocity
 from planner.tolerances import POSITION_TOLERANCE
-from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_motion
+from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_motion, start_of_motion
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,6 +29,9 @@ LIMIT_PENALTY = 0.01
 
 CONDITIONING_PENALTY = 0.01
 """Cost of a singular joint position beside another that is not, s."""
+
+FOLLOWED_BACKWARDS = 16
+"""The most candidates of a waypoint from which a motion is followed backwards to a singular posture."""
 
 DESCENTS = 4
 """The number of the best joint positions at one waypoint from which a continuum at the next is approached."""
@@ -103,6 +106,25 @@ def shortest_way(
         InvalidProblem: A motion of the tool contradicts itself.
     """
     return _Search(robot, stops, start, weight, follow).run()
+
+
+def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
+    """The stops; those at singular postures with the joint positions from which the motion to the next can be followed.
+
+    A singular posture has a continuum of solutions, from few of which a motion of the tool leads on: these are found
+    backwards from the solutions of the next stop.
+    """
+    found = list(stops)
+    for k in range(len(stops) - 2, -1, -1):
+        layer, after = stops[k].layer, found[k + 1]
+        if layer.descend is None or after.asked is None:
+            continue
+        if robot.dof > (3 if after.asked.after.rotation is None else 6):
+            continue  # of an arm with more joints than the tool has directions motions lead on from every solution
+        ends = after.layer.positions[:FOLLOWED_BACKWARDS]
+        starts = [start for end in ends if (start := start_of_motion(after.asked, end)) is not None]
+        found[k] = replace(stops[k], layer=layer.with_solutions(robot, starts))
+    return found
 
 
 def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArray:

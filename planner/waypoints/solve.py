@@ -16,7 +16,7 @@ from planner.spatial import FloatArray, Pose
 from planner.tolerances import SAME_SOLUTION
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
 from planner.waypoints.candidates import TURN, Layer
-from planner.waypoints.choice import Stop, joint_times, shortest_way
+from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.targets import moved_pose, pose_remedy, wanted_poses
 
@@ -153,7 +153,7 @@ class _Sequence:
             else:
                 layer = self._layer(index, wanted[index], layers[index], near)
             stops.append(Stop(index, layer, self._asked_motion(index)))
-        return stops
+        return with_starts_of_motions(self.robot, stops)
 
     def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
         robot, options = self.robot, self.options

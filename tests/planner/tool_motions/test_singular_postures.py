@@ -17,7 +17,8 @@ from planner.planning import plan
 from planner.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
-from tests.jobs.tracing import on_circle, on_line, tool_at, trace
+from tests.documents.published import document
+from tests.jobs.tracing import on_circle, on_line, reach, tool_at, trace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -181,3 +182,59 @@ def test_a_line_out_of_a_stretched_elbow_is_singular() -> None:
         motions(robot, [joints(home), line(Pose(0.9 * start.position))])
     assert refusal.value.path_point is not None
     assert refusal.value.path_point.fraction == 0.0
+
+
+@pytest.mark.parametrize("pair", [(3, 4), (4, 3), (3, 5), (5, 3), (4, 5), (5, 4)])
+def test_lines_between_the_test_points_of_the_date_sorting_arm(pair: tuple[int, int]) -> None:
+    """Table 2 of document 004. In points 3 and 5 theta3 is zero, so that theta2 and theta4 are one; to and from point 4
+    theta1 has to be -180 degrees, as a chain traced along the line shows."""
+    robot = load_robot("date_sorting_arm")
+    start, end = (tool_at(robot, table_2(k)) for k in pair)
+    (motion,) = motions(robot, [PoseWaypoint(pose=start), line(end)])
+    if 4 in pair:
+        regular, other = (end, start) if pair[1] == 4 else (start, end)
+        (first,) = motion.curve.evaluate(np.array([float(pair[1] == 4)]), [0])[0]
+        assert first[0] == pytest.approx(-np.pi, abs=1e-6)
+        poses = on_line(regular, other)[:-1]
+        chain_at_limits(robot, poses, first)
+
+
+def chain_at_limits(robot: Robot, poses: Sequence[Pose], start: FloatArray) -> FloatArray:
+    """The chain of joint positions along poses; unlike a traced one it may come as near to the limits as it likes."""
+    chain = [start]
+    for pose in poses:
+        q = reach(robot, pose, chain[-1])
+        assert q is not None
+        chain.append(q)
+    found = np.array(chain[1:])
+    assert (found >= robot.limit("lower") - 1e-6).all()
+    assert (found <= robot.limit("upper") + 1e-6).all()
+    return found
+
+
+def table_2(k: int) -> FloatArray:
+    """Joint positions (joints,) of a row of Table 2, rad and m."""
+    point = next(row for row in document("date_sorting")["test_points"]["points"] if row["point"] == k)
+    angles = np.radians([point[f"theta{i}_deg"] for i in (1, 2, 3, 4)])
+    return np.array([angles[0], point["l1_mm"] / 1e3, point["l2_mm"] / 1e3, *angles[1:]])
+
+
+@pytest.mark.parametrize("by_joints", [True, False])
+def test_transition_2_of_the_date_sorting_arm_with_a_radial_gripper(by_joints: bool) -> None:
+    """Section 8.5 of document 004: theta2 and theta4 stand still, theta3 goes from 0 to 1.82 degrees and back."""
+    robot = load_robot("date_sorting_arm")
+    radii, turns, heights = (np.hypot(0.5, 0.5), 0.786), (-np.pi / 4.0, -np.pi / 2.0), (0.2, 0.222)
+    ends = [np.array([turns[i], heights[i], radii[i] - 0.3, 0.0, 0.0, 0.0]) for i in (0, 1)]
+    poses = [tool_at(robot, q) for q in ends]
+    assert poses[0].position == pytest.approx([0.5, 0.5, 1.0])
+    assert poses[1].position == pytest.approx([0.786, 0.0, 1.022])
+    (motion,) = motions(robot, [joints(ends[0]) if by_joints else PoseWaypoint(pose=poses[0]), line(poses[1])])
+    if not by_joints:
+        return
+    chain = chain_at_limits(robot, on_line(*poses), ends[0])
+    exact = motion.curve.evaluate(np.linspace(0.0, 1.0, len(chain) + 1), [0])[0]
+    assert np.abs(exact[1:] - chain).max() < 1e-4
+    q = motion.curve.evaluate(np.linspace(0.0, 1.0, 400), [0])[0]
+    assert np.abs(q[:, [3, 5]]).max() < 1e-7
+    assert np.degrees(np.abs(q[:, 4]).max()) == pytest.approx(1.82, abs=0.01)
+    assert motion.end == pytest.approx(ends[1], abs=1e-6)

@@ -1,0 +1,72 @@
+"""Random lists of lines that are known to exist: a chain of joint positions within the limits was traced along each."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.errors import PlanningError
+from planner.paths.joint_path import solve_path
+from planner.problem import LinearMotion, PlanningProblem, PoseWaypoint
+from planner.robots import Robot, catalogue_ids, load_robot
+from planner.spatial import Pose, rotation_from_rpy
+from tests.jobs.tracing import on_line, tool_at, trace
+from tests.sizes import NAME, SIZE
+
+ARMS = ("kuka_kr16_l6_2", "ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "ur5", "panda")
+LISTS = 5 if NAME == "quick" else SIZE.examples // len(ARMS)
+PLANNED = 0.995
+"""The share of the lists that has to be planned."""
+
+SMALL_STEP = 0.1
+"""rad or m that a traced joint moves at most within 5 mm of the line: more is next to a singularity."""
+
+FINE_STEP = 0.0005
+"""m or rad, at which a chain is traced again: with long steps it may have gone past a singularity to another branch."""
+
+ATTEMPTS = 80
+"""The most goals that are tried for the lines of one list."""
+
+
+def lines(robot: Robot, rng: np.random.Generator) -> list[Pose]:
+    """Three to five poses, from each of which a line can be driven to the next without leaving the limits."""
+    lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
+    while True:
+        q = rng.uniform(lower + 0.03, upper - 0.03)
+        poses = [_asked(robot, tool_at(robot, q))]
+        for _ in range(ATTEMPTS):
+            size, turn = rng.choice([0.05, 0.15, 0.3]), rng.choice([0.0, 0.5]) * rng.uniform(-1.0, 1.0, 3)
+            before = poses[-1]
+            goal = _asked(robot, tool_at(robot, q))
+            rotation = None if goal.rotation is None else goal.rotation @ rotation_from_rpy(*turn)
+            goal = Pose(before.position + rng.uniform(-size, size, 3), rotation)
+            chain = trace(robot, on_line(before, goal, 0.005), q)
+            if chain is None or np.abs(np.diff(np.vstack([q, chain]), axis=0)).max() > SMALL_STEP:
+                continue
+            if trace(robot, on_line(before, goal, FINE_STEP), q) is not None:
+                poses.append(goal)
+                q = chain[-1]
+            if len(poses) == 5:
+                break
+        if len(poses) > 2:
+            return poses[: int(rng.integers(3, len(poses) + 1))]
+
+
+def _asked(robot: Robot, pose: Pose) -> Pose:
+    return Pose(pose.position) if robot.dof == 3 else pose
+
+
+@pytest.mark.random
+@pytest.mark.parametrize("arm", ARMS)
+def test_lines_that_exist_are_planned(arm: str) -> None:
+    if arm not in catalogue_ids():
+        pytest.skip("example-robot-data is not installed")
+    robot, rng, refused = load_robot(arm), np.random.default_rng(0), []
+    for _ in range(LISTS):
+        poses = lines(robot, rng)
+        waypoints = (PoseWaypoint(pose=poses[0]), *(PoseWaypoint(pose=p, motion=LinearMotion()) for p in poses[1:]))
+        try:
+            solve_path(PlanningProblem(robot, waypoints))
+        except PlanningError as error:
+            refused.append(f"{error.code}: {error}")
+    assert len(refused) <= (1.0 - PLANNED) * LISTS, refused
