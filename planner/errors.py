@@ -21,7 +21,7 @@ class Remedy:
     """A change that would make a problem feasible.
 
     Attributes:
-        field: Where the change is made, in the `PlanningProblem` or, with `"backend"` first, in the back end.
+        field: Path of the changed field in the `PlanningProblem` or, with `"backend"` first, in the back end.
         value: What to put there, as the library has it: a number, a `Pose`, a `BlendTransition`.
         explanation: Why that helps, for a person.
     """
@@ -60,7 +60,7 @@ class Fault(NamedTuple):
     """What is wrong with one field.
 
     Attributes:
-        field: Where it is, in the `PlanningProblem` or in the arguments of the function that was called.
+        field: Path of the field in the `PlanningProblem` or in the arguments of the function that was called.
         message: What is wrong, for a person.
     """
 
@@ -112,7 +112,7 @@ class PlanningError(Exception):
         joint: Name of the joint at fault.
         value: The value that breaks the limit (rad, m, s, ... as the message says).
         limit: The limit that it breaks.
-        time: Where on the trajectory, s.
+        time: Time on the trajectory, s.
         nearest: The nearest pose found to one that cannot be reached.
         path_point: The point up to which a motion of the tool can be followed.
         remedies: Changes that would make the problem feasible.

@@ -34,7 +34,7 @@ class UnitPolynomials:
 
     Attributes:
         coefficients: (..., pieces, joints, order), ascending powers on [0, 1].
-        bernstein: The same shape: Bernstein coefficients on [0, 1].
+        bernstein: Bernstein coefficients of the same shape, on [0, 1].
     """
 
     coefficients: FloatArray

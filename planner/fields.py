@@ -33,7 +33,7 @@ def with_field(holder: T, path: FieldPath, value: Any) -> T:
 
     Args:
         holder: A dataclass, or a tuple; so is everything that the path leads through.
-        path: From the holder to the field; empty: the holder itself.
+        path: The path from the holder to the field; empty: the holder itself.
         value: What the field is to be.
     """
     changed: Any = value

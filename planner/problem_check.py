@@ -82,7 +82,7 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
     Args:
         robot: Its limits are the widest there are.
         limits: What is asked.
-        field: Where the limits stand.
+        field: Path of the field that has the limits.
     """
     for name in (*TCP_QUANTITIES, *SCALES):
         number = getattr(limits, name)

@@ -62,7 +62,7 @@ def certify_samples(
     jerk too. Speeds of the tool are enforced always.
 
     Args:
-        robot: With its tool and payload; its limits hold, narrowed by `limits`.
+        robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         time: (N,), s, strictly increasing, N >= 2.
         position: (N, joints), rad or m.
         velocity: (N, joints), rad/s or m/s.

@@ -66,7 +66,7 @@ def certify_sampling(
     The interpolation is held against the limits in force at each time, and its distance from the waypoints is found.
 
     Args:
-        robot: With its tool and payload.
+        robot: The robot, with its tool and payload.
         trajectory: What is sampled.
         limits: Limits of each of its segments.
         time: (N,), s, strictly increasing, from 0 to the duration.

@@ -39,8 +39,8 @@ def certify(
     jumps at the ends, where the robot is at rest before and after. Leave such a quantity out of `enforced`.
 
     Args:
-        robot: With its tool and payload; its limits hold, narrowed by `limits`.
-        trajectory: From a plan, scaled, or made in any other way.
+        robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
+        trajectory: A trajectory from a plan, scaled, or made in any other way.
         limits: Limits that are asked besides, no wider than the robot's.
         enforced: The quantities of `QUANTITIES` whose limits decide whether the certificate is satisfied.
         positions: (waypoints, joints), where the trajectory is to be at its `arrivals`; None: not asked.
@@ -77,7 +77,7 @@ def certify_polynomials(
     """Check a trajectory of unknown origin: all limits have to be kept, that of jerk where accelerations never jump.
 
     Args:
-        robot: With its tool and payload; its limits hold, narrowed by `limits`.
+        robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         trajectory: Made in any way.
         limits: Limits that are asked besides, no wider than the robot's.
         ends: The motion before the trajectory and after it; None: rest.

@@ -20,10 +20,10 @@ def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, 
     """Compute the joint torques of a motion, those against gravity and of the payload included.
 
     Args:
-        robot: With its payload, if any.
+        robot: The robot, with its payload, if any.
         positions: One state (joints,), or many (..., joints), rad or m.
-        velocities: Of the same shape, by s.
-        accelerations: Of the same shape, by s^2.
+        velocities: Velocities of the same shape, rad/s or m/s.
+        accelerations: Accelerations of the same shape, rad/s^2 or m/s^2.
 
     Returns:
         Torques of the same shape, N m; forces in N for prismatic joints.

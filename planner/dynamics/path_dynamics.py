@@ -35,7 +35,7 @@ def path_dynamics(robot: Robot, positions: FloatArray, first: FloatArray, second
     """Compute the path dynamics at points of a path, all of them at once.
 
     Args:
-        robot: With its payload, if any.
+        robot: The robot, with its payload, if any.
         positions: q(s), (..., joints), rad or m.
         first: q'(s), of the same shape.
         second: q''(s), of the same shape.

@@ -27,7 +27,7 @@ class ExportOptions:
     Attributes:
         sample_period: Time between samples, s; the last one is at the end.
         include: Parts to be written besides, some of `INCLUDABLE`.
-        request_hash: To be quoted in the answer; None: none.
+        request_hash: The hash of the request that is quoted in the answer; None: none.
     """
 
     sample_period: float = 0.01

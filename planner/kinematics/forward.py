@@ -20,7 +20,7 @@ def forward_kinematics(robot: Robot, positions: ArrayLike) -> list[Pose]:
     """Compute where the tool is at joint positions.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         positions: (N, joints), rad or m.
 
     Returns:
@@ -33,7 +33,7 @@ def tool_pose(robot: Robot, position: ArrayLike) -> Pose:
     """Compute where the tool is at one joint position.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         position: (joints,), rad or m.
 
     Returns:
@@ -48,7 +48,7 @@ def jacobian(robot: Robot, position: ArrayLike) -> FloatArray:
     """Compute the Jacobian of the tool's position and orientation.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         position: (joints,), rad or m.
 
     Returns:
@@ -63,7 +63,7 @@ def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
     """Compute the singular values (N, min(6, joints)) of the Jacobian (m and rad alike), largest first.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         positions: (N, joints), rad or m.
     """
     J = np.array([jacobian(robot, position) for position in positions])
@@ -78,7 +78,7 @@ def manipulability(robot: Robot, positions: ArrayLike) -> FloatArray:
     sqrt(det(J^T J)) is the same product.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         positions: One joint position (joints,), or N of them (N, joints), rad or m.
 
     Returns:
@@ -93,7 +93,7 @@ def tool_poses(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatAr
     """Compute where the tool is at many joint positions in a few array operations.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         positions: (N, joints), rad or m.
 
     Returns:
@@ -108,7 +108,7 @@ def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> 
     """Compute how fast the tool moves at many states in a few array operations.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         positions: (N, joints), rad or m.
         velocities: (N, joints), rad/s or m/s.
 

@@ -62,8 +62,8 @@ def inverse_kinematics(
     promised for which arm. The answer is verified by forward kinematics and depends on nothing but the arguments.
 
     Args:
-        robot: With its tool.
-        pose: In the base frame; without a rotation, the position alone counts.
+        robot: The robot, with its tool.
+        pose: The tool's pose in the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
         reference: (joints,), rad or m; None: `options.reference`. Without either the first solution found is returned.
 
@@ -91,8 +91,8 @@ def inverse_kinematics_many(
     reference. Of an arm with a closed form, many poses take a fraction of the time of as many calls.
 
     Args:
-        robot: With its tool.
-        poses: In the base frame; without a rotation, the position alone counts.
+        robot: The robot, with its tool.
+        poses: The tool's poses in the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
         reference: (joints,), of the first pose; None: `options.reference`. Without either the first solution found is
             the first answer.
@@ -124,8 +124,8 @@ def all_solutions(
     Configurations that differ by whole turns of joints count once, turned to lie nearest to the reference.
 
     Args:
-        robot: With its tool.
-        pose: In the base frame; without a rotation, the position alone counts.
+        robot: The robot, with its tool.
+        pose: The tool's pose in the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
         reference: (joints,), rad or m; None: `options.reference`, or the middle of the limits.
 

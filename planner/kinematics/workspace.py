@@ -91,7 +91,7 @@ def workspace(robot: Robot, samples: int = DRAWS, seed: int = 0) -> Workspace:
     position limits goes up to an extreme, to rounding error. The answer depends on nothing but the arguments.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         samples: How many points are wanted.
         seed: Seed of the random positions: uniform within the limits, over one turn where a joint has none.
 

@@ -64,7 +64,7 @@ def cut_corners(robot: Robot, curve: SegmentedPolynomial, waypoint_knots: np.nda
     before the waypoint, in length of the curve, as it ends after it.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         curve: Joint positions, smooth but for the corners.
         waypoint_knots: (waypoints,), index of the breakpoint of the curve where each waypoint lies.
         corners: The waypoints to blend, none of them the first or the last.
@@ -90,7 +90,7 @@ def _ways_within(
     """How far (corners,) before (`direction` -1) or after (1) each corner the curve stays within its radius.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         curve: Joint positions.
         corners: N corners.
         direction: Which side of the corners.
@@ -119,7 +119,7 @@ def _blends(
     """The blends that keep the tool within the radii.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         curve: Joint positions.
         corners: N corners.
         ways: (corners,), over which the blends would begin before and end after the corners.

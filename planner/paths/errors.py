@@ -18,7 +18,7 @@ def passing_error(waypoints: Sequence[int], segment: int, joint: str, value: flo
         waypoints: Indices of the waypoints at the ends of the segment that are passed without stopping.
         segment: Index of the segment.
         joint: Name of the joint.
-        value: Where the joint would be, rad or m.
+        value: The position at which the joint would be, rad or m.
         limit: The position limit that it breaks, rad or m.
     """
     return JointPositionLimit(

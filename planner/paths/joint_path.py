@@ -32,12 +32,12 @@ class StraightMotions:
     """Straight joint motions from rest to rest, row by row.
 
     Attributes:
-        robot: With tool and payload.
+        robot: The robot, with tool and payload.
         segments: (rows,), index of each.
         starts: (rows, joints).
         travels: (rows, joints), from the start of each to its end.
         durations: (rows,), s; NaN: as fast as the limits allow.
-        limits: In force on each.
+        limits: The limits in force on each.
     """
 
     robot: Robot

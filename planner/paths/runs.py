@@ -108,10 +108,10 @@ def build_run(
     """The curve of segments that are passed without stopping, from rest to rest.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         waypoints: All of the problem.
-        solved: The same, with their joint positions.
-        limits: In force on each segment of the problem.
+        solved: The solved waypoints, with their joint positions.
+        limits: The limits in force on each segment of the problem.
         segments: Indices of the segments; those of no length between them are left out.
         transitions: (segments - 1,), how the robot passes from each to the next.
 

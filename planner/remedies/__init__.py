@@ -24,10 +24,10 @@ def remedies_for(
     way by itself.
 
     Args:
-        refusal: Of the back end.
-        problem: That is refused.
+        refusal: The refusal of the back end.
+        problem: The problem that is refused.
         backend: That refuses it; each remedy is proved with it.
-        path: Of the problem.
+        path: The path of the problem.
     """
     if isinstance(refusal, InfeasibleDuration):
         return duration_remedies(refusal, problem, backend, path)

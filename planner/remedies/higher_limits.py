@@ -38,10 +38,10 @@ def higher_limits(
     A scale is raised before the values that it scales, and what is asked at a waypoint before what is asked of all.
 
     Args:
-        problem: With limits that are too narrow.
-        needs: At least these, on their segments.
-        shares: Of the limits, what the needs may take, as far as the robot's own limits allow.
-        explanation: Of each remedy.
+        problem: A problem whose limits are too narrow.
+        needs: The limits that are needed at least, on their segments.
+        shares: Shares of the limits that the needs may take, as far as the robot's own limits allow.
+        explanation: The explanation of each remedy.
     """
     asked: dict[FieldPath, Limits] = {("limits",): problem.limits}
     asked |= {_field(k): waypoint.limits for k, waypoint in enumerate(problem.waypoints) if waypoint.limits is not None}

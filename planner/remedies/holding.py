@@ -37,9 +37,9 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
     """Remedies where gravity alone exceeds a torque limit on a path; none where it does not.
 
     Args:
-        problem: That is refused.
-        backend: With which only what can be planned is offered.
-        path: Of the problem.
+        problem: The problem that is refused.
+        backend: The back end; only what it can plan is offered.
+        path: The path of the problem.
     """
     if not path.robot.has_dynamics:
         return []

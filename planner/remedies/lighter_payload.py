@@ -31,12 +31,12 @@ def lighter_payload(
     """A payload as heavy as the limits allow, for each share; nothing where no lighter one does.
 
     Args:
-        problem: With or without a payload.
+        problem: A problem, with or without a payload.
         torques: (N, joints), of a robot with its payload, in some motion or at rest. They are affine in the mass of
             the payload: two masses tell all.
         limit: (N, joints).
-        shares: Of the limit, that the torques may take.
-        explanation: Of the remedy.
+        shares: Shares of the limit that the torques may take.
+        explanation: The explanation of the remedy.
     """
     payload = problem.payload
     if payload is None:

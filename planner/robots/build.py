@@ -63,9 +63,9 @@ def build_model(name: str, base: Sequence[Link], chain: Sequence[MovingJoint]) -
     the model (symbolic dynamics, closed forms) has two kinds of joint to know.
 
     Args:
-        name: Of the model.
+        name: Name of the model.
         base: The links that do not move.
-        chain: From the base to the tip.
+        chain: The joints from the base to the tip.
     """
     model = pin.Model()
     model.name = name

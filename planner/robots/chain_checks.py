@@ -25,9 +25,9 @@ def check_chain(chain: Sequence[MovingJoint], tip: str, findings: Findings) -> N
     """Remarks about the lengths, masses and inertias of an arm.
 
     Args:
-        chain: From the base to the tip.
+        chain: The joints from the base to the tip.
         tip: Name of the link at the end.
-        findings: To add to.
+        findings: The findings, which are added to.
     """
     reach = _reach(chain, tip)
     if reach > MAX_LENGTH:

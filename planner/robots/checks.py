@@ -107,8 +107,8 @@ def check_names(what: str, names: Iterable[str], findings: Findings) -> None:
 
     Args:
         what: `link` or `joint`.
-        names: In the order of the description.
-        findings: To add to.
+        names: Names in the order of the description.
+        findings: The findings, which are added to.
     """
     seen: set[str] = set()
     for name in names:
@@ -200,7 +200,7 @@ def check_limits(joint: Joint, findings: Findings) -> Joint:
 
     Args:
         joint: As described, its position limits already checked.
-        findings: To add to.
+        findings: The findings, which are added to.
     """
     known: dict[str, Any] = {}
     name = shown(joint.name)

@@ -57,7 +57,7 @@ class JointGroup:
     """Joints that belong together, as an SRDF has them.
 
     Attributes:
-        name: Of the group.
+        name: Name of the group.
         joints: Names of its moving joints, from the root to the tips; those that are not among the robot's are
             held still.
         tip_frame: The link at the end of a group that is one chain; None: it is something else.
@@ -75,7 +75,7 @@ class DisabledCollision:
     Attributes:
         link_1: Name of a link.
         link_2: Name of another.
-        reason: In the words of the SRDF; None: not given.
+        reason: The reason in the words of the SRDF; None: not given.
     """
 
     link_1: str

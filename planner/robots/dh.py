@@ -85,8 +85,8 @@ class DHModel:
         convention: `standard`: A(i) = Rz(theta) Tz(d) Tx(a) Rx(alpha). `modified`: A(i) = Rx(alpha(i-1)) Tx(a(i-1))
             Rz(theta(i)) Tz(d(i)), with alpha(i-1) and a(i-1) in row i.
         joints: The rows, from the base to the tip.
-        base: Of frame 0 in the robot's base frame; None: the same.
-        tip: Of the flange in the frame of the last row; None: the same.
+        base: Pose of frame 0 in the robot's base frame; None: the same.
+        tip: Pose of the flange in the frame of the last row; None: the same.
     """
 
     convention: Convention
@@ -102,7 +102,7 @@ def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
 
     Args:
         model: The table.
-        id: Of the robot.
+        id: Identifier of the robot.
         source: Where the table comes from.
 
     Raises:

@@ -44,8 +44,8 @@ def read_srdf(
         srdf: The document.
         robot_name: What the URDF calls the robot.
         root: The root link of the URDF.
-        arrivals: Of every other link the joint that leads there, parents first.
-        findings: To add to.
+        arrivals: The joint that leads to each other link, parents first.
+        findings: The findings, which are added to.
 
     Raises:
         InvalidRobotModel: The document cannot be read.

@@ -47,7 +47,7 @@ def read_urdf(
 
     Args:
         urdf: The document.
-        id: Of the robot.
+        id: Identifier of the robot.
         tip_frame: Link at the end of the arm; None: the tip of the SRDF's chain, if it has exactly one, or else
             the last link of the chain with the most joints.
         srdf: A document with groups and disabled collision pairs.

@@ -39,7 +39,7 @@ class UrdfJoint:
         name: As written.
         parent: Name of the link that it starts at.
         child: Name of the link that it moves.
-        placement: Of the child link in the parent link, at zero.
+        placement: Placement of the child link in the parent link, at zero.
         axis: (3,), unit vector in the child link's frame.
         moving: Kind and limits as written; None: fixed.
         held_at: Position at which a mimic joint is held; None: not a mimic joint.

@@ -21,7 +21,7 @@ def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: F
     Args:
         text: The document.
         format: What it is, for the findings.
-        findings: To add to.
+        findings: The findings, which are added to.
 
     Raises:
         InvalidRobotModel: Too long, not XML, with a DOCTYPE, with something left to expand, or not a robot.

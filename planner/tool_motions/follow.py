@@ -134,8 +134,8 @@ def follow(
     singular all along the path, if it would not come to `end` otherwise.
 
     Args:
-        robot: With its tool.
-        path: Of the tool.
+        robot: The robot, with its tool.
+        path: The path of the tool.
         start: (joints,), at the start of the path.
         end: (joints,), where the joint path should end, if that is known.
         tolerance: m and rad.

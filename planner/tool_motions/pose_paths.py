@@ -125,7 +125,7 @@ class Arc:
         axis: (3,), unit: the tool goes around it counter-clockwise.
         angle: rad, in (0, 2 pi), from the start to the end.
         start: (3,), m.
-        turn: Of the tool; None: any orientation will do.
+        turn: The turn of the tool; None: any orientation will do.
     """
 
     center: FloatArray

@@ -45,7 +45,7 @@ class Stop:
     """One waypoint on the way.
 
     Attributes:
-        index: Of the waypoint.
+        index: Index of the waypoint.
         layer: Its candidates.
         asked: The motion of the tool to this waypoint; None: a joint motion, from any position to any.
     """
@@ -93,10 +93,10 @@ def shortest_way(
     along it, and only then is it followed. The way returned has been followed wherever it is Cartesian.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         stops: The waypoints with their candidates.
         start: (joints,), rad or m, from where the way begins.
-        weight: Of the time to the first stop.
+        weight: Weight of the time to the first stop.
         follow: Follows a motion of the tool from a joint position (joints,).
 
     Returns:

@@ -69,7 +69,7 @@ def reachability(
     position outside of the limits by no more than `START_TOLERANCE` is taken to be at the limits, as in plans.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         waypoints: One or more.
         options: Tolerances, seed, and the joint position that solutions are turned nearest to.
 

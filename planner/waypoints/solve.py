@@ -52,7 +52,7 @@ class SolvedWaypoint:
         name: As asked.
         wanted: The pose asked; of a joint waypoint its own.
         position: (joints,), rad or m.
-        pose: Of the tool there.
+        pose: Pose of the tool there.
         position_error: m, from the pose asked; 0 for a joint waypoint.
         orientation_error: rad; None: no orientation was asked.
         solutions: How many isolated solutions the pose has; None: a joint waypoint, or a continuum.
@@ -88,7 +88,7 @@ def solve_waypoints(
     waypoint before splits the list: the part before it is chosen first.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         waypoints: The first is not relative.
         options: Tolerances, reference and seed.
         follow: Follows a motion of the tool from a joint position (joints,).
@@ -260,11 +260,11 @@ def unreachable_error(
     """Why the pose of a waypoint has no solution.
 
     Args:
-        robot: With its tool.
-        index: Of the waypoint.
+        robot: The robot, with its tool.
+        index: Index of the waypoint.
         waypoint: As asked.
         wanted: Its pose.
-        result: Of the search for a solution.
+        result: The result of the search for a solution.
         before: The pose asked at the waypoint before, if there is one.
         axes: (3, 3), of the tool there, if they are known.
     """

@@ -27,7 +27,7 @@ def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | 
     A move starts from the pose asked before it, not from the one reached: errors do not add up.
 
     Args:
-        robot: With its tool.
+        robot: The robot, with its tool.
         waypoints: The first is not relative.
 
     Returns:
@@ -75,7 +75,7 @@ def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: Relativ
     """The move that leads a relative waypoint to another pose; None: in axes that are not known.
 
     Args:
-        goal: Where the move is to lead.
+        goal: The pose to which the move is to lead.
         before: The pose asked at the waypoint before.
         axes: (3, 3), of the tool there; not needed by a move in the base's axes.
         waypoint: Whose frame the move is in.
@@ -98,9 +98,9 @@ def pose_remedy(
     """The remedy that takes a waypoint to another pose; none where the list cannot say it.
 
     Args:
-        index: Of the waypoint.
+        index: Index of the waypoint.
         waypoint: A pose, or relative to one.
-        goal: Where it is to be.
+        goal: The pose at which it is to be.
         before: The pose asked at the waypoint before, if there is one.
         axes: (3, 3), of the tool there, if they are known.
         explanation: For a person.

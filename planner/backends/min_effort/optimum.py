@@ -153,7 +153,7 @@ class OnCurve(Optimum):
         """The optimum; None: none was found that keeps the limits.
 
         Args:
-            law: To begin with, in any time.
+            law: The law that the search begins with, in any time.
             durations: (segments,), s: those asked; those that are not asked are met together, unless time has a weight.
         """
         weight = self.options.time_weight

@@ -79,7 +79,7 @@ class Numbers(NamedTuple):
         free: (segments,), whether a duration is to be found.
         total: s, of the free durations together; None: to be found, too.
         time_weight: Cost of a second.
-        cost: Of the first guess, to scale by.
+        cost: The cost of the first guess, to scale by.
         resting: Cost of a second at rest at the start, and at the end.
     """
 
@@ -106,7 +106,7 @@ class Motion(NamedTuple):
         coefficients: (pieces, joints, 4), ascending powers of local time.
         converged: Whether it is an optimum.
         iterations: Made to find it.
-        multipliers: Of the bounds and of the constraints, as the solver has them.
+        multipliers: The multipliers of the bounds and of the constraints, as the solver has them.
     """
 
     lengths: FloatArray

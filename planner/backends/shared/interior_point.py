@@ -151,7 +151,7 @@ def solve_quadratic_program(
     """The minimum (variables,), as near to it as is asked.
 
     Args:
-        program: In units in which cost and variables are about 1.
+        program: The program, in units in which cost and variables are about 1.
         start: (variables,), within all limits and bounds and on none of them.
         is_solved: Whether to stop, by x and about how far its objective is above the optimum.
     """

@@ -35,8 +35,8 @@ def time_lines(
     only where it has to be.
 
     Args:
-        path: That the motions belong to.
-        motions: Of it.
+        path: The path that the motions belong to.
+        motions: Straight motions of this path.
         closed_form: The fastest law by the joints' own limits.
         time_run: The fastest found along a curve by all limits.
         noticed: The factor on a duration above which that is looked for.

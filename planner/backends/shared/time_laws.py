@@ -60,7 +60,7 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
     acceleration may jump, as the law's does.
 
     Args:
-        run: With the curve q(s).
+        run: The run, with the curve q(s).
         law: s(t), ascending from 0 to the length of the curve.
     """
     curve = run.curve

@@ -235,9 +235,9 @@ def path_limits(robot: Robot, limits: SegmentLimits, intervals: Intervals, facto
     """Compute the limits on x and u.
 
     Args:
-        robot: With its payload.
-        limits: Of the segments.
-        intervals: Of the curves.
+        robot: The robot, with its payload.
+        limits: The limits of the segments.
+        intervals: The intervals of the curves.
         factors: (segments,), on all times, beyond what the limits ask.
 
     Raises:

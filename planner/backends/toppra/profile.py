@@ -110,8 +110,8 @@ def fastest_on(
     """Return the fastest profile on intervals.
 
     Args:
-        path: With the limits.
-        intervals: Of its curves.
+        path: The path, with its limits.
+        intervals: The intervals of its curves.
         factors: (segments,), on all times, beyond what the limits ask.
         refinements: Largest number of times that intervals are split.
         repairs: Largest number of solutions after that for limits that are broken.
@@ -185,7 +185,7 @@ def pieces_of(profile: Profile, tolerances: FloatArray) -> SegmentedPolynomial:
     Intervals are halved until the quintics keep to the curves.
 
     Args:
-        profile: Of the path velocity.
+        profile: The profile of the path velocity.
         tolerances: (runs,), rad or m.
     """
     for _ in range(MOST_HALVINGS):
