@@ -6,13 +6,14 @@ implementations; the geometry of lines, circles and corners is its own.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from planner.certificate.checks import Check
-from planner.kinematics.forward import tool_pose, tool_poses
+from planner.kinematics.forward import tool_poses
 from planner.problem import BlendTransition, CircularMotion, JointMotion
 
 if TYPE_CHECKING:
@@ -91,43 +92,59 @@ def certify_tool_path(
 def _deviations(
     trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
 ) -> Iterator[_Deviation]:
-    """The worst deviations on each segment whose tool path is asked, and at each blend."""
-    corners = {}
-    for k, waypoint in enumerate(waypoints):
-        if isinstance(waypoint.transition, BlendTransition):
-            corners[k] = solved[k].pose.position, waypoint.transition.radius
-            time = float(trajectory.arrivals[k])
-            tool = tool_pose(robot, trajectory.evaluate(np.array([time]), [0])[0][0])
-            distance = float(np.linalg.norm(tool.position - solved[k].pose.position))
-            yield _Deviation("blend_deviation", distance, waypoint.transition.radius, time)
+    """The worst of each kind: near blended waypoints, and along all lines and all circles, with and without turns."""
+    centers = np.array([waypoint.pose.position for waypoint in solved])
+    radii = np.array([w.transition.radius if isinstance(w.transition, BlendTransition) else -1.0 for w in waypoints])
+    blended = np.flatnonzero(radii > 0.0)
+    if len(blended):
+        times = trajectory.arrivals[blended]
+        tools = tool_poses(robot, trajectory.evaluate(times, [0])[0])[0]
+        yield _worst("blend_deviation", np.linalg.norm(tools - centers[blended], axis=1), radii[blended], times)
     with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
-    segments, *sampled = _tool_poses(trajectory, robot, with_tool)
-    for k, waypoint in enumerate(waypoints[1:], 1):
-        motion = waypoint.motion
-        if isinstance(motion, JointMotion):
-            continue
-        start = solved[k - 1].wanted if solved[k - 1].wanted.rotation is not None else solved[k - 1].pose
-        tolerance = motion.tolerance_position, motion.tolerance_orientation
-        end = solved[k].wanted
-        path: _Line | _Circle = (
-            _Circle(start, motion.via, end) if isinstance(motion, CircularMotion) else _Line(start, end)
-        )
-        times, positions, rotations = (samples[segments == k - 1] for samples in sampled)
-        for position, radius in (corners[end] for end in (k - 1, k) if end in corners):
-            away = np.linalg.norm(positions - position, axis=1) > radius
-            times, positions, rotations = times[away], positions[away], rotations[away]
-        if not len(times):
-            continue
-        distances, angles = _distances(path, positions, rotations, tolerance)
-        worst = int(np.argmax(distances))
-        yield _Deviation(
-            "path_position_deviation", float(distances[worst]), motion.tolerance_position, float(times[worst])
-        )
+    segments, times, positions, rotations = _tool_poses(trajectory, robot, with_tool)
+    kept = np.ones(len(times), dtype=bool)
+    for end in (segments, segments + 1):
+        kept &= np.linalg.norm(positions - centers[end], axis=1) > radii[end]
+    segments, times, positions, rotations = segments[kept], times[kept], positions[kept], rotations[kept]
+    kinds: dict[tuple[type, bool], dict[int, _Line | _Circle]] = {}
+    for segment in np.unique(segments).tolist():
+        path = _path(waypoints[segment + 1], solved[segment], solved[segment + 1])
+        kinds.setdefault((type(path), path.start is None), {})[segment] = path
+    tolerances = _tolerances(waypoints)
+    for paths in kinds.values():
+        own = np.flatnonzero(np.isin(segments, list(paths)))
+        path = _of_samples(list(paths.values()), np.searchsorted(list(paths), segments[own]))
+        allowed = tolerances[segments[own] + 1]
+        distances, angles = _distances(path, positions[own], rotations[own], allowed)
+        yield _worst("path_position_deviation", distances, allowed[:, 0], times[own])
         if angles is not None:
-            worst = int(np.argmax(angles))
-            yield _Deviation(
-                "path_orientation_deviation", float(angles[worst]), motion.tolerance_orientation, float(times[worst])
-            )
+            yield _worst("path_orientation_deviation", angles, allowed[:, 1], times[own])
+
+
+def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatArray) -> _Deviation:
+    """The value (N,) that is largest by its limit (N,)."""
+    worst = int(np.argmax(values / limits))
+    return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]))
+
+
+def _path(waypoint: AnyWaypoint, before: SolvedWaypoint, after: SolvedWaypoint) -> _Line | _Circle:
+    """The line or circle asked to a waypoint; an orientation that was left open at its start is the one reached."""
+    start = before.wanted if before.wanted.rotation is not None else before.pose
+    if isinstance(waypoint.motion, CircularMotion):
+        return _Circle.through(start, waypoint.motion.via, after.wanted)
+    return _Line.between(start, after.wanted)
+
+
+def _tolerances(waypoints: Sequence[AnyWaypoint]) -> FloatArray:
+    """(waypoints, 2): m and rad, of the motion of the tool to each; infinite: a joint motion."""
+    return np.array(
+        [
+            (np.inf, np.inf)
+            if isinstance(waypoint.motion, JointMotion)
+            else (waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation)
+            for waypoint in waypoints
+        ]
+    )
 
 
 def _tool_poses(
@@ -142,19 +159,25 @@ def _tool_poses(
 
 
 def _distances(
-    path: _Line | _Circle, positions: FloatArray, rotations: FloatArray, tolerance: tuple[float, float]
+    path: _Line | _Circle, positions: FloatArray, rotations: FloatArray, tolerances: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
-    """Distances (N,), m, and angles (N,), rad, of the tool from the points of its path that are nearest by tolerances.
+    """Distances (N,), m, and angles (N,), rad, of the tool from the points of its paths that are nearest by tolerances.
 
     Gauss and Newton's method finds these points, from those that are nearest by position.
+
+    Args:
+        path: The path asked at each sample.
+        positions: Positions (N, 3) of the tool, m.
+        rotations: Rotations (N, 3, 3) of the tool.
+        tolerances: Tolerances (N, 2), m and rad.
     """
 
     def missed(u: FloatArray) -> FloatArray:
         """The deviations (N, 3 or 6) of the tool from the path at shares (N,) of it, by their tolerances."""
         position, rotation = path.poses(u)
-        parts = [(position - positions) / tolerance[0]]
+        parts = [(position - positions) / tolerances[:, :1]]
         if rotation is not None:
-            parts.append(_logarithms(rotation.transpose(0, 2, 1) @ rotations) / tolerance[1])
+            parts.append(_logarithms(rotation.transpose(0, 2, 1) @ rotations) / tolerances[:, 1:])
         return np.hstack(parts)
 
     u = path.nearest(positions)
@@ -169,79 +192,125 @@ def _distances(
     return distances, None if rotation is None else _angles(rotation.transpose(0, 2, 1) @ rotations)
 
 
+@dataclass(frozen=True, eq=False)
 class _Line:
-    """The straight line from pose to pose; the tool turns about one axis in proportion."""
+    """The straight line from pose to pose, where the tool turns about one axis in proportion; or one of each sample.
 
-    def __init__(self, start: Pose, end: Pose) -> None:
-        self.start, self.way = start, end.position - start.position
-        self.turn = None if start.rotation is None or end.rotation is None else _logarithm(start.rotation, end.rotation)
+    Attributes:
+        start: (..., 3, 3), rotation at the start; None: any orientation will do.
+        turns: (..., 2, 3), rad: the rotation vector from it by the share of the way and by its square.
+        origin: (..., 3), m.
+        way: (..., 3), m.
+    """
+
+    start: FloatArray | None
+    turns: FloatArray
+    origin: FloatArray
+    way: FloatArray
+
+    @classmethod
+    def between(cls, start: Pose, end: Pose) -> _Line:
+        """The line from pose to pose."""
+        return cls(*_turns(start, None, end, 0.5), start.position, end.position - start.position)
 
     def nearest(self, points: FloatArray) -> FloatArray:
-        """Shares (N,) of the way at which the line is nearest to points (N, 3); 0.5 where there is no way."""
-        squared = float(self.way @ self.way)
-        if squared == 0.0:
-            return np.full(len(points), 0.5)
-        return np.clip((points - self.start.position) @ self.way / squared, 0.0, 1.0)
+        """Shares (N,) of the ways at which the lines are nearest to points (N, 3); 0.5 where there is no way."""
+        squared = (self.way**2).sum(axis=1)
+        along = ((points - self.origin) * self.way).sum(axis=1)
+        return np.where(squared > 0.0, np.clip(along / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0), 0.5)
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the way; None: none is asked."""
-        positions = self.start.position + u[:, None] * self.way
-        if self.turn is None or self.start.rotation is None:
-            return positions, None
-        return positions, self.start.rotation @ _rotations(u[:, None] * self.turn)
+        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the ways; None: none is asked."""
+        return self.origin + u[:, None] * self.way, _turned(self.start, self.turns, u)
 
 
+@dataclass(frozen=True, eq=False)
 class _Circle:
-    """The circle from pose to pose by way of a third."""
+    """The circle from pose to pose by way of a third; or one of each sample.
 
-    def __init__(self, start: Pose, via: Pose, end: Pose) -> None:
+    Attributes:
+        start: (..., 3, 3), rotation at the start; None: any orientation will do.
+        turns: (..., 2, 3), rad: the rotation vector from it by the share of the way and by its square.
+        center: (..., 3), m.
+        x: (..., 3), m, from the center to the start.
+        y: (..., 3), m, as long, where the circle has gone by a quarter.
+        end_angle: (...,), rad, from 0 to 2 pi.
+    """
+
+    start: FloatArray | None
+    turns: FloatArray
+    center: FloatArray
+    x: FloatArray
+    y: FloatArray
+    end_angle: FloatArray
+
+    @classmethod
+    def through(cls, start: Pose, via: Pose, end: Pose) -> _Circle:
+        """The circle through three poses."""
         a, b, c = start.position, via.position, end.position
         normal = np.cross(b - a, c - a)
         normal /= np.linalg.norm(normal)
         # In the plane, and as far from the first point as from the others.
         equations = np.array([normal, b - a, c - a])
         right = [normal @ a, (b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0]
-        self.center = np.linalg.solve(equations, right)
-        self.start, self.x = start, a - self.center
-        self.y = np.cross(normal, self.x)
-        self.end_angle = float(self._angles_of(c))
-        self.turns = None
-        if start.rotation is not None and end.rotation is not None:
-            whole = _logarithm(start.rotation, end.rotation)
-            self.turns = np.array([whole, np.zeros(3)])
-            if via.rotation is not None:
-                u = float(self._angles_of(b)) / self.end_angle
-                half = _logarithm(start.rotation, via.rotation)
-                self.turns = np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), np.array([half, whole]))
+        center = np.linalg.solve(equations, right)
+        x = a - center
+        y = np.cross(normal, x)
+        at_via, at_end = _angles_about(center, x, y, np.array([b, c]))
+        return cls(*_turns(start, via, end, at_via / at_end), center, x, y, at_end)
 
     def nearest(self, points: FloatArray) -> FloatArray:
-        """Shares (N,) of the way at which the arc is nearest to points (N, 3)."""
-        angles = self._angles_of(points)
+        """Shares (N,) of the ways at which the arcs are nearest to points (N, 3)."""
+        angles = _angles_about(self.center, self.x, self.y, points)
         # Beyond the arc: nearer to its end, or to its start.
         end = np.where(angles < (self.end_angle + 2.0 * np.pi) / 2.0, self.end_angle, 0.0)
         nearest: FloatArray = np.where(angles > self.end_angle, end, angles) / self.end_angle
         return nearest
 
     def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the way; None: none is asked."""
-        u = u[:, None]
-        angles = u * self.end_angle
-        positions = self.center + np.cos(angles) * self.x + np.sin(angles) * self.y
-        if self.turns is None or self.start.rotation is None:
-            return positions, None
-        return positions, self.start.rotation @ _rotations(self.turns[0] * u + self.turns[1] * u * u)
-
-    def _angles_of(self, points: FloatArray) -> FloatArray:
-        """Angles (N,), rad in [0, 2 pi), from the start about the centre, of points (N, 3)."""
-        spokes = points - self.center
-        angles: FloatArray = np.arctan2(spokes @ self.y, spokes @ self.x) % (2.0 * np.pi)
-        return angles
+        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the ways; None: none is asked."""
+        angles = (u * self.end_angle)[:, None]
+        return self.center + np.cos(angles) * self.x + np.sin(angles) * self.y, _turned(self.start, self.turns, u)
 
 
-def _logarithm(start: FloatArray | None, end: FloatArray | None) -> FloatArray:
+def _of_samples(paths: Sequence[_Line | _Circle], rows: np.ndarray) -> _Line | _Circle:
+    """The path of each sample (N,), of paths of one kind, all with rotations or all without."""
+
+    def stacked(name: str) -> Any:
+        values = [getattr(path, name) for path in paths]
+        return None if values[0] is None else np.array(values)[rows]
+
+    return type(paths[0])(*(stacked(field.name) for field in fields(paths[0])))
+
+
+def _angles_about(center: FloatArray, x: FloatArray, y: FloatArray, points: FloatArray) -> FloatArray:
+    """Angles (N,), rad, from 0 to 2 pi, of points (N, 3) in the plane of x and y, each (N, 3) or (3,)."""
+    spokes = points - center
+    angles: FloatArray = np.arctan2((spokes * y).sum(axis=-1), (spokes * x).sum(axis=-1)) % (2.0 * np.pi)
+    return angles
+
+
+def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArray | None, FloatArray]:
+    """The rotation (3, 3) at the start, None if any will do, and the turns (2, 3) by way of a third pose at u."""
+    if start.rotation is None or end.rotation is None:
+        return None, np.zeros((2, 3))
+    whole = _logarithm(start.rotation, end.rotation)
+    if via is None or via.rotation is None:
+        return start.rotation, np.array([whole, np.zeros(3)])
+    half = _logarithm(start.rotation, via.rotation)
+    return start.rotation, np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), np.array([half, whole]))
+
+
+def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> FloatArray | None:
+    """Rotations (N, 3, 3) at shares (N,) of the ways, from `start` (N, 3, 3) by `turns` (N, 2, 3)."""
+    if start is None:
+        return None
+    rotations: FloatArray = start @ _rotations(turns[:, 0] * u[:, None] + turns[:, 1] * (u * u)[:, None])
+    return rotations
+
+
+def _logarithm(start: FloatArray, end: FloatArray) -> FloatArray:
     """The rotation vector (3,), rad, that leads from one rotation (3, 3) to another, in the axes of the first."""
-    assert start is not None  # noqa: S101 - asked only where there are rotations
-    assert end is not None  # noqa: S101
     return np.asarray(pin.log3(start.T @ end))
 
 
