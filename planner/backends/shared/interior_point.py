@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import spsolve
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,6 +37,12 @@ QUADRATIC_CENTRING = 0.03
 
 MOST_QUADRATIC_STEPS = 25
 """Newton steps in one quadratic program; 8 to 12 are common."""
+
+MOST_DENSE = 150
+"""Number of variables from which on it pays to look for zeros in the matrix of a quadratic program."""
+
+SPARSE = 0.1
+"""Share of elements that are not zero, below which such a matrix counts as sparse."""
 
 
 class NewtonTerms(NamedTuple):
@@ -155,18 +163,18 @@ def solve_quadratic_program(
         start: (variables,), within all limits and bounds and on none of them.
         is_solved: Whether to stop, by x and about how far its objective is above the optimum.
     """
-    variables, diagonal = len(start), np.arange(len(start))
-    count = len(program.bounds)
+    variables, count = len(start), len(program.bounds)
+    is_sparse = variables > MOST_DENSE and np.count_nonzero(program.matrix) < SPARSE * program.matrix.size
+    newton_step = _sparse_newton_step(program.matrix) if is_sparse else _dense_newton_step(program.matrix)
     x, slacks = start, program.slacks(start)
     point = InteriorPoint.on_central_path(slacks, 1.0 / len(slacks))
     for _ in range(MOST_QUADRATIC_STEPS):
         barrier = QUADRATIC_CENTRING * point.gap / len(slacks)
         terms = point.towards(barrier)
         push, stiffness = (np.split(term, [count, count + variables]) for term in terms)
-        hessian = (program.matrix.T * stiffness[0]) @ program.matrix
-        hessian[diagonal, diagonal] += program.curvature + stiffness[1] + stiffness[2]
+        curvature = program.curvature + stiffness[1] + stiffness[2]
         slope = program.cost + program.curvature * x + program.matrix.T @ push[0] - push[1] + push[2]
-        change = np.linalg.solve(hessian, -slope)
+        change = newton_step(stiffness[0], curvature, slope)
         slack_changes = np.concatenate([-(program.matrix @ change), change, -change])
         step = point.step(terms, slack_changes, QUADRATIC_SHARE_TO_BOUNDARY)
         x = x + step.primal * change
@@ -174,3 +182,25 @@ def solve_quadratic_program(
         if is_solved(x, barrier * len(slacks)):
             break
     return x
+
+
+def _dense_newton_step(matrix: FloatArray) -> Callable[[FloatArray, FloatArray, FloatArray], FloatArray]:
+    """Solve (M^T D M + C) x = -g for the weights of D, the diagonal C and the slope g."""
+
+    def step(weights: FloatArray, curvature: FloatArray, slope: FloatArray) -> FloatArray:
+        hessian = (matrix.T * weights) @ matrix
+        hessian[np.diag_indices_from(hessian)] += curvature
+        return np.asarray(np.linalg.solve(hessian, -slope), dtype=np.float64)
+
+    return step
+
+
+def _sparse_newton_step(matrix: FloatArray) -> Callable[[FloatArray, FloatArray, FloatArray], FloatArray]:
+    """Do the same where nearly all of M is zero, in a time that goes with what is not."""
+    rows = csr_array(matrix)
+
+    def step(weights: FloatArray, curvature: FloatArray, slope: FloatArray) -> FloatArray:
+        hessian = rows.T @ diags_array(weights) @ rows + diags_array(curvature)
+        return np.asarray(spsolve(hessian.tocsc(), -slope, permc_spec="MMD_AT_PLUS_A"), dtype=np.float64)
+
+    return step

@@ -16,6 +16,7 @@ from math import perm
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from planner.polynomials import PiecewisePolynomial, stretched
 
@@ -23,6 +24,36 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 Degree = Literal[3, 5]
+
+
+@dataclass(frozen=True, eq=False)
+class _Banded:
+    """A square matrix (n, n) that is zero but near its diagonal.
+
+    Attributes:
+        diagonals: Element (r, c) at row `width` + r - c and column c; (2 width + 1, n).
+    """
+
+    diagonals: FloatArray
+
+    @classmethod
+    def block_tridiagonal(cls, below: FloatArray, diagonal: FloatArray, above: FloatArray) -> _Banded:
+        """Make it of blocks (N - 1, k, k), (N, k, k) and (N - 1, k, k)."""
+        count, k = diagonal.shape[:2]
+        width = 2 * k - 1
+        diagonals = np.zeros((2 * width + 1, count * k))
+        row, column = np.arange(k)[:, None], np.arange(k)
+        for blocks, first, offset in ((below, 0, 1), (diagonal, 0, 0), (above, 1, -1)):
+            columns = k * np.arange(first, first + len(blocks))[:, None, None] + column
+            diagonals[width + k * offset + row - column, columns] = blocks
+        return cls(diagonals)
+
+    def solve(self, right: FloatArray) -> FloatArray:
+        """The solution (n, m) for right sides (n, m), by elimination within the band."""
+        if not len(right):
+            return right
+        width = len(self.diagonals) // 2
+        return np.asarray(solve_banded((width, width), self.diagonals, right, check_finite=False), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +69,7 @@ class InterpolatingSpline:
         ends: Travel, then derivatives 1 to k at the start, then at the end, by unit time; (segments, joints, degree).
         scales: Duration (segments - 1,), s, of the shorter segment beside each inner waypoint.
         system: Jumps of derivatives k + 1 to 2 k at each inner waypoint by its and its neighbours' derivatives 1 to k,
-            all by time in units of `scales`; (k (segments - 1), k (segments - 1)).
+            all by time in units of `scales`.
     """
 
     degree: Degree
@@ -46,7 +77,7 @@ class InterpolatingSpline:
     unit: FloatArray
     ends: FloatArray
     scales: FloatArray
-    system: FloatArray
+    system: _Banded
 
     @property
     def curve(self) -> PiecewisePolynomial:
@@ -55,7 +86,7 @@ class InterpolatingSpline:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        return np.asarray(np.linalg.inv(self.system), dtype=np.float64)
+        return self.system.solve(np.eye(self.system.diagonals.shape[1]))
 
     def sensitivities(self, segment: np.ndarray, joint: np.ndarray, order: np.ndarray, u: FloatArray) -> FloatArray:
         """Differentiate derivatives by time at fixed unit times by the logarithm of each duration.
@@ -116,7 +147,6 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
     travels = np.diff(positions, axis=0)
     inner, joints = len(h) - 1, positions.shape[1]
     scales = np.minimum(h[:-1], h[1:])
-    blocks = np.zeros((inner, k, inner, k))
     before, after = h[:-1], h[1:]
     at_start, at_end = _matched_derivatives(degree)
     known, matched = np.arange(1, k + 1), np.arange(k + 1, 2 * k + 1)
@@ -126,15 +156,14 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
         rows: FloatArray = (row_scale / h)[:, None, None] ** matched[:, None]
         return weights * rows * (h / column_scale)[:, None, None] ** known
 
-    start, end, i = slice(1, k + 1), slice(k + 1, None), np.arange(inner)
-    blocks[i, :, i, :] = block(at_end[:, end], before, scales, scales)
-    blocks[i, :, i, :] -= block(at_start[:, start], after, scales, scales)
-    blocks[i[1:], :, i[:-1], :] = block(at_end[:, start], before[1:], scales[1:], scales[:-1])
-    blocks[i[:-1], :, i[1:], :] = -block(at_start[:, end], after[:-1], scales[:-1], scales[1:])
-    system = blocks.reshape(inner * k, inner * k)
+    start, end = slice(1, k + 1), slice(k + 1, None)
+    diagonal = block(at_end[:, end], before, scales, scales) - block(at_start[:, start], after, scales, scales)
+    below = block(at_end[:, start], before[1:], scales[1:], scales[:-1])
+    above = -block(at_start[:, end], after[:-1], scales[:-1], scales[1:])
+    system = _Banded.block_tridiagonal(below, diagonal, above)
     jumps = (at_end[:, 0] * (scales / before)[:, None] ** matched)[..., None] * travels[:-1, None]
     jumps -= (at_start[:, 0] * (scales / after)[:, None] ** matched)[..., None] * travels[1:, None]
-    unknowns = np.linalg.solve(system, -jumps.reshape(inner * k, joints)).reshape(inner, k, joints)
+    unknowns = system.solve(-jumps.reshape(inner * k, joints)).reshape(inner, k, joints)
 
     at_waypoints = np.zeros((inner + 2, k, joints))
     at_waypoints[1:-1] = unknowns / scales[:, None, None] ** known[:, None]

@@ -137,3 +137,22 @@ def test_the_barrier_falls_by_more_after_longer_steps() -> None:
     assert shares == sorted(shares, reverse=True)
     assert shares[0] == 1.0
     assert shares[-1] == 0.1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_long_program_that_is_nearly_all_zeros_has_no_way_down_left(seed: int) -> None:
+    """As of the durations of many intervals, each of which matters to its neighbours; the last variable bounds all.
+
+    No feasible point lies further down along the slope at the solution: that bounds how far from the optimum it is.
+    """
+    rng = np.random.default_rng(seed)
+    n = 300
+    near = np.abs(np.arange(n)[:, None] - np.arange(n)) <= 3
+    matrix = np.column_stack([np.where(near, rng.normal(size=(n, n)), 0.0), np.full(n, -1.0)])
+    bounds, cost = rng.uniform(0.1, 1.0, n), np.append(rng.normal(size=n), 20.0) / n
+    lower, upper = np.append(-np.ones(n), -5.0), np.append(np.ones(n), 5.0)
+    program = QuadraticProgram(cost, np.append(np.ones(n), 0.0) / n, matrix, bounds, lower, upper)
+    x = solved(program, np.zeros(n + 1))
+    slope = program.cost + program.curvature * x
+    best = linprog(slope, A_ub=matrix, b_ub=bounds, bounds=np.column_stack([lower, upper])).fun
+    assert slope @ x - best < 3.0 * GAP
