@@ -18,6 +18,10 @@ LISTS = 5 if NAME == "quick" else SIZE.examples // len(ARMS)
 PLANNED = 0.995
 """The share of the lists that has to be planned."""
 
+PLANNED_REDUNDANT = 0.95
+"""The same of an arm with seven joints: it keeps its component in the null space of a line's start, though the chain
+that was traced is another."""
+
 SMALL_STEP = 0.1
 """rad or m that a traced joint moves at most within 5 mm of the line: more is next to a singularity."""
 
@@ -69,4 +73,5 @@ def test_lines_that_exist_are_planned(arm: str) -> None:
             solve_path(PlanningProblem(robot, waypoints))
         except PlanningError as error:
             refused.append(f"{error.code}: {error}")
-    assert len(refused) <= (1.0 - PLANNED) * LISTS, refused
+    planned = PLANNED if robot.dof <= 6 else PLANNED_REDUNDANT
+    assert len(refused) <= (1.0 - planned) * LISTS, refused

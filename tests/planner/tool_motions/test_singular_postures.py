@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 
 from planner.backends import Cubic
-from planner.errors import SingularPath
+from planner.errors import SingularPath, UnreachableWaypoint
 from planner.planning import plan
 from planner.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.documents.published import document
+from tests.jobs.corpus import job
 from tests.jobs.tracing import on_circle, on_line, reach, tool_at, trace
 
 if TYPE_CHECKING:
@@ -171,6 +172,14 @@ def test_a_line_out_of_the_plane_of_a_stretched_wrist_is_singular(name: str) -> 
     assert refusal.value.path_point is not None
     assert refusal.value.path_point.fraction == 0.0
     assert refusal.value.joint in {robot.joint_names[3], robot.joint_names[5]}
+
+
+@pytest.mark.skipif("panda" not in catalogue_ids(), reason="example-robot-data is not installed")
+def test_a_circle_out_of_the_work_space_is_unreachable() -> None:
+    """It goes by way of a point 20 % further away than all links end to end; the arm is singular before."""
+    asked = job("infeasible-01-panda")
+    with pytest.raises(UnreachableWaypoint):
+        plan(asked.problem, Cubic())
 
 
 def test_a_line_out_of_a_stretched_elbow_is_singular() -> None:
