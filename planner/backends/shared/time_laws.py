@@ -42,15 +42,10 @@ def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.nda
         knots: (segments - 1,), path positions s where the segments meet.
         segments: (segments,), their indices.
     """
-    lengths, coefficients, piece_segments = [], [], []
-    ends = law.evaluate(law.breakpoints, [0])[0][:, 0]
-    for piece, own in enumerate(law.coefficients):
-        times = _times_at(knots, law, piece, ends[piece], ends[piece + 1])
-        lengths += np.diff(times).tolist()
-        coefficients += [shifted(own, float(t)) for t in times[:-1]]
-        middles = law.breakpoints[piece] + (times[:-1] + times[1:]) / 2.0
-        piece_segments += segments[np.searchsorted(knots, law.evaluate(middles, [0])[0][:, 0])].tolist()
-    return SegmentedPolynomial(np.array(lengths), np.array(coefficients), np.array(piece_segments))
+    pieces, starts, ends = _split_pieces(law, knots, law.evaluate(law.breakpoints, [0])[0][:, 0])
+    middles = law.evaluate(law.breakpoints[pieces] + (starts + ends) / 2.0, [0])[0][:, 0]
+    coefficients = shifted(law.coefficients[pieces], starts[:, None])
+    return SegmentedPolynomial(ends - starts, coefficients, segments[np.searchsorted(knots, middles)])
 
 
 def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
@@ -66,15 +61,8 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
     curve = run.curve
     s = law.evaluate(law.breakpoints, [0])[0][:, 0]
     s[-1] = curve.breakpoints[-1]
-    pieces, starts, ends = [], [], []
     # The ends of the curve are no knots: a law whose rounding begins behind them would get a piece of no length there.
-    knots = curve.breakpoints[1:-1]
-    for piece in range(len(law.lengths)):
-        times = _times_at(knots, law, piece, s[piece], s[piece + 1])
-        pieces += [piece] * (len(times) - 1)
-        starts += times[:-1].tolist()
-        ends += times[1:].tolist()
-    own, start, end = np.array(pieces), np.array(starts), np.array(ends)
+    own, start, end = _split_pieces(law, curve.breakpoints[1:-1], s)
     for _ in range(MOST_HALVINGS):
         states = (_joint_state(law, curve, own, t) for t in (start, end))
         coefficients = quintic_hermite(end - start, *states)
@@ -94,21 +82,34 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
     return SegmentedPolynomial(end - start, coefficients, law.segments[own])
 
 
-def _times_at(knots: FloatArray, law: PiecewisePolynomial, piece: int, start: float, end: float) -> FloatArray:
-    """Local times on a piece of the law, from s = `start` to `end`: its ends, and when it passes the knots between.
+def _split_pieces(
+    law: PiecewisePolynomial, knots: FloatArray, s: FloatArray
+) -> tuple[np.ndarray, FloatArray, FloatArray]:
+    """The pieces of a law cut where it passes knots: index of the piece, local start and end of each part, all (N,).
 
-    These are found by bisection, as the law ascends. A knot that only rounding tells from an end is that end; two knots
-    may be as near to each other as waypoints are, 1e-10 of the curve.
+    These moments are found by bisection, as the law ascends. A knot that only rounding tells from an end of a piece is
+    that end; two knots may be as near to each other as waypoints are, 1e-10 of the curve.
+
+    Args:
+        law: The time law.
+        knots: Path positions (knots,), ascending.
+        s: Path positions (pieces + 1,) at the breakpoints of the law.
     """
-    margin = ROUNDING * end
-    inner = knots[(knots > start + margin) & (knots < end - margin)]
-    length = law.lengths[piece]
-    low, high = np.zeros(len(inner)), np.full(len(inner), length)
-    for _ in range(BISECTIONS if len(inner) else 0):
+    margins = ROUNDING * s[1:]
+    first = np.searchsorted(knots, s[:-1] + margins, side="right")
+    counts = np.maximum(np.searchsorted(knots, s[1:] - margins) - first, 0)
+    passing = np.repeat(np.arange(len(counts)), counts)
+    passed = knots[np.arange(len(passing)) + np.repeat(first - (np.cumsum(counts) - counts), counts)]
+    low, high = np.zeros(len(passing)), law.lengths[passing]
+    for _ in range(BISECTIONS if len(passing) else 0):
         middle = (low + high) / 2.0
-        before = horner(law.coefficients[piece, 0], middle) < inner
+        before = horner(law.coefficients[passing, 0], middle) < passed
         low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return np.concatenate([[0.0], high, [length]])
+    pieces = np.repeat(np.arange(len(counts)), counts + 1)
+    starts, ends = np.zeros(len(pieces)), law.lengths[pieces]
+    later = np.flatnonzero(np.diff(pieces) == 0) + 1
+    starts[later] = ends[later - 1] = high
+    return pieces, starts, ends
 
 
 def _joint_state(
