@@ -136,7 +136,7 @@ def _path(waypoint: AnyWaypoint, before: SolvedWaypoint, after: SolvedWaypoint) 
 
 
 def _tolerances(waypoints: Sequence[AnyWaypoint]) -> FloatArray:
-    """(waypoints, 2): m and rad, of the motion of the tool to each; infinite: a joint motion."""
+    """Return the tolerances (waypoints, 2), m and rad, of the motion to each waypoint; infinite for a joint motion."""
     return np.array(
         [
             (np.inf, np.inf)
