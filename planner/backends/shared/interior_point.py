@@ -18,8 +18,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -197,6 +195,10 @@ def _dense_newton_step(matrix: FloatArray) -> Callable[[FloatArray, FloatArray, 
 
 def _sparse_newton_step(matrix: FloatArray) -> Callable[[FloatArray, FloatArray, FloatArray], FloatArray]:
     """Do the same where nearly all of M is zero, in a time that goes with what is not."""
+    # Loaded by the first long program: importing the library stays quick.
+    from scipy.sparse import csr_array, diags_array
+    from scipy.sparse.linalg import spsolve
+
     rows = csr_array(matrix)
 
     def step(weights: FloatArray, curvature: FloatArray, slope: FloatArray) -> FloatArray:

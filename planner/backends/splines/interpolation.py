@@ -16,7 +16,6 @@ from math import perm
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from planner.polynomials import PiecewisePolynomial, stretched
 
@@ -50,6 +49,8 @@ class _Banded:
 
     def solve(self, right: FloatArray) -> FloatArray:
         """The solution (n, m) for right sides (n, m), by elimination within the band."""
+        from scipy.linalg import solve_banded  # loaded by the first spline: importing the library stays quick
+
         if not len(right):
             return right
         width = len(self.diagonals) // 2
