@@ -21,7 +21,7 @@ class Size(NamedTuple):
     http: int
 
 
-SIZES = {"quick": Size(100, 100, 15), "large": Size(5_000, 2_000, 60), "soak": Size(14_300, 10_000, 500)}
+SIZES = {"quick": Size(100, 100, 15), "large": Size(1_000, 500, 40), "soak": Size(14_300, 10_000, 500)}
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
 LARGER = "hypothesis or random"
