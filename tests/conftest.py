@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import HealthCheck, settings
 
+from planner.errors import UnknownRobot
+from planner.robots import catalogue_ids
 from tests.sizes import LARGER, NAME, SIZE, SIZES
 
 if TYPE_CHECKING:
-    import pytest
+    from collections.abc import Generator
 
 # The same cases each time, so that what passes here passes in CI; a soak tries new ones.
 settings.register_profile(
@@ -23,6 +26,7 @@ settings.register_profile(
 settings.load_profile("sized")
 
 SLOWEST_FILES = 10
+PACKAGE_ROBOTS_ARE_INSTALLED = "ur5" in catalogue_ids()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -42,3 +46,14 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"instead of {now.requests}, {ci.examples} cases a property instead of {now.examples}, "
             f"{ci.http} made-up HTTP requests an operation instead of {now.http}"
         )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, object]:
+    """Skip what asks for a robot of the optional package where that is not installed."""
+    try:
+        return (yield)
+    except UnknownRobot:
+        if PACKAGE_ROBOTS_ARE_INSTALLED:
+            raise
+        pytest.skip("the extra `robots` is not installed")
