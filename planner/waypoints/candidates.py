@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.kinematics.forward import manipulability
 from planner.kinematics.search import QUICK, Search
+from planner.kinematics.turns import TURN, turns_within
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
-
-TURN = 2.0 * np.pi
-"""A whole turn, rad."""
 
 MOST_TURNED = 32
 """The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
@@ -147,11 +145,9 @@ class Layer:
 
 
 def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The fewest and the most whole turns (n, joints) that keep each angle within its limits; 0 for a length."""
-    lower, upper = robot.limit("lower"), robot.limit("upper")
-    fewest = np.ceil((lower - positions) / TURN - ROUNDING)
-    most = np.floor((upper - positions) / TURN + ROUNDING)
-    return np.where(robot.is_angle, np.minimum(fewest, 0.0), 0.0), np.where(robot.is_angle, np.maximum(most, 0.0), 0.0)
+    """The fewest and the most whole turns (n, joints) that keep each angle within its limits, none among them."""
+    fewest, most = turns_within(robot, positions)
+    return np.minimum(fewest, 0.0), np.maximum(most, 0.0)
 
 
 def _turned(robot: Robot, branches: FloatArray, towards: FloatArray) -> tuple[FloatArray, FloatArray]:

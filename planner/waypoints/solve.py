@@ -11,11 +11,12 @@ from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remed
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.search import is_isolated, pose_errors
+from planner.kinematics.turns import TURN
 from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import SAME_SOLUTION
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
-from planner.waypoints.candidates import TURN, Layer
+from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.targets import moved_pose, pose_remedy, wanted_poses
