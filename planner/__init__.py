@@ -68,7 +68,9 @@ if TYPE_CHECKING:
     from planner.kinematics import inverse_kinematics_many as inverse_kinematics_many
     from planner.kinematics import jacobian as jacobian
     from planner.kinematics import manipulability as manipulability
+    from planner.kinematics import tool_accelerations as tool_accelerations
     from planner.kinematics import tool_pose as tool_pose
+    from planner.kinematics import tool_velocities as tool_velocities
     from planner.kinematics import workspace as workspace
     from planner.kinematics.options import InverseKinematicsOptions as InverseKinematicsOptions
     from planner.limits import Limits as Limits
@@ -100,6 +102,9 @@ if TYPE_CHECKING:
     from planner.spatial import quaternion as quaternion
     from planner.spatial import rotation_from_quaternion as rotation_from_quaternion
     from planner.spatial import rotation_from_rpy as rotation_from_rpy
+    from planner.spatial import rpy_from_rotations as rpy_from_rotations
+    from planner.tool_lines import LinePolynomial as LinePolynomial
+    from planner.tool_lines import line_polynomials as line_polynomials
     from planner.trajectory import Remark as Remark
     from planner.trajectory import Trajectory as Trajectory
     from planner.waypoints.reachability import LimitMargin as LimitMargin
@@ -151,7 +156,9 @@ _NAMES = {
         "inverse_kinematics_many",
         "jacobian",
         "manipulability",
+        "tool_accelerations",
         "tool_pose",
+        "tool_velocities",
         "workspace",
     ),
     "planner.kinematics.options": ("InverseKinematicsOptions",),
@@ -177,7 +184,8 @@ _NAMES = {
     "planner.result": ("Plan", "PlanWarning"),
     "planner.robots": ("DHJoint", "Joint", "Robot", "catalogue_ids", "load_robot"),
     "planner.robots.payload": ("Payload",),
-    "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy"),
+    "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
+    "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
     "planner.trajectory": ("Remark", "Trajectory"),
     "planner.waypoints.reachability": ("LimitMargin", "Reachability", "reachability"),
 }

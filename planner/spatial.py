@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+GIMBAL_LOCK = 1e-6
+"""Cosine of the pitch below which roll and yaw turn about one axis: poses are not solved well enough to tell them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -82,6 +85,32 @@ def rotation_z(angle: float) -> FloatArray:
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Make a rotation (3, 3) of angles about the fixed axes x, then y, then z, rad: Rz(yaw) Ry(pitch) Rx(roll)."""
     return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
+
+
+def rpy_from_rotations(rotations: ArrayLike) -> FloatArray:
+    """Find angles about the fixed axes x, then y, then z (URDF) of rotations in a row: R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    The pitch is in [-pi/2, pi/2]. Roll and yaw of the first rotation are in [-pi, pi]; those of the next go on from the
+    one before by less than half a turn, so that they never jump by a whole turn, and may leave this range. Where the
+    pitch is a quarter of a turn only the sum or the difference of roll and yaw is defined: the roll stays as it was, or
+    is 0 at the first.
+
+    Args:
+        rotations: (N, 3, 3).
+
+    Returns:
+        (N, 3), roll, pitch and yaw, rad.
+    """
+    R = np.asarray(rotations, dtype=np.float64)
+    level = np.hypot(R[:, 0, 0], R[:, 1, 0])
+    pitch = np.arctan2(-R[:, 2, 0], level)
+    free = level > GIMBAL_LOCK
+    last_free = np.maximum.accumulate(np.where(free, np.arange(len(R)), -1))
+    roll = np.where(last_free >= 0, np.arctan2(R[:, 2, 1], R[:, 2, 2])[last_free], 0.0)
+    # Without the roll what is left is Rz(yaw) Ry(pitch), whose second column tells the yaw whatever the pitch is.
+    c, s = np.cos(roll), np.sin(roll)
+    yaw = np.arctan2(s * R[:, 0, 2] - c * R[:, 0, 1], c * R[:, 1, 1] - s * R[:, 1, 2])
+    return np.stack([np.unwrap(roll), pitch, np.unwrap(yaw)], axis=-1)
 
 
 def rotation_from_quaternion(xyzw: FloatArray) -> FloatArray:

@@ -21,6 +21,24 @@ class TcpPoses(Answer):
     scalar w."""
 
 
+class TcpVelocities(Answer):
+    """Velocities of the tool in the base's axes; rows are time."""
+
+    linear: list[list[float]]
+    """The velocity of the tool's origin, shape (times, 3), m/s."""
+    angular: list[list[float]]
+    """The angular velocity of the tool, shape (times, 3), rad/s."""
+
+
+class TcpAccelerations(Answer):
+    """Accelerations of the tool in the base's axes, without gravity; rows are time."""
+
+    linear: list[list[float]]
+    """The acceleration of the tool's origin, shape (times, 3), m/s^2."""
+    angular: list[list[float]]
+    """The angular acceleration of the tool, shape (times, 3), rad/s^2."""
+
+
 class Samples(Answer):
     """The trajectory, sampled; rows are time."""
 
@@ -40,6 +58,15 @@ class Samples(Answer):
     """The joint torques, shape (times, joints), N m or N; when included."""
     tcp_pose: TcpPoses | None = None
     """The poses of the tool; when included."""
+    tcp_rpy: list[list[float]] | None = None
+    """The orientation of the tool as roll, pitch and yaw, shape (times, 3), rad: turns about the fixed axes x, then y,
+    then z of the base, as in URDF, R = Rz(yaw) Ry(pitch) Rx(roll); when included. The pitch is in [-pi/2, pi/2]; roll
+    and yaw go on from row to row without jumps by whole turns, and may leave [-pi, pi]. Where the pitch is a quarter of
+    a turn, the roll stays as it was (at the start 0)."""
+    tcp_velocity: TcpVelocities | None = None
+    """The velocities of the tool; when included."""
+    tcp_acceleration: TcpAccelerations | None = None
+    """The accelerations of the tool; when included."""
 
 
 class PlannedWaypoint(Answer):
@@ -136,6 +163,32 @@ class JointPolynomials(Answer):
     of s."""
 
 
+class LinePolynomials(Answer):
+    """A straight line of the tool as polynomials of time.
+
+    The tool is at p(t) = p0 + u(t) (p1 - p0), where u(t) is the share of the line that lies behind. There is one row
+    of coefficients a phase of the time law: one for a cubic or a quintic from stop to stop, three for a trapezoid, many
+    for laws that follow limits of the joints. Where the line begins or ends in a blend, the rest of it is given.
+    """
+
+    segment: int
+    """The index of the segment."""
+    breakpoints: list[float]
+    """The times at which the pieces begin and the last one ends, s from the start of the trajectory."""
+    path_parameter: list[list[float]]
+    """The coefficients of u(t), one row a piece: ascending powers of the time since the start of the piece, by powers
+    of s."""
+    x: list[list[float]]
+    """The coefficients of x(t) in the base frame, m by powers of s, in the same form."""
+    y: list[list[float]]
+    """The coefficients of y(t), m by powers of s, likewise."""
+    z: list[list[float]]
+    """The coefficients of z(t), m by powers of s, likewise."""
+    deviation: float
+    """How far the tool of the joint trajectory is from x(t), y(t), z(t) at most, m, found at 17 times of each piece
+    of the joints' polynomials: the joints follow the line within its tolerance."""
+
+
 class PlanWarning(Answer):
     """Something to know about a plan that is good all the same."""
 
@@ -164,6 +217,8 @@ class PlanAnswer(Answer):
     """What was checked after planning: the peaks of all quantities against their limits."""
     polynomials: list[JointPolynomials] | None = None
     """The trajectory itself, as one piecewise polynomial a joint; when included."""
+    tcp_polynomials: list[LinePolynomials] | None = None
+    """The straight lines of the tool as polynomials of time, one entry a linear motion; when included."""
     sample_checks: list[InterpolationCertificate] | None = None
     """What a controller reaches that interpolates between these samples, by each interpolation, held against the limits
     in force on each segment, and how far it passes by the waypoints; when included. POST /v1/trajectories/validate says

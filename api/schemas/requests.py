@@ -238,11 +238,22 @@ class InverseKinematicsOptions(Schema):
 Include = TypeAliasType(
     "Include",
     Annotated[
-        Literal["jerk", "torque", "tcp_pose", "polynomials", "sample_checks"],
+        Literal[
+            "jerk",
+            "torque",
+            "tcp_pose",
+            "tcp_rpy",
+            "tcp_velocity",
+            "tcp_acceleration",
+            "polynomials",
+            "tcp_polynomials",
+            "sample_checks",
+        ],
         Field(
-            description="Something that an answer holds on demand: columns of the samples (`jerk`, `torque`, "
-            "`tcp_pose`), the joints' piecewise `polynomials`, or `sample_checks`: what a controller reaches that "
-            "interpolates between the samples."
+            description="Something that an answer holds on demand: columns of the samples (`jerk`, `torque`; of the "
+            "tool `tcp_pose`, `tcp_rpy`, `tcp_velocity`, `tcp_acceleration`), the joints' piecewise `polynomials`, the "
+            "`tcp_polynomials` x(t), y(t), z(t) of its straight lines, or `sample_checks`: what a controller reaches "
+            "that interpolates between the samples."
         ),
     ],
 )

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
-from planner.kinematics import forward_kinematics, quaternion
+from planner.kinematics import forward_kinematics, quaternion, tool_accelerations, tool_poses, tool_velocities
+from planner.spatial import rpy_from_rotations
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +17,17 @@ if TYPE_CHECKING:
     from planner.kinematics import FloatArray
     from planner.result import Plan
 
-INCLUDABLE = ("jerk", "torque", "tcp_pose", "polynomials", "sample_checks")
+INCLUDABLE = (
+    "jerk",
+    "torque",
+    "tcp_pose",
+    "tcp_rpy",
+    "tcp_velocity",
+    "tcp_acceleration",
+    "polynomials",
+    "tcp_polynomials",
+    "sample_checks",
+)
 """Names of the parts that an answer carries only when asked."""
 
 
@@ -66,6 +77,9 @@ class Samples:
         torque: (N, joints), when asked.
         tcp_position: (N, 3), m, when asked.
         tcp_quaternion: (N, 4), x, y, z, w, when asked.
+        tcp_rpy: (N, 3), roll, pitch, yaw as `rpy_from_rotations` has them, rad, when asked.
+        tcp_velocity: Linear (N, 3), m/s, and angular (N, 3), rad/s, in the base's axes, when asked.
+        tcp_acceleration: Linear (N, 3), m/s^2, and angular (N, 3), rad/s^2, in the base's axes, when asked.
     """
 
     time: FloatArray
@@ -77,6 +91,9 @@ class Samples:
     torque: FloatArray | None
     tcp_position: FloatArray | None
     tcp_quaternion: FloatArray | None
+    tcp_rpy: FloatArray | None
+    tcp_velocity: tuple[FloatArray, FloatArray] | None
+    tcp_acceleration: tuple[FloatArray, FloatArray] | None
 
 
 def sample(plan: Plan, options: ExportOptions) -> Samples:
@@ -90,13 +107,19 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
     orders = 4 if "jerk" in options.include else 3
     derivatives = trajectory.evaluate(time, range(orders))
     position, velocity, acceleration = derivatives[:3]
-    torque = tcp_position = tcp_quaternion = None
+    torque = tcp_position = tcp_quaternion = tcp_rpy = tcp_velocity = tcp_acceleration = None
     if "torque" in options.include:
         torque = inverse_dynamics(robot, position, velocity, acceleration)
     if "tcp_pose" in options.include:
         poses = forward_kinematics(robot, position)
         tcp_position = np.array([pose.position for pose in poses])
         tcp_quaternion = np.array([quaternion(pose.rotation) for pose in poses if pose.rotation is not None])
+    if "tcp_rpy" in options.include:
+        tcp_rpy = rpy_from_rotations(tool_poses(robot, position)[1])
+    if "tcp_velocity" in options.include:
+        tcp_velocity = tool_velocities(robot, position, velocity)
+    if "tcp_acceleration" in options.include:
+        tcp_acceleration = tool_accelerations(robot, position, velocity, acceleration)
     return Samples(
         time=time,
         position=position,
@@ -107,4 +130,7 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
         torque=torque,
         tcp_position=tcp_position,
         tcp_quaternion=tcp_quaternion,
+        tcp_rpy=tcp_rpy,
+        tcp_velocity=tcp_velocity,
+        tcp_acceleration=tcp_acceleration,
     )

@@ -36,6 +36,10 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     add("torque", names, samples.torque)
     add("tcp_position", ("x", "y", "z"), samples.tcp_position)
     add("tcp_quaternion", ("x", "y", "z", "w"), samples.tcp_quaternion)
+    add("tcp_rpy", ("roll", "pitch", "yaw"), samples.tcp_rpy)
+    for quantity, values in (("velocity", samples.tcp_velocity), ("acceleration", samples.tcp_acceleration)):
+        for kind, rows in zip(("linear", "angular"), values or (None, None), strict=True):
+            add(f"tcp_{kind}_{quantity}", ("x", "y", "z"), rows)
     table = np.hstack(blocks)
     # orjson writes the shortest digits that read back exactly, many times faster than the csv module.
     body = orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].replace(b"],[", b"\r\n")

@@ -12,6 +12,7 @@ from planner.guarantees import end_states
 from planner.kinematics import manipulability
 from planner.result import PlanWarning
 from planner.spatial import quaternion
+from planner.tool_lines import line_polynomials
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from planner.export.base import Samples
     from planner.result import Plan
     from planner.spatial import Pose
+    from planner.tool_lines import LinePolynomial
     from planner.trajectory import Trajectory
 
 
@@ -54,6 +56,11 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
         rows["torque"] = samples.torque
     if samples.tcp_position is not None:
         rows["tcp_pose"] = {"position": samples.tcp_position, "quaternion_xyzw": samples.tcp_quaternion}
+    if samples.tcp_rpy is not None:
+        rows["tcp_rpy"] = samples.tcp_rpy
+    for name, rates in (("tcp_velocity", samples.tcp_velocity), ("tcp_acceleration", samples.tcp_acceleration)):
+        if rates is not None:
+            rows[name] = dict(zip(("linear", "angular"), rates, strict=True))
     answer: dict[str, Any] = {
         "robot": robot.id,
         "joint_names": robot.joint_names,
@@ -85,6 +92,8 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     }
     if "polynomials" in options.include:
         answer["polynomials"] = _polynomials(robot.joint_names, trajectory)
+    if "tcp_polynomials" in options.include:
+        answer["tcp_polynomials"] = [_line_polynomial(line) for line in line_polynomials(plan)]
     if "sample_checks" in options.include:
         ends = end_states(plan.backend, robot.dof)
         answer["sample_checks"] = [
@@ -120,6 +129,16 @@ def _polynomials(joint_names: tuple[str, ...], trajectory: Trajectory) -> list[d
         }
         for j, name in enumerate(joint_names)
     ]
+
+
+def _line_polynomial(line: LinePolynomial) -> dict[str, Any]:
+    return {
+        "segment": line.segment,
+        "breakpoints": line.breakpoints,
+        "path_parameter": line.path_parameter.tolist(),
+        **{axis: line.position[:, k].tolist() for k, axis in enumerate("xyz")},
+        "deviation": line.deviation,
+    }
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:

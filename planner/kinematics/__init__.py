@@ -5,9 +5,11 @@ from planner.kinematics.forward import (
     jacobian,
     manipulability,
     singular_values,
+    tool_accelerations,
     tool_pose,
     tool_poses,
     tool_speeds,
+    tool_velocities,
 )
 from planner.kinematics.inverse import (
     InverseKinematicsResult,
@@ -40,9 +42,11 @@ __all__ = [
     "singular_values",
     "solution_layers",
     "solutions_or_failure",
+    "tool_accelerations",
     "tool_pose",
     "tool_poses",
     "tool_speeds",
+    "tool_velocities",
     "with_whole_turns",
     "workspace",
 ]

@@ -104,6 +104,43 @@ def tool_poses(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatAr
     return reached, turned @ tool.rotation
 
 
+def tool_velocities(robot: Robot, positions: ArrayLike, velocities: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Compute how the tool moves at many states of the joints.
+
+    Args:
+        robot: The robot, with its tool.
+        positions: (N, joints), rad or m.
+        velocities: (N, joints), rad/s or m/s.
+
+    Returns:
+        The linear velocity (N, 3), m/s, of the tool's origin, and the angular velocity (N, 3), rad/s, of the tool, both
+        in the base's axes.
+    """
+    q, v = (np.asarray(values, dtype=np.float64) for values in (positions, velocities))
+    linear, angular = screws_of(robot).twists(q, v, robot.tool_in_tip.translation)
+    return np.ascontiguousarray(linear), np.ascontiguousarray(angular)
+
+
+def tool_accelerations(
+    robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Compute how the velocity of the tool changes at many states of the joints.
+
+    Args:
+        robot: The robot, with its tool.
+        positions: (N, joints), rad or m.
+        velocities: (N, joints), rad/s or m/s.
+        accelerations: (N, joints), rad/s^2 or m/s^2.
+
+    Returns:
+        The derivatives by time of the linear velocity (N, 3), m/s^2, of the tool's origin, and of the angular velocity
+        (N, 3), rad/s^2, of the tool, both in the base's axes. Gravity is not in them.
+    """
+    q, v, a = (np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations))
+    linear, angular = screws_of(robot).accelerations(q, v, a, robot.tool_in_tip.translation)
+    return np.ascontiguousarray(linear), np.ascontiguousarray(angular)
+
+
 def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Compute how fast the tool moves at many states in a few array operations.
 

@@ -121,6 +121,34 @@ class Screws:
         turning = np.where(self.is_angle[:, None, None], rates, 0.0)
         return (chain.linear * rates).sum(axis=0).T, (chain.axes * turning).sum(axis=0).T
 
+    def accelerations(
+        self, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray, point: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Compute the accelerations (N, 3) of a point of the tip frame and of the tip's turn, in the base's axes.
+
+        What a joint adds to the velocity turns with the joints before it, and the lever of a joint that turns changes
+        as it and those behind it move. So J' q' is the sum over the joints of w x c + s x v: w is the angular velocity
+        before the joint, s and c what the joint adds to the angular and the linear velocity, v what it and those behind
+        it add to the linear one.
+
+        Args:
+            positions: (N, joints).
+            velocities: (N, joints).
+            accelerations: (N, joints).
+            point: (3,), in the tip frame.
+
+        Returns:
+            Linear (m/s^2) and angular (rad/s^2).
+        """
+        chain, rates, gains = self._along(positions, point), velocities.T[:, None], accelerations.T[:, None]
+        turns = self.is_angle[:, None, None]
+        added, turning = chain.linear * rates, np.where(turns, chain.axes * rates, 0.0)
+        before = np.cumsum(turning, axis=0) - turning
+        behind = np.cumsum(added[::-1], axis=0)[::-1]
+        linear = chain.linear * gains + np.cross(before, added, axis=1) + np.cross(turning, behind, axis=1)
+        angular = np.where(turns, chain.axes * gains, 0.0) + np.cross(before, turning, axis=1)
+        return linear.sum(axis=0).T, angular.sum(axis=0).T
+
     def _along(self, positions: FloatArray, point: FloatArray) -> _Chain:
         """The axes and what they do to a point of the tip frame, all of N configurations at once."""
         count, joints = positions.shape

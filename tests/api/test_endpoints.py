@@ -54,7 +54,7 @@ def test_a_plan_has_everything_of_the_contract(service: RunningService) -> None:
             joint(0.2, 0.2, 0.2, name="C"),
         ],
         sample_period=0.05,
-        include=["jerk", "tcp_pose", "polynomials"],
+        include=["jerk", "tcp_pose", "tcp_rpy", "tcp_velocity", "tcp_acceleration", "polynomials", "tcp_polynomials"],
     )
     plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
     samples, waypoints = plan["samples"], plan["waypoints"]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from api.schemas.answers import RosJointTrajectory
+from planner.export import INCLUDABLE
 from tests.api.requests import plan_request
 
 if TYPE_CHECKING:
@@ -45,6 +46,14 @@ def test_accept_chooses_the_form(service: RunningService, accept: str, media_typ
 def test_the_query_goes_before_accept(service: RunningService, name: str, media_type: str) -> None:
     answer = service.post(f"{PATH}?format={name}", plan_request(), headers={"Accept": "image/png"})
     assert answer.headers["Content-Type"].partition(";")[0] == media_type
+
+
+@pytest.mark.parametrize("part", INCLUDABLE)
+def test_every_part_of_the_library_can_be_included(service: RunningService, part: str) -> None:
+    request = plan_request(include=[part], payload={"mass": 0.1})
+    plain = service.post(PATH, plan_request(payload={"mass": 0.1})).json()
+    answer = service.post(PATH, request).json()
+    assert (set(answer) - set(plain)) | (set(answer["samples"]) - set(plain["samples"])) == {part}
 
 
 def test_what_there_is_not_is_refused_with_what_there_is(service: RunningService) -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
+from planner.export import ExportOptions, render
 from planner.kinematics import (
     FloatArray,
     Pose,
@@ -252,6 +255,42 @@ def test_transition_1_as_a_linear_motion_under_the_trapezoid(robot: Robot) -> No
         T = chain(q)
         assert T[:3, 3] == pytest.approx(start + s * way, abs=1e-4)
         assert angle_between(points[0][:3, :3], T[:3, :3]) == pytest.approx(s * np.pi / 2.0, abs=1e-3)
+
+
+def test_figures_21_to_29_of_transition_1_as_columns_of_the_samples(robot: Robot) -> None:
+    """Roll, pitch and yaw, and velocity by time: ds/dt (d_g - d_s), and the turn about one axis, n ds/dt pi/2."""
+    points = [chain(joints_of(point)) for point in POINTS[:2]]
+    goal = PoseWaypoint(pose=Pose(points[1][:3, 3], points[1][:3, :3]), duration=30.0, motion=LinearMotion())
+    waypoints = (JointWaypoint(position=tuple(joints_of(POINTS[0]).tolist())), goal)
+    result = plan(PlanningProblem(robot, waypoints), Trapezoidal(acceleration_time=10.0))
+    included = frozenset({"tcp_rpy", "tcp_velocity", "tcp_acceleration", "tcp_polynomials"})
+    answer = json.loads(render(result, "json", ExportOptions(sample_period=0.5, include=included)))
+    samples = answer["samples"]
+    t = np.array(samples["time"])
+    ds = np.interp(t, [0.0, 10.0, 20.0, 30.0], [0.0, 0.05, 0.05, 0.0])
+    velocity, acceleration = (
+        {kind: np.array(rows) for kind, rows in samples[name].items()} for name in ("tcp_velocity", "tcp_acceleration")
+    )
+    way = points[1][:3, 3] - points[0][:3, 3]
+    turn = Rotation.from_matrix(points[1][:3, :3] @ points[0][:3, :3].T).as_rotvec()
+    assert velocity["linear"] == pytest.approx(np.outer(ds, way), abs=2e-5)
+    assert velocity["angular"] == pytest.approx(np.outer(ds, turn), abs=2e-4)
+    assert 1000.0 * velocity["linear"][30] == pytest.approx(
+        np.array(TRANSITIONS[0]["computed_peak_velocity_mm_s"]), abs=0.02
+    )
+    phase = np.clip(t // 10.0, 0.0, 2.0).astype(int)
+    dds = np.array([0.005, 0.0, -0.005])[phase]
+    assert acceleration["linear"] == pytest.approx(np.outer(dds, way), abs=1e-4)
+    s = np.where(phase == 0, 0.0025 * t**2, np.where(phase == 1, 0.05 * t - 0.25, 1.0 - 0.0025 * (30.0 - t) ** 2))
+    rotations = Rotation.from_rotvec(np.outer(s, turn)) * Rotation.from_matrix(points[0][:3, :3])
+    for row, expected in zip(samples["tcp_rpy"], rotations.as_matrix(), strict=True):
+        assert angle_between(Rotation.from_euler("xyz", row).as_matrix(), expected) < 1e-3
+    assert np.abs(np.diff(samples["tcp_rpy"], axis=0)).max() < 0.1
+    (line,) = answer["tcp_polynomials"]
+    assert line["breakpoints"] == pytest.approx([0.0, 10.0, 20.0, 30.0], abs=1e-12)
+    assert np.array(line["path_parameter"]) == pytest.approx(
+        np.array([[0.0, 0.0, 0.0025], [0.25, 0.05, 0.0], [0.75, 0.05, -0.0025]]), abs=1e-10
+    )
 
 
 def test_transition_2_on_the_arm_itself_by_position(robot: Robot) -> None:

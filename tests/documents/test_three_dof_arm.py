@@ -13,6 +13,7 @@ from planner.planning import plan
 from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.result import Plan
 from planner.robots import Robot, load_robot
+from planner.tool_lines import line_polynomials
 from tests.documents.published import document, gantry, homogeneous, modified_dh
 
 DOCUMENT = document("three_dof_arm")
@@ -223,6 +224,24 @@ def test_table_3_1_as_a_linear_motion_of_the_arm(robot: Robot) -> None:
     for q, row in zip(trajectory.evaluate(times, [0])[0], printed, strict=True):
         assert 1000.0 * position_of(q) == pytest.approx(row, abs=1e-4)
         assert apart(q, closed_form(position_of(q))[0]) < 1e-8
+
+
+@pytest.mark.parametrize("name", MOVEMENT_SETS)
+def test_tables_3_0_and_3_2_to_3_6_as_polynomials_of_the_arms_own_lines(robot: Robot, name: str) -> None:
+    """The 18 rows of coefficients, of plans in joint space; the corrected breakpoints of E25."""
+    movement = MOVEMENT_SETS[name]
+    start, end = (Pose(np.array(movement[key])) for key in ("start_m", "end_m"))
+    waypoints = (
+        PoseWaypoint(pose=start, dwell=10.0),
+        PoseWaypoint(pose=end, duration=5.0, dwell=10.0, motion=LinearMotion()),
+        PoseWaypoint(pose=start, duration=5.0, motion=LinearMotion()),
+    )
+    lines = line_polynomials(plan(PlanningProblem(robot, waypoints)))
+    assert [line.breakpoints.tolist() for line in lines] == [[10.0, 15.0], [25.0, 30.0]]
+    for line, direction in zip(lines, ("forward", "reverse"), strict=True):
+        published = movement["published_coefficients"][direction]
+        assert 1000.0 * line.position[0] == pytest.approx(np.array([published[axis] for axis in "xyz"]), abs=1e-9)
+        assert line.deviation < 1e-4
 
 
 @pytest.mark.parametrize("name", MOVEMENT_SETS)

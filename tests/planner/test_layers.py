@@ -36,6 +36,7 @@ LAYERS = (
     "remedies",
     "planning",
     "comparison",
+    "tool_lines",
     "export",
     "",
 )

@@ -9,13 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from planner.backends import Quintic
 from planner.errors import MissingDynamics
 from planner.export import FORMATS, INCLUDABLE, ExportOptions, render
 from planner.planning import plan
+from planner.problem import LinearMotion, PlanningProblem, PoseWaypoint
 from planner.result import Plan
+from planner.robots import load_robot
 from planner.robots.payload import Payload
+from planner.spatial import Pose
 from tests.planner.problems import problem_of
 
 
@@ -58,6 +62,65 @@ def test_csv_is_a_table_that_the_csv_module_reads(result: Plan) -> None:
     velocity = [[float(row[f"velocity.{name}"]) for name in result.path.robot.joint_names] for row in rows]
     assert (np.array(velocity) == result.trajectory.evaluate(time, [1])[0]).all()
     assert {"torque.joint_a1", "tcp_position.x", "tcp_quaternion.w", "jerk.joint_a6"} <= set(rows[0])
+
+
+def test_the_tools_columns_are_the_same_in_json_and_csv(result: Plan) -> None:
+    samples = json.loads(FORMATS["json"].render(result, EVERYTHING))["samples"]
+    table = list(csv.DictReader(io.StringIO(FORMATS["csv"].render(result, EVERYTHING).decode(), newline="")))
+    for quantity in ("velocity", "acceleration"):
+        for kind, rows in samples[f"tcp_{quantity}"].items():
+            columns = [[float(row[f"tcp_{kind}_{quantity}.{axis}"]) for axis in "xyz"] for row in table]
+            assert columns == rows
+    angles = [[float(row[f"tcp_rpy.{name}"]) for name in ("roll", "pitch", "yaw")] for row in table]
+    assert angles == samples["tcp_rpy"]
+
+
+def test_the_tools_rates_are_differences_of_its_poses(result: Plan) -> None:
+    """Central differences of what the answer itself says of the poses, 1 ms apart."""
+    h = 0.001
+    options = ExportOptions(h, frozenset({"tcp_pose", "tcp_rpy", "tcp_velocity", "tcp_acceleration"}))
+    samples = json.loads(FORMATS["json"].render(result, options))["samples"]
+    place = np.array(samples["tcp_pose"]["position"])[:-1]  # the last is nearer
+    turned = Rotation.from_quat(samples["tcp_pose"]["quaternion_xyzw"][:-1])
+    assert (Rotation.from_euler("xyz", samples["tcp_rpy"][:-1]) * turned.inv()).magnitude().max() < 1e-9
+    spin = (turned[2:] * turned[:-2].inv()).as_rotvec() / (2.0 * h)
+    velocity, acceleration = (
+        {kind: np.array(rows)[:-1] for kind, rows in samples[name].items()}
+        for name in ("tcp_velocity", "tcp_acceleration")
+    )
+    for found, expected in (
+        (velocity["linear"][1:-1], (place[2:] - place[:-2]) / (2.0 * h)),
+        (velocity["angular"][1:-1], spin),
+        (acceleration["linear"][1:-1], (velocity["linear"][2:] - velocity["linear"][:-2]) / (2.0 * h)),
+        (acceleration["angular"][1:-1], (velocity["angular"][2:] - velocity["angular"][:-2]) / (2.0 * h)),
+    ):
+        away = np.abs(found - expected).max(axis=1)
+        smooth = samples_of_one_piece(result, h, len(place))[1:-1]  # at a waypoint the jerk jumps
+        assert away[smooth].max() < 1e-3 * np.abs(found).max()
+
+
+def samples_of_one_piece(result: Plan, h: float, count: int) -> np.ndarray:
+    """Whether (count,) the samples just before and after one, h apart, are on its own piece of the trajectory."""
+    time = h * np.arange(count)
+    pieces = [np.searchsorted(result.trajectory.breakpoints, t, side="right") for t in (time - h, time + h)]
+    return pieces[0] == pieces[1]
+
+
+def test_lines_are_polynomials_in_json_only() -> None:
+    """The document's line of Table 3.0: rows of coefficients by axis; a plan without lines has none."""
+    robot = load_robot("three_dof_arm")
+    start, end = (PoseWaypoint(Pose(place)) for place in ([0.175, 0.0, -0.1], [0.1, -0.09, -0.14]))
+    line = replace(end, motion=LinearMotion(), duration=5.0)
+    options = ExportOptions(include=frozenset({"tcp_polynomials"}))
+    drawn = plan(PlanningProblem(robot, [start, line]))
+    (found,) = json.loads(FORMATS["json"].render(drawn, options))["tcp_polynomials"]
+    assert (found["segment"], found["breakpoints"]) == (0, [0.0, 5.0])
+    assert found["path_parameter"][0] == pytest.approx([0.0, 0.0, 0.12, -0.016])
+    for axis, row in {"x": [0.175, 0.0, -0.009, 0.0012], "y": [0.0, 0.0, -0.0108, 0.00144]}.items():
+        assert found[axis][0] == pytest.approx(row, abs=1e-12)
+    assert FORMATS["csv"].render(drawn, options) == FORMATS["csv"].render(drawn, ExportOptions())
+    joint = plan(PlanningProblem(robot, [start, end]))
+    assert json.loads(FORMATS["json"].render(joint, options))["tcp_polynomials"] == []
 
 
 def test_ros2_message_has_the_fields_of_joint_trajectory(result: Plan) -> None:
