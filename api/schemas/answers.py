@@ -179,11 +179,11 @@ class LinePolynomials(Answer):
     """The coefficients of u(t), one row a piece: ascending powers of the time since the start of the piece, by powers
     of s."""
     x: list[list[float]]
-    """The coefficients of x(t) in the base frame, m by powers of s, in the same form."""
+    """The coefficients of x(t) in the base frame, one row a piece, m by powers of s."""
     y: list[list[float]]
-    """The coefficients of y(t), m by powers of s, likewise."""
+    """The coefficients of y(t) in the base frame, one row a piece, m by powers of s."""
     z: list[list[float]]
-    """The coefficients of z(t), m by powers of s, likewise."""
+    """The coefficients of z(t) in the base frame, one row a piece, m by powers of s."""
     deviation: float
     """How far the tool of the joint trajectory is from x(t), y(t), z(t) at most, m, found at 17 times of each piece
     of the joints' polynomials: the joints follow the line within its tolerance."""
