@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.export.json import poses_as_dicts
+from planner.kinematics.configurations import Configuration
 from planner.problem import BlendTransition, CartesianMove, JointMotion, StopTransition
 from planner.spatial import Pose
 
@@ -43,6 +44,8 @@ def value_answer(value: Any) -> Any:
         case CartesianMove():
             moved = pose_answer(Pose(np.array(value.translation), value.rotation))
             return {"kind": "cartesian", "translation": moved["position"], "orientation": moved["orientation"]}
+        case Configuration():
+            return value.names
         case JointMotion():
             return {"kind": "joint"}
         case StopTransition():

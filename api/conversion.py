@@ -11,6 +11,7 @@ from planner import problem
 from planner.backends import BACKENDS, BackEnd
 from planner.errors import InvalidProblem
 from planner.guarantees import END_OPTIONS, EndStates
+from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.polynomials import powers
@@ -217,7 +218,8 @@ def _to_waypoint(waypoint: requests.Waypoint) -> problem.AnyWaypoint:
         case requests.JointWaypoint():
             return problem.JointWaypoint(position=tuple(waypoint.position), **common_fields)
         case requests.PoseWaypoint():
-            return problem.PoseWaypoint(pose=to_pose(waypoint.pose), **common_fields)
+            asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
+            return problem.PoseWaypoint(to_pose(waypoint.pose), Configuration(**asked), **common_fields)
         case requests.RelativeWaypoint():
             return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
 

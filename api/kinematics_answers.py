@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from api.answers import pose_answer
-from planner.kinematics import forward_kinematics, manipulability, pose_errors
+from planner.kinematics import configurations, forward_kinematics, manipulability, pose_errors
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.kinematics import FloatArray, InverseKinematicsResult, Pose
+    from planner.kinematics import Configuration, FloatArray, InverseKinematicsResult, Pose
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.waypoints.reachability import Reachability
@@ -22,7 +23,8 @@ def best_answer(result: InverseKinematicsResult) -> dict[str, Any]:
     """The solution of a pose that the library chose, or why there is none and how near the robot gets."""
     if result.status != "solved":
         return _unsolved(result)
-    solution = _solution(result.position, (result.position_error, result.orientation_error), result.manipulability)
+    errors = result.position_error, result.orientation_error
+    solution = _solution(result.position, errors, result.manipulability, result.configuration)
     return {"status": "solved", "solutions": [solution]}
 
 
@@ -33,17 +35,21 @@ def all_answer(robot: Robot, pose: Pose, found: tuple[FloatArray, ...] | Inverse
     positions = np.array(found)
     errors = [pose_errors(pose, there) for there in forward_kinematics(robot, positions)]
     measures = manipulability(robot, positions).tolist()
-    return {"status": "solved", "solutions": [*map(_solution, found, errors, measures)]}
+    names = configurations(robot, positions)
+    return {"status": "solved", "solutions": [*map(_solution, found, errors, measures, names)]}
 
 
-def _solution(position: FloatArray, errors: tuple[float, float | None], measure: float) -> dict[str, Any]:
-    """A joint position, by how much the tool misses the pose there, and how well it can move."""
+def _solution(
+    position: FloatArray, errors: tuple[float, float | None], measure: float, configuration: Configuration
+) -> dict[str, Any]:
+    """A joint position, by how much the tool misses the pose there, how well it can move, and its configuration."""
     distance, angle = errors
     return {
         "position": position,
         "position_error": distance,
         "orientation_error": angle,
         "manipulability": measure,
+        "configuration": asdict(configuration),
     }
 
 

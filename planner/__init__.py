@@ -59,10 +59,12 @@ if TYPE_CHECKING:
     from planner.export import render as render
     from planner.guarantees import QUANTITIES as QUANTITIES
     from planner.guarantees import Guarantee as Guarantee
+    from planner.kinematics import Configuration as Configuration
     from planner.kinematics import Extreme as Extreme
     from planner.kinematics import InverseKinematicsResult as InverseKinematicsResult
     from planner.kinematics import Workspace as Workspace
     from planner.kinematics import all_solutions as all_solutions
+    from planner.kinematics import configurations as configurations
     from planner.kinematics import forward_kinematics as forward_kinematics
     from planner.kinematics import inverse_kinematics as inverse_kinematics
     from planner.kinematics import inverse_kinematics_many as inverse_kinematics_many
@@ -147,10 +149,12 @@ _NAMES = {
     "planner.export": ("FORMATS", "INCLUDABLE", "ExportOptions", "Format", "render"),
     "planner.guarantees": ("QUANTITIES", "Guarantee"),
     "planner.kinematics": (
+        "Configuration",
         "Extreme",
         "InverseKinematicsResult",
         "Workspace",
         "all_solutions",
+        "configurations",
         "forward_kinematics",
         "inverse_kinematics",
         "inverse_kinematics_many",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
 from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
@@ -188,9 +189,11 @@ class PoseWaypoint(Waypoint):
 
     Attributes:
         pose: In the base frame; without a rotation, any orientation will do.
+        configuration: The sides on which shoulder, elbow and wrist are to be; those that are None are free.
     """
 
     pose: Pose
+    configuration: Configuration = Configuration()
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,9 @@ import numpy as np
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, MovesAtItsEnds, end_states
+from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
-from planner.problem import BlendTransition, JointMotion, JointWaypoint, RelativeWaypoint, StopTransition
+from planner.problem import BlendTransition, JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -67,6 +68,12 @@ def waypoint_faults(
         if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
             count = len(waypoint.position)
             yield ("waypoints", i, "position"), f"{count} values for the {robot.dof} joints of {robot.id}"
+        if isinstance(waypoint, PoseWaypoint) and waypoint.configuration.names:
+            known = named_parts(robot)
+            for part in waypoint.configuration.names:
+                if part not in known:
+                    has = f"the configurations of {robot.id} are named by {' and '.join(known) or 'nothing'}"
+                    yield ("waypoints", i, "configuration", part), f"{has}, not by the {part}"
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
     if options.reference is not None and len(options.reference) != robot.dof:

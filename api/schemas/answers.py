@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from api.schemas.common import Answer
-from api.schemas.kinematics import AnsweredPose  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.schemas.problem_documents import ProblemDocument  # noqa: TC001
 
 
@@ -96,6 +96,8 @@ class PlannedWaypoint(Answer):
     choice: Literal["given", "only", "shortest_way", "continued"]
     """Why it was taken: `given`, a joint waypoint; `only`, there is no other solution; `shortest_way`, with it the way
     through the whole list is shortest; `continued`, a linear or circular motion ends there."""
+    configuration: AnsweredConfiguration
+    """The configuration of the arm there, by its names."""
     manipulability: float
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
 

@@ -135,6 +135,11 @@ class Pose(Schema):
     """The orientation; null or omitted: any will do, the position alone is asked."""
 
 
+Shoulder = Literal["left", "right"]
+Elbow = Literal["up", "down"]
+Wrist = Literal["flip", "no_flip"]
+
+
 class Limits(Schema):
     """Limits that are asked. What is omitted is the robot's own limit, and none may be wider than that."""
 

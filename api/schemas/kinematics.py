@@ -10,12 +10,15 @@ from api.schemas.common import (
     DEFAULT_DEADLINE,
     Answer,
     Deadline,
+    Elbow,
     JointVector,
     Pose,
     QuaternionOrientation,
     RobotId,
     Schema,
     Seed,
+    Shoulder,
+    Wrist,
 )
 from api.schemas.requests import InverseKinematicsOptions, Rows, Waypoint
 
@@ -120,6 +123,17 @@ class ForwardKinematicsAnswer(Answer):
     """The poses, in the order of the joint positions."""
 
 
+class AnsweredConfiguration(Answer):
+    """The sides on which shoulder, elbow and wrist are, in the words of a waypoint's `configuration`."""
+
+    shoulder: Shoulder | None
+    """The side of the wrist centre; null: it is on neither, or the arm has no such name."""
+    elbow: Elbow | None
+    """The side of the elbow; null: it is stretched, the shoulder is singular, or the arm has no such name."""
+    wrist: Wrist | None
+    """The side of the wrist; null: it is straight, or the arm has no such name."""
+
+
 class JointSolution(Answer):
     """A joint position that reaches the pose; verified by forward kinematics."""
 
@@ -131,6 +145,8 @@ class JointSolution(Answer):
     """The angle of the tool from the orientation asked, rad; null: none was asked."""
     manipulability: float
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
+    configuration: AnsweredConfiguration
+    """The configuration of the arm there, by its names."""
 
 
 class NearestPose(Answer):

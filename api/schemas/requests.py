@@ -12,6 +12,7 @@ from api.schemas.common import (
     DEFAULT_DEADLINE,
     LARGEST,
     Deadline,
+    Elbow,
     JointVector,
     Limits,
     Number,
@@ -22,7 +23,9 @@ from api.schemas.common import (
     Schema,
     Seconds,
     Seed,
+    Shoulder,
     Vector3,
+    Wrist,
 )
 
 MOST_ROWS = 1_000_000
@@ -191,6 +194,21 @@ class JointWaypoint(WaypointBase):
     """The joint position, one value a joint in the order of `joint_names`, rad or m."""
 
 
+class Configuration(Schema):
+    """The sides on which shoulder, elbow and wrist are to be, for arms that have such names."""
+
+    shoulder: Shoulder | None = None
+    """Where the wrist centre is, seen in the frame that turns with the first joint: `right`, on the side of axis 2
+    (KUKA: basic area, bit 0 of the status is 0), `left`, behind axis 1 (overhead area); of an arm whose links go by
+    axis 1 at a distance (UR): to the `right` or the `left` of it, seen from there. Null or omitted: either."""
+    elbow: Elbow | None = None
+    """Whether the elbow is `up` or `down`: above or below the line from axis 2 to the wrist centre, seen from the side.
+    Null or omitted: either."""
+    wrist: Wrist | None = None
+    """`no_flip`: the fifth joint is between 0 and pi; `flip`: between -pi and 0 (KUKA: bit 2 of the status is 1),
+    counted from where axes 4, 5 and 6 lie in one plane. Null or omitted: either."""
+
+
 class PoseWaypoint(WaypointBase):
     """A pose to bring the tool to."""
 
@@ -198,6 +216,9 @@ class PoseWaypoint(WaypointBase):
     """The kind of waypoint: a pose of the tool."""
     pose: Pose
     """The pose of the tool in the base frame (m)."""
+    configuration: Configuration | None = None
+    """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
+    omitted: any, chosen so that the way through the whole list is shortest."""
 
 
 class RelativeWaypoint(WaypointBase):

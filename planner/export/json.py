@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import orjson
@@ -9,7 +10,7 @@ import orjson
 from planner.certificate.sampling import certify_sampling, worst_overshoot
 from planner.export.base import ExportOptions, Format, sample
 from planner.guarantees import end_states
-from planner.kinematics import manipulability
+from planner.kinematics import configurations, manipulability
 from planner.result import PlanWarning
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
@@ -80,9 +81,12 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "solutions": waypoint.solutions,
                 "solution": waypoint.solution,
                 "choice": waypoint.choice,
+                "configuration": asdict(configuration),
                 "manipulability": manipulabilities[i],
             }
-            for i, waypoint in enumerate(plan.path.waypoints)
+            for i, (waypoint, configuration) in enumerate(
+                zip(plan.path.waypoints, configurations(robot, plan.path.positions), strict=True)
+            )
         ],
         "certificate": plan.certificate.as_dict(),
         "warnings": [

@@ -1,5 +1,6 @@
 """Forward and inverse kinematics and the workspace, on Pinocchio."""
 
+from planner.kinematics.configurations import Configuration, configurations, in_configuration, named_parts
 from planner.kinematics.forward import (
     forward_kinematics,
     jacobian,
@@ -25,18 +26,22 @@ from planner.kinematics.workspace import Extreme, Workspace, workspace
 from planner.spatial import FloatArray, Pose, quaternion
 
 __all__ = [
+    "Configuration",
     "Extreme",
     "FloatArray",
     "InverseKinematicsResult",
     "Pose",
     "Workspace",
     "all_solutions",
+    "configurations",
     "forward_kinematics",
+    "in_configuration",
     "inverse_kinematics",
     "inverse_kinematics_many",
     "is_isolated",
     "jacobian",
     "manipulability",
+    "named_parts",
     "pose_errors",
     "quaternion",
     "singular_values",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.nearest import nearest_in_turn, nearest_solution
 from planner.kinematics.options import InverseKinematicsOptions
@@ -36,6 +37,7 @@ class InverseKinematicsResult:
         position_error: Distance of `pose` from the pose asked, m.
         orientation_error: Angle between them, rad; None: no orientation was asked.
         manipulability: The manipulability at `position`.
+        configuration: The names of the configuration of `position`.
         joint: With `joint_position_limit`: the joint that would have to leave its limits.
         value: With `joint_position_limit`: where that joint would have to be, rad or m.
     """
@@ -46,6 +48,7 @@ class InverseKinematicsResult:
     position_error: float
     orientation_error: float | None
     manipulability: float
+    configuration: Configuration
     joint: str | None = None
     value: float | None = None
 
@@ -172,8 +175,9 @@ def _results(
     robot: Robot, searches: Sequence[Search], solutions: Sequence[FloatArray | None]
 ) -> list[InverseKinematicsResult]:
     """Answers with the poses, by Pinocchio's forward kinematics, and the manipulability that belong to solutions."""
-    solved = [k for k, solution in enumerate(solutions) if solution is not None]
-    measures = iter(manipulability(robot, np.array([solutions[k] for k in solved])) if solved else ())
+    solved = np.array([solution for solution in solutions if solution is not None])
+    measures = iter(manipulability(robot, solved) if len(solved) else ())
+    names = iter(configurations(robot, solved))
     results = []
     for search, q in zip(searches, solutions, strict=True):
         if q is None:
@@ -181,7 +185,7 @@ def _results(
             continue
         reached = tool_pose(robot, q)
         errors = pose_errors(search.pose, reached)
-        results.append(InverseKinematicsResult("solved", q, reached, *errors, float(next(measures))))
+        results.append(InverseKinematicsResult("solved", q, reached, *errors, float(next(measures)), next(names)))
     return results
 
 
@@ -191,4 +195,5 @@ def _result(
     reached = tool_pose(robot, q)
     distance, angle = pose_errors(pose, reached)
     measure = float(manipulability(robot, q[None])[0])
-    return InverseKinematicsResult(status, q, reached, distance, angle, measure, joint, value)
+    (configuration,) = configurations(robot, q[None])
+    return InverseKinematicsResult(status, q, reached, distance, angle, measure, configuration, joint, value)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.descent import Descent, Target, descend_many
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.seeds import random_configurations, seed_table
@@ -110,13 +111,18 @@ class Search:
                 self.solve(start, **QUICK)
         return self.descend(self.best[1], self.lower, self.upper, **POLISH)[1]
 
-    def beyond_the_limits(self) -> FloatArray | None:
-        """The solution that leaves the limits least, whole turns apart; None: not even without limits is there one."""
+    def beyond_the_limits(self, wanted: Configuration = Configuration()) -> FloatArray | None:
+        """The solution in a configuration that leaves the limits least, whole turns apart.
+
+        Returns:
+            None: not even without limits is there one.
+        """
         if not (np.isfinite(self.lower).any() or np.isfinite(self.upper).any()):
             return None
         unlimited = Search(self.robot, self.pose, self.options)
         unlimited.lower, unlimited.upper = np.full((2, self.robot.dof), [[-np.inf], [np.inf]])
         solutions = search_all([unlimited], self.robot.middle, thorough=False)[0]
+        solutions = list(in_configuration(self.robot, solutions, wanted))
         if not solutions:
             return None
         q = np.array(solutions)

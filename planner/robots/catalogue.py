@@ -121,7 +121,10 @@ def _read_dh(id: str, entry: dict[str, Any]) -> Robot:
     joints = [{**row, **{key: row[key] * unit for key in ("theta", "alpha")}} for row in table["joints"]]
     base, tip = (Pose(np.array(table[end])) if end in table else None for end in ("base", "tip"))
     rows = [DHJoint(**joint) for joint in joints]
-    return Robot.from_dh(rows, convention=table["convention"], base=base, tip=tip, id=id, source=entry["source"])
+    robot = Robot.from_dh(rows, convention=table["convention"], base=base, tip=tip, id=id, source=entry["source"])
+    if "gravity" in table:
+        robot.model.gravity.linear = np.array(table["gravity"])
+    return robot
 
 
 def _with_limits(joints: tuple[Joint, ...], limits: dict[str, Any], unit: float) -> tuple[Joint, ...]:

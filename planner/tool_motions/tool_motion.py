@@ -16,11 +16,12 @@ from planner.errors import (
     SingularPath,
     UnreachableWaypoint,
 )
+from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import inverse_kinematics
 from planner.kinematics.search import pose_errors
 from planner.polynomials import PiecewisePolynomial
-from planner.problem import CircularMotion, JointMotion, JointWaypoint
+from planner.problem import CircularMotion, JointMotion, JointWaypoint, PoseWaypoint
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.follow import Lost, follow
@@ -66,6 +67,11 @@ class AskedMotion:
         """The motion in words."""
         shape = "circle" if isinstance(self.waypoint.motion, CircularMotion) else "straight line"
         return f"the {shape} to waypoint {self.index}"
+
+    @property
+    def configuration(self) -> Configuration:
+        """The configuration in which it is to end; without names any will do."""
+        return self.waypoint.configuration if isinstance(self.waypoint, PoseWaypoint) else Configuration()
 
     def pose_path(self, start: FloatArray) -> PosePath:
         """The path of the tool.
@@ -151,10 +157,14 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
         end: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
         if given is None and np.abs(end - start).max() <= POSITION_TOLERANCE:
             end = start
-        if given is None or np.abs(end - given).max() <= SAME_CONFIGURATION:
-            return ToolMotion(path, curve, end if given is None else given)
+        (reached,) = configurations(robot, end[None])
         u, position = 1.0, end
-        error = _configuration_error(asked, end, given)
+        if given is not None and np.abs(end - given).max() > SAME_CONFIGURATION:
+            error = _configuration_error(asked, end, given)
+        elif not asked.configuration.allows(reached):
+            error = ConfigurationChange(f"{asked.name} ends with {reached}, not with {asked.configuration}")
+        else:
+            return ToolMotion(path, curve, end if given is None else given)
     error.segment, error.waypoint = asked.index - 1, asked.index
     error.path_point = PathPoint(u, tool_pose(robot, position), position)
     return RefusedMotion(asked, start, path, error.path_point, error)

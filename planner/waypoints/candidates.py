@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import manipulability
 from planner.kinematics.search import QUICK, Search
 from planner.kinematics.turns import TURN, turns_within
@@ -36,6 +37,7 @@ class Layer:
             so that every joint stays within its limits; infinite of a joint without limits; 0: not at all.
         most: (candidates, joints), likewise.
         conditioning: (candidates,), in [0, 1]: manipulability as a share of the largest of the waypoint's solutions.
+        wanted: The configuration that all candidates have.
         descend: Of a continuum of solutions: from a joint position (joints,) to a solution nearby and its conditioning,
             or to none.
         is_given: Whether the waypoint is a joint position.
@@ -46,6 +48,7 @@ class Layer:
     fewest: FloatArray
     most: FloatArray
     conditioning: FloatArray
+    wanted: Configuration = Configuration()
     descend: Callable[[FloatArray], tuple[FloatArray, float] | None] | None = None
     is_given: bool = False
     solutions: int = 1
@@ -92,16 +95,19 @@ class Layer:
         ahead: FloatArray,
         pose: Pose,
         options: InverseKinematicsOptions,
+        wanted: Configuration = Configuration(),
     ) -> Layer:
-        """The layer of a pose with a continuum of solutions, of which `solutions` are a spread."""
-        layer = cls.isolated(robot, solutions, ahead)
+        """The layer of a pose with a continuum of solutions in a configuration, of which `solutions` are a spread."""
+        layer = replace(cls.isolated(robot, solutions, ahead), wanted=wanted)
         best = max(float(manipulability(robot, np.array(solutions)).max()), TINY)
         lower, upper = robot.limit("lower"), robot.limit("upper")
         search = Search(robot, pose, options)
 
         def descend(start: FloatArray) -> tuple[FloatArray, float] | None:
             q = search.solve(np.clip(start, lower, upper), **QUICK)
-            return None if q is None else (q, min(float(manipulability(robot, q[None])[0]) / best, 1.0))
+            if q is None or not in_configuration(robot, [q], wanted):
+                return None
+            return q, min(float(manipulability(robot, q[None])[0]) / best, 1.0)
 
         return replace(layer, descend=descend).with_descents([ahead])
 
@@ -123,7 +129,11 @@ class Layer:
         )
 
     def with_solutions(self, robot: Robot, solutions: Sequence[FloatArray]) -> Layer:
-        """The layer with further solutions (joints,) of a continuum, each as it is and free to be turned."""
+        """The layer with further solutions (joints,) of a continuum, each as it is and free to be turned.
+
+        Those in another configuration than the one asked are left out.
+        """
+        solutions = in_configuration(robot, solutions, self.wanted)
         if not solutions:
             return self
         positions = np.array([*solutions, *solutions])

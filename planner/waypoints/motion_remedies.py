@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import ConfigurationChange, Remedy
+from planner.kinematics.configurations import configurations
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
-from planner.problem import JointMotion, JointWaypoint
+from planner.problem import JointMotion, JointWaypoint, PoseWaypoint
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.pose_paths import Line
 from planner.tool_motions.tool_motion import ToolMotion, follow_path
@@ -35,7 +36,11 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
     """
     asked, point = refused.asked, refused.point
     index, is_change = asked.index, isinstance(refused.error, ConfigurationChange)
-    if is_change:
+    if is_change and isinstance(asked.waypoint, PoseWaypoint):
+        (ends,) = configurations(asked.robot, point.position[None])
+        names = ends.of_parts(asked.configuration.names)
+        yield Remedy(("waypoints", index, "configuration"), names, "the configuration in which the motion ends")
+    elif is_change:
         position = tuple(point.position.tolist())
         yield Remedy(("waypoints", index, "position"), position, "the joint position in which the motion ends")
     elif isinstance(before, JointWaypoint) and (index == 1 or isinstance(before.motion, JointMotion)):

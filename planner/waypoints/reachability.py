@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.errors import InvalidProblem
+from planner.kinematics.configurations import Configuration
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
 from planner.kinematics.search import is_isolated
-from planner.problem import START_TOLERANCE, JointWaypoint, RelativeWaypoint
+from planner.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problem_check import waypoint_faults
+from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
 from planner.waypoints.targets import moved_pose, wanted_poses
 
@@ -44,8 +46,10 @@ class Reachability:
 
     Attributes:
         error: Why it cannot be reached; None: it can.
-        solutions: How many isolated solutions the pose has; None: a continuum, or a joint waypoint.
-        best: (joints,), rad or m: the solution that is furthest from the limits; None: there is none.
+        solutions: How many isolated solutions the pose has in the configuration asked; None: a continuum, or a joint
+            waypoint.
+        best: (joints,), rad or m: the solution that is furthest from the limits; None: there is none. A solution of
+            another configuration where that asked has none.
         limit_margin: How near `best` is to the limits; None: no joint has limits, or there is no solution.
         manipulability: The manipulability at `best`.
         nearest: The nearest that the robot gets to a pose that it cannot reach.
@@ -95,9 +99,8 @@ def reachability(
             pose = moved_pose(before, axes, waypoint)
         solutions = solutions_or_failure(robot, pose, options)
         if isinstance(solutions, tuple):
-            count = len(solutions) if is_isolated(robot, pose, solutions[0]) else None
-            best = max(solutions, key=lambda q: float(_margins(robot, q).min()))
-            answers.append(_reached(robot, count, best))
+            asked = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
+            answers.append(_pose_waypoint(robot, index, pose, solutions, asked, options))
         else:
             error = unreachable_error(robot, index, waypoint, pose, solutions, before, axes)
             answers.append(Reachability(error, 0, nearest=solutions))
@@ -118,6 +121,21 @@ def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:
     if error is not None:
         return Reachability(error, None)
     return _reached(robot, None, q)
+
+
+def _pose_waypoint(
+    robot: Robot,
+    index: int,
+    pose: Pose,
+    solutions: tuple[FloatArray, ...],
+    wanted: Configuration,
+    options: InverseKinematicsOptions,
+) -> Reachability:
+    allowed = solutions_in(robot, pose, solutions, wanted, options)
+    if not allowed:
+        return Reachability(configuration_error(robot, index, pose, solutions, wanted, options), 0, solutions[0])
+    count = len(allowed) if is_isolated(robot, pose, allowed[0]) else None
+    return _reached(robot, count, max(allowed, key=lambda q: float(_margins(robot, q).min())))
 
 
 def _reached(robot: Robot, count: int | None, best: FloatArray) -> Reachability:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remedy, UnreachableWaypoint, distinct
+from planner.kinematics.configurations import Configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.search import is_isolated, pose_errors
@@ -18,6 +19,7 @@ from planner.tolerances import SAME_SOLUTION
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
 from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
+from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.targets import moved_pose, pose_remedy, wanted_poses
 
@@ -56,7 +58,8 @@ class SolvedWaypoint:
         pose: Pose of the tool there.
         position_error: m, from the pose asked; 0 for a joint waypoint.
         orientation_error: rad; None: no orientation was asked.
-        solutions: How many isolated solutions the pose has; None: a joint waypoint, or a continuum.
+        solutions: How many isolated solutions the pose has in the configuration asked; None: a joint waypoint, or a
+            continuum.
         solution: Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the
             nearest; None: a joint waypoint, or a continuum.
         choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
@@ -163,11 +166,16 @@ class _Sequence:
             before = self.wanted[index - 1] if index else None
             axes = None if before is None else before.rotation
             raise unreachable_error(robot, index, self.waypoints[index], pose, result, before, axes)
+        waypoint = self.waypoints[index]
+        wanted = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
+        allowed = solutions_in(robot, pose, solutions, wanted, options)
+        if not allowed:
+            raise configuration_error(robot, index, pose, solutions, wanted, options)
         given = (np.array(w.position) for w in self.waypoints[index:] if isinstance(w, JointWaypoint))
         ahead = next(given, near)
-        if is_isolated(robot, pose, solutions[0]):
-            return Layer.isolated(robot, solutions, ahead)
-        return Layer.continuum(robot, solutions, ahead, pose, options)
+        if is_isolated(robot, pose, allowed[0]):
+            return Layer.isolated(robot, allowed, ahead)
+        return Layer.continuum(robot, allowed, ahead, pose, options, wanted)
 
     def _asked_motion(self, index: int) -> AskedMotion | None:
         waypoint = self.waypoints[index]

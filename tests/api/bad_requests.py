@@ -54,6 +54,10 @@ def polynomials(joints: str = "123", other: Any = None, **changes: Any) -> dict[
     return {"robot": "three_dof_arm", "polynomials": curves}
 
 
+def configured(**names: Any) -> dict[str, Any]:
+    return second(pose_waypoint([0.1, 0.1, -0.1], configuration=names))
+
+
 INVALID = "invalid_request"
 VIA_AT_START = {"position": [0.26582269183668716, 0.026671232618305785, -0.00289525224954534], "orientation": None}
 """The tool of the arm with three joints at (0.1, 0.2, 0.3)."""
@@ -61,6 +65,9 @@ A, B, C = joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5), joint(0.2, 0.2, 0.2)
 
 BAD_REQUESTS = [
     # Not JSON, or not the JSON that is meant.
+    Bad("no such side", PLAN, configured(elbow="left"), INVALID, "/waypoints/1/configuration/elbow"),
+    Bad("no such part", PLAN, configured(knee="up"), INVALID, "/waypoints/1/configuration/knee"),
+    Bad("a part that the arm lacks", PLAN, configured(wrist="flip"), INVALID, "/waypoints/1/configuration/wrist"),
     Bad("empty body", PLAN, b"", INVALID, ""),
     Bad("blank body", PLAN, b"   ", INVALID, ""),
     Bad("not json", PLAN, b"robot: ur5", INVALID, ""),

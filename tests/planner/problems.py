@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS, BackEnd
-from planner.kinematics import Pose, forward_kinematics
+from planner.kinematics import Pose, configurations, forward_kinematics
 from planner.limits import Limits
 from planner.problem import (
     AnyWaypoint,
@@ -119,6 +119,7 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     first = 0.7 * np.array(random_position(robot, rng)) + 0.3 * robot.middle
     home = forward_kinematics(robot, first[None])[0]
+    (named,) = configurations(robot, [first])
     reach = 10.0 ** draw(st.floats(-3.0, -0.5)) * (0.15 if robot.dof == 3 else 1.0)
     count = draw(st.integers(2, 5))
     waypoints: list[AnyWaypoint] = [JointWaypoint(position=tuple(first.tolist()))]
@@ -128,7 +129,8 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         made: Motion = {"joint": JointMotion(), "linear": LinearMotion()}.get(motion) or CircularMotion(
             _near(home, robot, rng, reach)
         )
-        waypoints.append(PoseWaypoint(pose=_near(home, robot, rng, reach), motion=made))
+        asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
+        waypoints.append(PoseWaypoint(_near(home, robot, rng, reach), asked, motion=made))
         if k > 1:
             both_tool = not isinstance(before, JointMotion) and not isinstance(made, JointMotion)
             kinds = ["stop", "blend"] if both_tool else ["stop", "blend", "through"]

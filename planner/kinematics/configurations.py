@@ -1,0 +1,306 @@
+"""Names of the branches of the inverse kinematics: on which side shoulder, elbow and wrist are.
+
+The words are those of Lee and Ziegler (1984), each by the sign of one quantity that is zero only where the arm is
+singular, so that a name changes only where the arm passes a singularity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from planner.kinematics.screws import screws_of
+from planner.last_used import LastUsed
+from planner.tolerances import SAME_SOLUTION
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Sequence
+
+    from numpy.typing import ArrayLike
+
+    from planner.kinematics.screws import Screws
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+Shoulder = Literal["left", "right"]
+Elbow = Literal["up", "down"]
+Wrist = Literal["flip", "no_flip"]
+
+SINGULAR_SIDE = 1e-6
+"""Sine of the wrist's angle, and share of the arm's length that its wrist centre is in front of the first axis, below
+which a posture is singular: about as near as the inverse kinematics brings the tool to any pose."""
+
+NEARLY = 1e-4
+"""Sine of the angle between axes that count as parallel, and distance of axes that count as meeting, as a share of the
+arm's length: robot models give angles to so many digits (1.5708)."""
+
+POINT_JOINTS = 3
+"""Number of joints of an arm that brings a point of the tool somewhere, however it is turned."""
+
+POSE_JOINTS = 6
+"""Number of joints of an arm that brings the tool to poses, in as many ways as have names."""
+
+BYTES = 1024
+"""Memory of what tells the configurations of one robot apart, bytes, about."""
+
+MOST_BYTES = 2**18
+"""Memory of what is kept of robots, those last used, bytes."""
+
+BEHIND = ("left", "down", "flip")
+"""The names of shoulder, elbow and wrist where their quantities are negative."""
+
+AHEAD = ("right", "up", "no_flip")
+"""The names of shoulder, elbow and wrist where their quantities are positive."""
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """The sides on which shoulder, elbow and wrist of an arm are; what one asks, or what a posture has.
+
+    - `shoulder`: the sign of x, the coordinate of the wrist centre in the frame that turns with the first joint, along
+      the normal of the first two axes. Where axis 2 is off axis 1, `right` is the side of axis 2 (in KUKA's words the
+      basic area, `left` the overhead area). Where the plane of the links is further off axis 1 than axis 2, as in a UR
+      or a PUMA, `right` is the side on which that plane is to the right of axis 1, seen from there towards the wrist
+      centre, with the arm upright. Where axes and links meet, `right` is where the second joint, turned forwards,
+      lifts the wrist centre; and of a joint that slides, where it goes out.
+    - `elbow`: `up` where the elbow is above the line from axis 2 to the wrist centre (of a UR to axis 4), seen from the
+      side so that the wrist centre is in front of axis 1, which points upwards, against gravity. Its quantity is the
+      sine of the angle between the links.
+    - `wrist`: `no_flip` where sin(q5 - q5*) is positive, q5* the angle at which axes 4, 5 and 6 lie in one plane, that
+      of the two nearest to joint position 0 (the negative one of -pi/2 and pi/2). Of most arms q5* = 0: `flip` is a
+      fifth joint between -pi and 0.
+
+    Examples:
+        >>> import planner
+        >>> robot = planner.load_robot("kuka_kr16_2")
+        >>> planner.configurations(robot, [[0.0, -1.5, 1.5, 0.0, 0.5, 0.0]])
+        [Configuration(shoulder='right', elbow='up', wrist='no_flip')]
+
+    Attributes:
+        shoulder: None: either, where it is asked. Of a posture: it is singular there and belongs to both, or the arm
+            has no such name.
+        elbow: Likewise; None at a singular shoulder, too.
+        wrist: Likewise.
+    """
+
+    shoulder: Shoulder | None = None
+    elbow: Elbow | None = None
+    wrist: Wrist | None = None
+
+    def __str__(self) -> str:
+        """The names in words."""
+        return ", ".join(f"{part} {name}" for part, name in self.names.items()) or "any configuration"
+
+    @property
+    def names(self) -> dict[str, str]:
+        """The names by part, without those that are None."""
+        named = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {part: name for part, name in named.items() if name is not None}
+
+    def of_parts(self, parts: Collection[str]) -> Configuration:
+        """The names of some parts alone."""
+        return replace(self, **{field.name: None for field in fields(self) if field.name not in parts})
+
+    def allows(self, other: Configuration) -> bool:
+        """Whether a posture with the names `other` is one that is asked by these."""
+        found = other.names
+        return all(found.get(part, name) == name for part, name in self.names.items())
+
+
+def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
+    """Name the configurations of joint positions.
+
+    Args:
+        robot: The robot. Of an arm with three joints the tool's point stands for the wrist centre.
+        positions: (N, joints), rad or m.
+    """
+    q = np.asarray(positions, dtype=np.float64).reshape(-1, robot.dof)
+    named: list[Configuration] = []
+    for row in _parts_of(robot).sides(q).tolist():
+        names = [AHEAD[i] if side > 0.0 else BEHIND[i] if side < 0.0 else None for i, side in enumerate(row)]
+        named.append(Configuration(*names))  # type: ignore[arg-type] # the names stand in the order of the fields
+    return named
+
+
+def named_parts(robot: Robot) -> tuple[str, ...]:
+    """The parts, of shoulder, elbow and wrist, by which the configurations of a robot are told apart."""
+    sides = _parts_of(robot).sides(robot.middle[None])[0].tolist()
+    return tuple(field.name for field, side in zip(fields(Configuration), sides, strict=True) if not np.isnan(side))
+
+
+def in_configuration(robot: Robot, solutions: Iterable[FloatArray], wanted: Configuration) -> tuple[FloatArray, ...]:
+    """Those of some joint positions (joints,) that have a configuration, or belong to it and to another."""
+    solutions = tuple(solutions)
+    if not wanted.names or not solutions:
+        return solutions
+    found = configurations(robot, np.array(solutions))
+    return tuple(q for q, configuration in zip(solutions, found, strict=True) if wanted.allows(configuration))
+
+
+class _Links(NamedTuple):
+    """The links that move in the plane across axes 2 and 3, as complex numbers x + i z: x in front of the first axis.
+
+    Attributes:
+        offset: From axis 1 to axis 2, m.
+        carried: (links,), m, at joint position 0: what joint 2 turns, what joints 2 and 3 turn, and so on.
+        senses: (links,): 1, or -1 of a joint whose axis points the other way than that of joint 2.
+        aside: How far the plane of the links is off axis 1, m: to the right of it where x points forwards.
+    """
+
+    offset: complex
+    carried: np.ndarray
+    senses: FloatArray
+    aside: float
+
+    @classmethod
+    def between(cls, screws: Screws, points: Sequence[FloatArray], up: FloatArray) -> _Links | None:
+        """The links from point to point (3,), m: on axes 2, 3 and so on, the last one the wrist centre.
+
+        Args:
+            screws: The arm.
+            points: Two or more.
+            up: (3,), upwards; of a first axis that does not stand upright its own direction counts.
+
+        Returns:
+            None: their axes are not parallel, or the arm stands like a SCARA with all axes upright.
+        """
+        origin, (first, second), turning = screws.points[0], screws.axes[:2], screws.axes[1 : len(points)]
+        upwards = -first if first @ up < -NEARLY * np.linalg.norm(up) else first
+        vertical = upwards - (upwards @ second) * second
+        height = float(np.linalg.norm(vertical))
+        if height <= NEARLY or np.abs(np.cross(turning, second)).max() > NEARLY:
+            return None
+        frame = (np.cross(vertical, second) + 1j * vertical) / height
+        seen = (np.array(points) - origin) @ frame
+        aside = float((points[-1] - origin) @ second)
+        return cls(complex(seen[0]), np.diff(seen), np.sign(turning @ second), aside)
+
+    @property
+    def length(self) -> float:
+        """The length of all links, m."""
+        return float(np.abs(self.carried).sum())
+
+    @property
+    def right(self) -> float:
+        """The sign of x where the shoulder is right."""
+        radial, aside = self.offset.real, self.aside
+        if max(abs(radial), abs(aside)) <= NEARLY * self.length:
+            return 1.0
+        return float(np.sign(radial if abs(radial) >= abs(aside) else aside))
+
+    def sides(self, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The quantities (N,) of shoulder, m, and elbow, without unit, for positions (N, joints)."""
+        turned = np.cumsum(self.senses * positions[:, 1 : 1 + len(self.carried)], axis=1)
+        links = self.carried * np.exp(1j * turned)
+        x = self.offset.real + links.real.sum(axis=1)
+        upper, fore = links[:, 0], links[:, 1]
+        sine = (fore.conj() * upper).imag / np.abs(upper * fore)
+        shoulder = np.where(np.abs(x) > self.nowhere, x, 0.0)
+        return self.right * shoulder, sine * np.sign(shoulder)
+
+    @property
+    def nowhere(self) -> float:
+        """The magnitude of x up to which the wrist centre is neither in front of axis 1 nor behind it, m.
+
+        Beside the axis the two solutions come together there, and are one from `SAME_SOLUTION` on.
+        """
+        return max(SINGULAR_SIDE * self.length, 0.5 * SAME_SOLUTION * abs(self.aside))
+
+
+class _Slide(NamedTuple):
+    """Two joints that slide behind one that turns: how far they bring the wrist centre in front of its axis.
+
+    Attributes:
+        offset: How far it is there at joint position 0, m.
+        ways: (2,): how far it goes by each joint.
+    """
+
+    offset: float
+    ways: FloatArray
+
+    @classmethod
+    def behind(cls, screws: Screws, centre: FloatArray) -> _Slide | None:
+        """The slides of joints 2 and 3 that bring a point (3,), m, somewhere; None: neither goes outwards."""
+        slides, rises = screws.axes[1:3], screws.axes[1:3] @ screws.axes[0]
+        outwards = rises[0] * slides[1] - rises[1] * slides[0]
+        length = float(np.linalg.norm(outwards)) * np.sign(rises[0] or 1.0)
+        if abs(length) <= NEARLY:
+            return None
+        outwards = outwards / length
+        return cls(float((centre - screws.points[0]) @ outwards), slides @ outwards)
+
+
+class _Parts(NamedTuple):
+    """What tells the configurations of one robot apart.
+
+    Attributes:
+        links: The links of shoulder and elbow, if they move in a plane.
+        slide: The slides in their place, if there are.
+        straight: The fifth joint at which the wrist is singular, rad; None: the arm has no wrist.
+    """
+
+    links: _Links | None = None
+    slide: _Slide | None = None
+    straight: float | None = None
+
+    def sides(self, positions: FloatArray) -> FloatArray:
+        """The quantities (N, 3) of shoulder, elbow and wrist, 0 at singular postures; NaN of what the arm has not."""
+        sides = np.full((len(positions), 3), np.nan)
+        if self.links is not None:
+            sides[:, 0], sides[:, 1] = self.links.sides(positions)
+        if self.slide is not None:
+            sides[:, 0] = self.slide.offset + positions[:, 1:3] @ self.slide.ways
+        if self.straight is not None:
+            sides[:, 2] = np.sin(positions[:, 4] - self.straight)
+        sides[np.abs(sides) <= [SINGULAR_SIDE, 0.5 * SAME_SOLUTION, SINGULAR_SIDE]] = 0.0
+        return sides
+
+
+def _parts_of(robot: Robot) -> _Parts:
+    """What tells the configurations of a robot apart."""
+    point = robot.tool_in_tip.translation if robot.dof == POINT_JOINTS else np.zeros(3)
+    up = -robot.model.gravity.linear
+    key = b"".join([robot.kinematic_content, point.tobytes(), up.tobytes()])
+    return _known.get(key, lambda: _read_parts(screws_of(robot), point, up))
+
+
+def _read_parts(screws: Screws, point: FloatArray, up: FloatArray) -> _Parts:
+    joints, turning = len(screws.axes), screws.is_angle
+    if joints == POINT_JOINTS and turning.all():
+        return _Parts(_Links.between(screws, [*screws.points[1:], screws.position + screws.rotation @ point], up))
+    if joints != POSE_JOINTS or not turning[[0, 3, 4, 5]].all():
+        return _Parts()
+    straight = _straight(screws)
+    if (centre := _common_point(screws, 3)) is not None:
+        if turning.all():
+            return _Parts(_Links.between(screws, [*screws.points[1:3], centre], up), None, straight)
+        return _Parts(None, None if turning[1:3].any() else _Slide.behind(screws, centre), straight)
+    if turning.all() and (centre := _common_point(screws, 4)) is not None:
+        links = _Links.between(screws, [*screws.points[1:4], centre], up)
+        return _Parts() if links is None else _Parts(links, None, straight)
+    return _Parts()
+
+
+def _common_point(screws: Screws, first: int) -> FloatArray | None:
+    """The point (3,), m, where the axes from one on meet; None: they do not."""
+    axes, points = screws.axes[first:], screws.points[first:]
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    right_side = (across @ points[:, :, None]).ravel()
+    centre = np.asarray(np.linalg.lstsq(across.reshape(-1, 3), right_side, rcond=None)[0], dtype=np.float64)
+    away = np.linalg.norm((across @ (centre - points)[:, :, None])[..., 0], axis=1).max()
+    reach = np.linalg.norm(np.diff(screws.points, axis=0), axis=1).sum()
+    return centre if away <= NEARLY * reach else None
+
+
+def _straight(screws: Screws) -> float:
+    """The fifth joint, rad in [-pi / 2, pi / 2), at which axes 4, 5 and 6 lie in one plane."""
+    fourth, fifth, sixth = screws.axes[3:]
+    normal = np.cross(fourth, fifth)
+    angle = float(np.arctan2(-(normal @ sixth), normal @ np.cross(fifth, sixth)))
+    angle -= np.pi * round(angle / np.pi)
+    return angle - np.pi if angle > np.pi / 2.0 - NEARLY else angle
+
+
+_known: LastUsed[_Parts] = LastUsed(MOST_BYTES, lambda parts: BYTES)

@@ -1,0 +1,105 @@
+"""Poses asked in a named configuration: the solutions that have it, or why there is none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import JointPositionLimit, Remedy, UnreachableWaypoint, distinct
+from planner.kinematics.configurations import Configuration, configurations, in_configuration
+from planner.kinematics.search import QUICK, Search, is_isolated
+from planner.kinematics.seeds import ROWS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.errors import PlanningError
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
+
+MOST_OF_CONTINUUM = 8
+"""The most solutions of a continuum that are sought from starts in the configuration asked."""
+
+MOST_STARTS = 64
+"""The most starts from which they are sought."""
+
+
+def solutions_in(
+    robot: Robot,
+    pose: Pose,
+    solutions: tuple[FloatArray, ...],
+    wanted: Configuration,
+    options: InverseKinematicsOptions,
+) -> tuple[FloatArray, ...]:
+    """Those solutions of a pose that have the configuration asked.
+
+    A continuum has more than the spread that is known of it: further solutions are sought from starts in that
+    configuration.
+
+    Args:
+        robot: The robot, with its tool.
+        pose: The pose, which can be reached.
+        solutions: One or more, (joints,) each.
+        wanted: The configuration.
+        options: How poses are solved.
+    """
+    fitting = in_configuration(robot, solutions, wanted)
+    if len(fitting) == len(solutions) or is_isolated(robot, pose, solutions[0]):
+        return fitting
+    search, found = Search(robot, pose, options), list(fitting)
+    for start in in_configuration(robot, search.table_starts(ROWS - 1), wanted)[:MOST_STARTS]:
+        if len(found) >= MOST_OF_CONTINUUM:
+            break
+        q = search.solve(start, **QUICK)
+        found += [] if q is None else in_configuration(robot, [q], wanted)
+    return tuple(found)
+
+
+def configuration_error(
+    robot: Robot,
+    index: int,
+    pose: Pose,
+    solutions: Sequence[FloatArray],
+    wanted: Configuration,
+    options: InverseKinematicsOptions,
+) -> PlanningError:
+    """Why a pose that can be reached has no solution in the configuration asked, and in which ones it has.
+
+    Args:
+        robot: The robot, with its tool.
+        index: Index of the waypoint.
+        pose: Its pose.
+        solutions: All solutions, or a spread, none of which has the configuration.
+        wanted: The configuration.
+        options: How poses are solved.
+    """
+    found = list(dict.fromkeys(configurations(robot, np.array(solutions))))
+    others = "; ".join(map(str, found))
+    changed = dict.fromkeys(other.of_parts(wanted.names) for other in found)
+    remedies = [
+        Remedy(("waypoints", index, "configuration"), other, f"the waypoint can be reached with {other}")
+        for other in sorted(changed, key=lambda other: len(other.names.items() - wanted.names.items()))
+    ]
+    q = Search(robot, pose, options).beyond_the_limits(wanted)
+    if q is None:
+        return UnreachableWaypoint(
+            f"no joint position of {robot.id} reaches waypoint {index} with {wanted}; it can be reached with {others}",
+            waypoint=index,
+            remedies=remedies,
+        )
+    excess = np.maximum(robot.limit("lower") - q, q - robot.limit("upper"))
+    joint = robot.joints[int(excess.argmax())]
+    value = float(q[excess.argmax()])
+    limit = float(joint.lower if value < joint.lower else joint.upper)
+    there, end = distinct(value, limit)
+    return JointPositionLimit(
+        f"with {wanted} waypoint {index} can be reached only with {joint.name} at {there}, its limit is {end}; "
+        f"it can be reached with {others}",
+        waypoint=index,
+        joint=joint.name,
+        value=value,
+        limit=limit,
+        remedies=remedies,
+    )
