@@ -93,7 +93,6 @@ if TYPE_CHECKING:
     from planner.problem import ThroughTransition as ThroughTransition
     from planner.problem import Waypoint as Waypoint
     from planner.result import Plan as Plan
-    from planner.result import PlanWarning as PlanWarning
     from planner.robots import DHJoint as DHJoint
     from planner.robots import Joint as Joint
     from planner.robots import Robot as Robot
@@ -107,7 +106,7 @@ if TYPE_CHECKING:
     from planner.spatial import rpy_from_rotations as rpy_from_rotations
     from planner.tool_lines import LinePolynomial as LinePolynomial
     from planner.tool_lines import line_polynomials as line_polynomials
-    from planner.trajectory import Remark as Remark
+    from planner.trajectory import PlanWarning as PlanWarning
     from planner.trajectory import Trajectory as Trajectory
     from planner.waypoints.reachability import LimitMargin as LimitMargin
     from planner.waypoints.reachability import Reachability as Reachability
@@ -185,12 +184,12 @@ _NAMES = {
         "ThroughTransition",
         "Waypoint",
     ),
-    "planner.result": ("Plan", "PlanWarning"),
+    "planner.result": ("Plan",),
     "planner.robots": ("DHJoint", "Joint", "Robot", "catalogue_ids", "load_robot"),
     "planner.robots.payload": ("Payload",),
     "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
     "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
-    "planner.trajectory": ("Remark", "Trajectory"),
+    "planner.trajectory": ("PlanWarning", "Trajectory"),
     "planner.waypoints.reachability": ("LimitMargin", "Reachability", "reachability"),
 }
 """Public names by the module that has them; the imports above say the same to type checkers and editors."""

@@ -15,6 +15,7 @@ from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
 from planner.limits import JOINT_QUANTITIES
 from planner.problem import JointWaypoint
+from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,19 +30,6 @@ MOST_NAMED = 10
 """The most waypoints that one warning names."""
 
 
-@dataclass(frozen=True)
-class PlanWarning:
-    """Something the caller should know about a plan that is good all the same.
-
-    Attributes:
-        code: Stable name of the kind, in snake case.
-        message: The warning, for a person.
-    """
-
-    code: str
-    message: str
-
-
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A certified trajectory and what it came from. Its existence means: every enforced limit is kept.
@@ -52,7 +40,7 @@ class Plan:
         path: What the joints do, without time.
         trajectory: The path with time on it.
         certificate: The check of the trajectory against every limit; satisfied.
-        warnings: Remarks of the back end, and limits that are asked but not enforced.
+        warnings: What the back end has to say, and limits that are asked but not enforced.
     """
 
     problem: PlanningProblem
@@ -163,5 +151,4 @@ def _warnings(
         if asked and backend.guarantees[quantity] is not Guarantee.HARD:
             message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
             yield PlanWarning(f"{quantity}_not_enforced", message)
-    for remark in trajectory.remarks:
-        yield PlanWarning(remark.code, remark.message)
+    yield from trajectory.warnings

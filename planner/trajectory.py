@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Remark:
-    """Something that a back end has to say about its trajectory, which is good all the same.
+class PlanWarning:
+    """Something the caller should know about a trajectory or a plan that is good all the same.
 
     Attributes:
         code: Stable name of the kind, in snake case.
-        message: The remark, for a person.
+        message: The warning, for a person.
     """
 
     code: str
@@ -43,12 +43,12 @@ class Trajectory(SegmentedPolynomial):
             waypoint belongs to the segment that ends there (at the first waypoint: to segment 0).
         arrivals: (waypoints,), s, when each waypoint is reached; one that is blended: the middle of its blend.
         departures: (waypoints,), s, when it is left again, after its dwell.
-        remarks: What the back end has to say.
+        warnings: What the back end has to say.
     """
 
     arrivals: FloatArray
     departures: FloatArray
-    remarks: tuple[Remark, ...] = ()
+    warnings: tuple[PlanWarning, ...] = ()
 
     @property
     def duration(self) -> float:

@@ -12,7 +12,7 @@ from planner.backends.splines.quintic import Quintic
 from planner.backends.toppra.toppra import Toppra
 from planner.errors import InfeasibleDuration, PlanningError
 from planner.guarantees import ALL_HARD, Guarantee
-from planner.trajectory import Remark
+from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -36,7 +36,7 @@ class Auto:
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The trajectory of the back end chosen, with a remark that says which and why."""
+        """The trajectory of the back end chosen, with a warning that says which and why."""
         refusals: list[PlanningError] = []
         for backends, reason in _choices(path):
             plans: dict[str, Trajectory] = {}
@@ -53,7 +53,7 @@ class Auto:
                 message += ": " + ", ".join(f"{name} {plan.duration:.4g} s" for name, plan in plans.items())
             if refusals:
                 message += f"; {len(refusals)} refused: {refusals[0].message}"
-            return replace(plans[best], remarks=(*plans[best].remarks, Remark("auto_choice", message)))
+            return replace(plans[best], warnings=(*plans[best].warnings, PlanWarning("auto_choice", message)))
         raise min(refusals, key=_shortfall)
 
 

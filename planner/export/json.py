@@ -11,9 +11,9 @@ from planner.certificate.sampling import certify_sampling, worst_overshoot
 from planner.export.base import ExportOptions, Format, sample
 from planner.guarantees import end_states
 from planner.kinematics import configurations, manipulability
-from planner.result import PlanWarning
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
+from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -8,7 +8,7 @@ from scipy.interpolate import PPoly
 
 from planner.backends import BACKENDS
 from planner.planning import plan
-from planner.trajectory import Remark, Trajectory
+from planner.trajectory import PlanWarning, Trajectory
 from tests.planner.problems import backend_of, problem_of
 
 ORDERS = range(5)
@@ -25,7 +25,7 @@ def trajectory_of(pieces: int, joints: int, order: int, seed: int, shortest: flo
         segments=np.zeros(pieces, dtype=int),
         arrivals=times,
         departures=times,
-        remarks=(Remark("made", "by chance"),),
+        warnings=(PlanWarning("made", "by chance"),),
     )
 
 
@@ -118,7 +118,7 @@ def test_scaling(trajectory: Trajectory, factor: float) -> None:
     assert scaled.arrivals == pytest.approx(factor * trajectory.arrivals, rel=1e-12)
     assert scaled.departures == pytest.approx(factor * trajectory.departures, rel=1e-12)
     assert (scaled.segments == trajectory.segments).all()
-    assert scaled.remarks == trajectory.remarks
+    assert scaled.warnings == trajectory.warnings
     times = (trajectory.breakpoints[:-1] + trajectory.breakpoints[1:]) / 2.0
     for order, values in zip(ORDERS, scaled.evaluate(times * factor, ORDERS), strict=True):
         expected = reference(times, order) / factor**order

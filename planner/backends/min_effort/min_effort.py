@@ -10,7 +10,7 @@ from planner.backends.min_effort.options import MinEffortOptions
 from planner.backends.shared.assembly import assemble
 from planner.errors import Fault, InvalidProblem, MissingDynamics
 from planner.guarantees import ALL_HARD, Guarantee
-from planner.trajectory import Remark
+from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -64,12 +64,12 @@ class MinEffort(MinEffortOptions):
         stopped = [int(optimum.run.first) for optimum in optima if not optimum.converged]
         if not stopped:
             return trajectory
-        remark = Remark(
+        warning = PlanWarning(
             "suboptimal",
             "the search ended before it reached an optimum: what is returned keeps all limits and costs no more than "
             f"the quintic (segments from {', '.join(map(str, stopped))} on)",
         )
-        return replace(trajectory, remarks=(remark,))
+        return replace(trajectory, warnings=(warning,))
 
 
 def _refuse_long_runs(path: JointPath) -> None:

@@ -31,19 +31,19 @@ class BindingLimit(NamedTuple):
     joint: str | None = None
 
     @property
-    def request(self) -> str:
-        """The limit and its verb, as the beginning of a sentence about the time that it takes."""
+    def named(self) -> str:
+        """What the limit is called in a sentence."""
         match self.quantity:
             case "tcp_linear_velocity":
-                return "the limit of the tool's speed asks"
+                return "the limit of the tool's speed"
             case "tcp_angular_velocity":
-                return "the limit of the tool's angular speed asks"
+                return "the limit of the tool's angular speed"
             case _ if self.quantity == RAMPS:
-                return "the acceleration and deceleration times ask"
+                return "the acceleration and deceleration times"
             case None:
-                return f"the limits of {self.joint} ask"
+                return f"the limits of {self.joint}"
             case quantity:
-                return f"the {quantity} limit of {self.joint} asks"
+                return f"the {quantity} limit of {self.joint}"
 
 
 def infeasible_duration_error(
@@ -58,7 +58,7 @@ def infeasible_duration_error(
     """
     segment, needed = next(iter(too_short.items()))
     return InfeasibleDuration(
-        f"segment {segment} cannot be done in {asked:g} s: {binding.request} for {needed:.6g} s",
+        f"segment {segment} cannot be done in {asked:g} s: within {binding.named} it takes {needed:.6g} s",
         waypoint=segment + 1,
         segment=segment,
         joint=binding.joint,
@@ -84,9 +84,7 @@ def no_duration_error(segment: int) -> LimitsUnsatisfiable:
 
 def ramps_error(binding: BindingLimit) -> LimitsUnsatisfiable:
     """The error where given times of acceleration and deceleration break a limit at every duration that is tried."""
-    return LimitsUnsatisfiable(
-        f"no duration was found with which these ramps keep the limits: {binding.request} for more"
-    )
+    return LimitsUnsatisfiable(f"no duration was found with which these ramps keep {binding.named}")
 
 
 def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:

@@ -133,10 +133,10 @@ def test_a_tool_speed_on_a_line(robot: Robot) -> None:
 def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> None:
     weak = robot.limit("torque") * [0.02, 1.0, 1.0, 1.0, 1.0, 1.0]
     for limits, cause in (
-        (Limits(tcp_linear_velocity=0.1), "the limit of the tool's speed asks"),
-        (Limits(tcp_angular_velocity=0.1), "the limit of the tool's angular speed asks"),
-        (Limits(torque=tuple(weak.tolist())), "the torque limit of joint_a1 asks"),
-        (Limits(velocity_scale=0.1), "(the velocity limit of|the limits of) joint_a1 asks?"),
+        (Limits(tcp_linear_velocity=0.1), "the limit of the tool's speed"),
+        (Limits(tcp_angular_velocity=0.1), "the limit of the tool's angular speed"),
+        (Limits(torque=tuple(weak.tolist())), "the torque limit of joint_a1"),
+        (Limits(velocity_scale=0.1), "(the velocity limit of|the limits of) joint_a1"),
     ):
         with pytest.raises(InfeasibleDuration, match=cause) as refusal:
             plan(hurried(robot, 1.2, limits=limits), backend_of(kind))
