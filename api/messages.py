@@ -23,12 +23,14 @@ class Caps:
         max_waypoints: The most waypoints or poses of a request.
         max_samples: The most values of an answer, and the most rows of a request.
         memory_mib: The private memory that a worker may allocate, MiB.
+        log_level: The least severe event that a worker logs.
     """
 
     max_deadline: float
     max_waypoints: int
     max_samples: int
     memory_mib: int
+    log_level: str = "info"
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ def work(channel: socket, caps: Caps) -> None:
     from api.execution import execute, warm_up
     from api.logs import configure_logs
 
-    configure_logs("info")
+    configure_logs(caps.log_level)
     warm_up(caps)
     gc.collect()
     gc.freeze()

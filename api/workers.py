@@ -129,6 +129,7 @@ class WorkerPool:
             max_waypoints=settings.max_waypoints,
             max_samples=settings.max_samples,
             memory_mib=settings.worker_memory_mib,
+            log_level=settings.log_level,
         )
         self._idle: asyncio.Queue[Worker] = asyncio.Queue()
         self._in_flight = 0

@@ -30,6 +30,26 @@ def test_warnings_of_numpy_are_lines_of_the_log_without_paths() -> None:
     assert ran.stdout == ""
 
 
+WORKER_THAT_WARNS = """
+import socket, sys, warnings
+import api.execution
+from api.messages import Caps
+from api.worker_main import work
+
+api.execution.warm_up = lambda caps: warnings.warn("of a library")
+server, worker = socket.socketpair()
+server.close()
+work(worker, Caps(60.0, 10, 10, 1024, sys.argv[1]))
+"""
+
+
+@pytest.mark.parametrize(("level", "lines"), [("info", 1), ("error", 0)])
+def test_workers_log_at_the_level_that_is_set(level: str, lines: int) -> None:
+    command = [sys.executable, "-c", WORKER_THAT_WARNS, level]
+    ran = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    assert len(ran.stderr.splitlines()) == lines
+
+
 def test_a_failure_is_told_without_paths_and_values() -> None:
     with pytest.raises(json.JSONDecodeError) as caught:
         json.loads("a caller's value")
