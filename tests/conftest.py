@@ -44,7 +44,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.line(
             f"left to CI (TEST_SIZE=large pytest -m {LARGER!r}): {ci.requests} random requests a back end "
             f"instead of {now.requests}, {ci.examples} cases a property instead of {now.examples}, "
-            f"{ci.http} made-up HTTP requests an operation instead of {now.http}"
+            f"{ci.http} made-up HTTP requests an operation instead of {now.http}, "
+            f"all jobs of the suite instead of one in {now.jobs_every}"
         )
 
 

@@ -14,7 +14,7 @@ from tests.jobs.corpus import BACK_ENDS, FROM_PACKAGE, VARIANTS, job, names, pla
 from tests.jobs.infeasible import farthest
 from tests.jobs.known_failures import KNOWN_FAILURES
 from tests.jobs.tracing import tool_at
-from tests.sizes import NAME
+from tests.sizes import NAME, SIZE
 
 SUITE = suite()
 
@@ -47,7 +47,8 @@ def back_ends(k: int) -> tuple[str, ...]:
 def cases() -> list[object]:
     causes = {entry: cause for cause, entries in KNOWN_FAILURES.items() for entry in entries}
     made = []
-    for k, name in enumerate(SUITE):
+    for k in range(0, len(SUITE), SIZE.jobs_every):
+        name = SUITE[k]
         for kind in back_ends(k):
             cause = causes.get(name) or causes.get(f"{name} {kind}")
             marks = [pytest.mark.xfail(reason=cause, strict=True)] if cause else []
@@ -55,7 +56,7 @@ def cases() -> list[object]:
     return made
 
 
-@(pytest.mark.random if NAME == "soak" else lambda test: test)
+@pytest.mark.random
 @pytest.mark.parametrize(("name", "kind"), cases())
 def test_job(name: str, kind: str) -> None:
     """Planned within its promises and in the time that is known, or refused for the reason that is known."""
