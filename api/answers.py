@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 def pose_answer(pose: Pose) -> dict[str, Any]:
-    """A pose: a quaternion, or null where any orientation will do."""
+    """Write a pose: a quaternion, or null where any orientation will do."""
     (answer,) = poses_as_dicts([pose])
     return answer
 
 
 def nearest_answer(nearest: NearestPose) -> dict[str, Any]:
-    """The nearest pose found to one that cannot be reached."""
+    """Write the nearest pose found to one that cannot be reached."""
     return {
         "pose": pose_answer(nearest.pose),
         "position": nearest.position,
@@ -32,12 +32,12 @@ def nearest_answer(nearest: NearestPose) -> dict[str, Any]:
 
 
 def path_point_answer(point: PathPoint) -> dict[str, Any]:
-    """The point up to which a motion of the tool can be followed."""
+    """Write the point up to which a motion of the tool can be followed."""
     return {"fraction": point.fraction, "pose": pose_answer(point.pose), "position": point.position}
 
 
 def value_answer(value: Any) -> Any:
-    """What a client puts into a request for a value of the library's; numbers and lists of them as they are."""
+    """Write a value of the library's as a client puts it into a request; numbers and lists of them as they are."""
     match value:
         case Pose():
             return pose_answer(value)

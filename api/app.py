@@ -42,7 +42,7 @@ log = structlog.get_logger()
 
 
 def create_app(settings: Settings | None = None, pool: WorkerPool | None = None) -> FastAPI:
-    """The service as an ASGI application.
+    """Make the service as an ASGI application.
 
     Args:
         settings: What the operator has set; None: read from the environment.
@@ -85,13 +85,13 @@ async def _answer_with_problem_document(request: Request, error: Exception) -> R
 
 
 def _methods_at(request: Request) -> set[str]:
-    """Methods of all routes at the path; the router itself looks no further than the first."""
+    """Collect the methods of all routes at the path; the router itself looks no further than the first."""
     routes = (route for route in request.app.routes if isinstance(route, Route))
     return {m for route in routes if route.matches(request.scope)[0] != Match.NONE for m in route.methods or ()}
 
 
 async def _answer_http_exception(request: Request, error: Exception) -> Response:
-    """The answer to what the router raises: there is no such path, or no such method."""
+    """Answer what the router raises: there is no such path, or no such method."""
     assert isinstance(error, HTTPException)  # noqa: S101 - registered for it
     if error.status_code == 405:
         allowed = ", ".join(sorted(_methods_at(request)))

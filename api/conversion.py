@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
-    """The planning problem of a plan request."""
+    """Make the planning problem of a plan request."""
     return problem.PlanningProblem(
         robot=with_tool(robot, request.tool),
         waypoints=to_waypoints(request.waypoints),
@@ -45,17 +45,17 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.
 
 
 def to_backend(asked: Any) -> BackEnd:
-    """The back end of a plan request, with its options."""
+    """Make the back end of a plan request, with its options."""
     return BACKENDS[asked.kind](**asked.model_dump(exclude={"kind"}))
 
 
 def to_waypoints(waypoints: Sequence[requests.Waypoint]) -> tuple[problem.AnyWaypoint, ...]:
-    """Waypoints of any kind."""
+    """Make waypoints of any kind."""
     return tuple(_to_waypoint(waypoint) for waypoint in waypoints)
 
 
 def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
-    """How poses are solved."""
+    """Make the options by which poses are solved."""
     return InverseKinematicsOptions(
         tolerance_position=options.tolerance_position,
         tolerance_orientation=options.tolerance_orientation,
@@ -65,29 +65,29 @@ def to_options(options: requests.InverseKinematicsOptions, seed: int) -> Inverse
 
 
 def with_tool(robot: Robot, tool: common.Pose | None) -> Robot:
-    """The robot with the tool that was asked, if any."""
+    """Give a robot the tool that was asked, if any."""
     return robot if tool is None else robot.with_tool(to_pose(tool))
 
 
 def to_pose(pose: common.Pose) -> Pose:
-    """A pose; without an orientation the position alone counts."""
+    """Make a pose; without an orientation the position alone counts."""
     return Pose(np.array(pose.position), _to_rotation(pose.orientation))
 
 
 def to_payload(payload: common.Payload) -> Payload:
-    """A payload."""
+    """Make a payload."""
     x, y, z = payload.center_of_mass
     ixx, iyy, izz = payload.inertia
     return Payload(payload.mass, (x, y, z), (ixx, iyy, izz))
 
 
 def to_limits(limits: common.Limits) -> Limits:
-    """Limits, lists as tuples."""
+    """Make limits, lists as tuples."""
     return Limits(**_with_tuples(limits.model_dump()))
 
 
 def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
-    """The robot that a client describes.
+    """Make the robot that a client describes.
 
     Raises:
         InvalidRobotModel: It cannot be used.
@@ -113,7 +113,7 @@ def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
 
 
 def to_trajectory(polynomials: Sequence[requests.JointCurve], joint_names: Sequence[str]) -> Trajectory:
-    """The trajectory of a robot's joints as piecewise polynomials; pieces of no length are left out.
+    """Make the trajectory of a robot's joints as piecewise polynomials; pieces of no length are left out.
 
     Raises:
         InvalidProblem: The joints are not the robot's, their breakpoints differ or do not increase, there is not one
@@ -152,7 +152,7 @@ def to_trajectory(polynomials: Sequence[requests.JointCurve], joint_names: Seque
 
 
 def to_end_states(request: requests.ValidateRequest, joints: int) -> EndStates:
-    """The motion before a trajectory and after it.
+    """Make the motion before a trajectory and after it.
 
     Raises:
         InvalidProblem: There are more values than joints, or fewer.
@@ -167,7 +167,7 @@ def to_end_states(request: requests.ValidateRequest, joints: int) -> EndStates:
 
 
 def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatArray:
-    """One value a joint as an array (length,).
+    """Make one value a joint an array (length,).
 
     Raises:
         InvalidProblem: There are more, or fewer.
@@ -178,7 +178,7 @@ def to_vector(values: Sequence[float], length: int, field: FieldPath) -> FloatAr
 
 
 def to_matrix(rows: Sequence[Sequence[float]], columns: int, field: FieldPath) -> FloatArray:
-    """Rows (N, columns) as an array.
+    """Make rows (N, columns) an array.
 
     Raises:
         InvalidProblem: Naming each row that has another length.

@@ -10,17 +10,17 @@ if TYPE_CHECKING:
 
 
 def sha256(content: bytes) -> str:
-    """The SHA-256 of a content as answers show it, `sha256:` and 64 hexadecimal digits."""
+    """Make the SHA-256 of a content as answers show it, `sha256:` and 64 hexadecimal digits."""
     return "sha256:" + hashlib.sha256(content).hexdigest()
 
 
 def canonical(request: BaseModel, exclude: set[str] | None = None) -> bytes:
-    """The request with its defaults filled in and its keys in the order of the schema: notation makes no difference."""
+    """Write the request with all defaults and its keys in the schema's order: notation makes no difference."""
     return request.model_dump_json(exclude=exclude).encode()
 
 
 def request_hash(request: BaseModel, robot: bytes | None = None) -> str:
-    """What an answer quotes its request by: two requests with the same hash ask for the same plan.
+    """Make what an answer quotes its request by: two requests with the same hash ask for the same plan.
 
     Args:
         request: The request, which names its robot by an id. The catalogue belongs to the version of the service.

@@ -174,7 +174,7 @@ def what_to_do(max_deadline: float) -> str:
 
 
 def problem_document(error: PlanningError | ServiceError, instance: str) -> tuple[int, bytes]:
-    """HTTP status and problem document of an error; `instance` is the path of the request."""
+    """Give the HTTP status and the problem document of an error; `instance` is the path of the request."""
     status = STATUS_OF_CODE.get(error.code, HTTPStatus.UNPROCESSABLE_ENTITY)
     document = {
         "type": f"urn:trajectory-planner:problem:{error.code}",
@@ -233,12 +233,12 @@ NAMES = {"inverse_kinematics": "ik", KIND: "kind"}
 
 
 def pointer_of(field: FieldPath) -> str:
-    """JSON pointer (RFC 6901) into the request to a field of the library's values."""
+    """Write the JSON pointer (RFC 6901) into the request to a field of the library's values."""
     return "".join(f"/{NAMES.get(str(step), step)}" for step in field)
 
 
 def invalid_request(error: ValidationError, document: Any) -> InvalidRequest:
-    """What pydantic found, as pointers into the caller's `document` and without the caller's values."""
+    """Write what pydantic found, as pointers into the caller's `document` and without the caller's values."""
     faults = [
         {"pointer": _pointer((*fault["loc"], *_TAG.get(fault["type"], ())), document), "message": _message(fault)}
         for fault in error.errors(include_url=False, include_input=False)[:MOST_FAULTS]
@@ -247,14 +247,14 @@ def invalid_request(error: ValidationError, document: Any) -> InvalidRequest:
 
 
 def invalid(faults: list[dict[str, str]]) -> InvalidRequest:
-    """The error with these faults; its message is the first of them."""
+    """Make the error with these faults; its message is the first of them."""
     first = f"{faults[0]['pointer']}: {faults[0]['message']}".removeprefix(": ")
     more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
     return InvalidRequest(first + more, errors=faults)
 
 
 def _pointer(location: tuple[int | str, ...], document: Any) -> str:
-    """JSON pointer of a pydantic location, which names the tag of a union besides the keys of the data."""
+    """Write the JSON pointer of a pydantic location, which names the tag of a union besides the keys of the data."""
     pointer, tagged = "", False
     for step in location:
         if isinstance(document, dict) and document.get("kind") == step and not tagged:

@@ -60,7 +60,7 @@ def execute(task: Task, caps: Caps) -> Reply:
 
 
 def wants_memory(error: BaseException) -> bool:
-    """Whether an error, or one that led to it, says that there was no memory left, in Python's words or in C++'s."""
+    """Tell whether an error, or one that led to it, says that no memory was left, in Python's words or in C++'s."""
     causes = [error]
     while (cause := causes[-1].__cause__ or causes[-1].__context__) is not None:
         causes.append(cause)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def best_answer(result: InverseKinematicsResult) -> dict[str, Any]:
-    """The solution of a pose that the library chose, or why there is none and how near the robot gets."""
+    """Write the solution of a pose that the library chose, or why there is none and how near the robot gets."""
     if result.status != "solved":
         return _unsolved(result)
     errors = result.position_error, result.orientation_error
@@ -29,7 +29,7 @@ def best_answer(result: InverseKinematicsResult) -> dict[str, Any]:
 
 
 def all_answer(robot: Robot, pose: Pose, found: tuple[FloatArray, ...] | InverseKinematicsResult) -> dict[str, Any]:
-    """All solutions of a pose, or why there is none and how near the robot gets."""
+    """Write all solutions of a pose, or why there is none and how near the robot gets."""
     if not isinstance(found, tuple):
         return _unsolved(found)
     positions = np.array(found)
@@ -42,7 +42,7 @@ def all_answer(robot: Robot, pose: Pose, found: tuple[FloatArray, ...] | Inverse
 def _solution(
     position: FloatArray, errors: tuple[float, float | None], measure: float, configuration: Configuration
 ) -> dict[str, Any]:
-    """A joint position, by how much the tool misses the pose there, how well it can move, and its configuration."""
+    """Write a joint position, by how much the tool misses the pose there, how well it can move, its configuration."""
     distance, angle = errors
     return {
         "position": position,
@@ -58,7 +58,7 @@ def _unsolved(result: InverseKinematicsResult) -> dict[str, Any]:
 
 
 def nearest_answer(result: InverseKinematicsResult) -> dict[str, Any]:
-    """The nearest that the robot gets to a pose that it cannot reach."""
+    """Write the nearest that the robot gets to a pose that it cannot reach."""
     return {
         "position": result.position,
         "pose": pose_answer(result.pose),
@@ -68,7 +68,7 @@ def nearest_answer(result: InverseKinematicsResult) -> dict[str, Any]:
 
 
 def reachability_answer(waypoints: Sequence[AnyWaypoint], found: Sequence[Reachability]) -> dict[str, Any]:
-    """The answer of which waypoints can be reached."""
+    """Write which waypoints can be reached."""
     return {
         "reachable": all(waypoint.error is None for waypoint in found),
         "waypoints": [

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def read_request(text: bytes, backend: str | None = None) -> PlanRequest:
-    """The request in a document of POST /v1/trajectories.
+    """Read the request in a document of POST /v1/trajectories.
 
     Args:
         text: The document as JSON.
@@ -42,7 +42,7 @@ def read_request(text: bytes, backend: str | None = None) -> PlanRequest:
 
 
 def plan_request(request: PlanRequest) -> Plan:
-    """The plan of a request.
+    """Plan a request.
 
     Raises:
         PlanningError: Of the kind that says why there is none.
@@ -51,12 +51,12 @@ def plan_request(request: PlanRequest) -> Plan:
 
 
 def format_of(name: str) -> Format | None:
-    """The format that a file's name asks for by its suffix, the longest that fits; None: there is none."""
+    """Find the format that a file's name asks for by its suffix, the longest that fits; None: there is none."""
     fitting = [form for form in FORMATS.values() if name.endswith(form.suffix)]
     return max(fitting, key=lambda form: len(form.suffix), default=None)
 
 
 def render(solved: Plan, request: PlanRequest, form: Format) -> bytes:
-    """The plan in that format, sampled as the request asks."""
+    """Write the plan in that format, sampled as the request asks."""
     options = ExportOptions(request.sample_period, frozenset(request.include), request_hash(request))
     return form.render(solved, options)

@@ -88,7 +88,7 @@ def announce_when_ready(host: str, port: int) -> None:
 
 
 def _wait_until_ready(url: str, deadline: float, process: subprocess.Popen[bytes] | None = None) -> bool:
-    """Whether the service gets ready before the deadline (monotonic clock) and before its process ends."""
+    """Wait; tell whether the service gets ready before the deadline (monotonic clock) and before its process ends."""
     with httpx.Client(base_url=url) as client:
         while time.monotonic() < deadline and (process is None or process.poll() is None):
             try:

@@ -81,6 +81,6 @@ class Reply:
 
 
 def pack(message: Task | Reply | None) -> bytes:
-    """A message as it goes over a channel: the length of its pickle, then the pickle."""
+    """Write a message as it goes over a channel: the length of its pickle, then the pickle."""
     payload = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
     return HEADER.pack(len(payload)) + payload

@@ -77,14 +77,14 @@ class RequestContext:
 
 
 def _level(status: int) -> int:
-    """An error is what should not happen; a deadline, a full queue or a service not yet ready is a warning."""
+    """Choose the level: an error is what should not happen; a deadline, a full queue, a service not yet ready warn."""
     if status >= 500:
         return logging.ERROR if status == 500 else logging.WARNING
     return logging.INFO
 
 
 def _request_id(scope: Scope) -> str:
-    """The id that the caller gave the request, where it is a sane one, else a new one."""
+    """Choose the id that the caller gave the request, where it is a sane one, else a new one."""
     for name, value in scope["headers"]:
         if name == b"x-request-id" and SANE_ID.fullmatch(value):
             return str(value, "ascii")

@@ -7,7 +7,7 @@ from planner.export import FORMATS, Format
 
 
 def negotiated(asked: str | None, accept: str) -> Format:
-    """The format to answer in.
+    """Choose the format to answer in.
 
     Args:
         asked: The name in the query, which goes before the header; None: there is none.
@@ -33,7 +33,7 @@ def _not_acceptable() -> NotAcceptable:
 
 
 def _quality(media_type: str, accept: str) -> float:
-    """The weight of a media type in an `Accept` header is that of the most specific range that covers it."""
+    """Weigh a media type in an `Accept` header: its weight is that of the most specific range that covers it."""
     kind = media_type.partition("/")[0]
     weights = {}
     for part in accept.split(","):

@@ -35,7 +35,7 @@ FORMAT_SCHEMAS = {"ros2": RosJointTrajectory}
 
 
 def get_openapi(work: Work) -> Reply:
-    """GET /openapi.json."""
+    """Answer GET /openapi.json."""
     with work.stage("plan"):
         document = openapi_document(work.caps.max_waypoints)
     return work.reply(document)
@@ -43,7 +43,7 @@ def get_openapi(work: Work) -> Reply:
 
 @cache
 def openapi_document(max_waypoints: int) -> dict[str, Any]:
-    """The document, made once in a process.
+    """Make the document, once in a process.
 
     Args:
         max_waypoints: The largest number of waypoints or poses that the service takes in one request.
@@ -65,7 +65,7 @@ def openapi_document(max_waypoints: int) -> dict[str, Any]:
 
 
 def service_version() -> str:
-    """The version of the installed package."""
+    """Read the version of the installed package."""
     try:
         return version("trajectory-planner")
     except PackageNotFoundError:  # run from a checkout
@@ -92,7 +92,7 @@ def _entry(operation: Operation) -> dict[str, Any]:
 
 
 def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
-    """What an operation answers, by status."""
+    """Describe what an operation answers, by status."""
     responses: dict[int, dict[str, Any]] = {operation.status: _success(operation)}
     for status, meaning in operation.also.items():
         responses[status] = _success(operation) | {"description": meaning}
@@ -157,7 +157,7 @@ def _reference(schema: Any) -> dict[str, Any]:
 
 
 def _components(max_waypoints: int) -> dict[str, Any]:
-    """Every schema that the operations name, and those that these name in turn; lists as long as the service takes."""
+    """Collect every schema that the operations name, and those that these name; lists as long as the service takes."""
     roots: list[Any] = [ProblemDocument, *FORMAT_SCHEMAS.values()]
     roots += [schema for op in OPERATIONS for schema in (op.request, op.answer) if schema is not None]
     inputs: Any = [(schema.__name__, "validation", TypeAdapter(schema)) for schema in roots]

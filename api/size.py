@@ -23,7 +23,7 @@ CAPPED_LISTS = frozenset({"waypoints", "poses"})
 
 
 def size_faults(document: Any, caps: Caps) -> list[dict[str, str]]:
-    """The objects and lists of a request that are too large, as faults with JSON pointers.
+    """Find the objects and lists of a request that are too large, as faults with JSON pointers.
 
     All objects are visited, and all lists but rows of numbers: the schemas bound those, and stop at the first row
     that is wrong.

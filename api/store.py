@@ -23,7 +23,7 @@ class RobotContent:
     description: bytes
 
     def described_as(self, robot_id: str) -> bytes:
-        """The answer of GET /v1/robots/{id}, as JSON."""
+        """Write the answer of GET /v1/robots/{id} as JSON."""
         return b'{"id":' + orjson.dumps(robot_id) + b"," + self.description.removeprefix(b"{")
 
 
@@ -31,7 +31,7 @@ class RobotStore(Protocol):
     """A store of robots by id. An id is a name: several may point at one content, which is kept once."""
 
     def get(self, robot_id: str) -> RobotContent | None:
-        """The robot with this id."""
+        """Find the robot with this id."""
         ...
 
     def add(self, robot_id: str, content: RobotContent) -> Literal["added", "same", "exists", "full"]:
@@ -43,7 +43,7 @@ class RobotStore(Protocol):
         ...
 
     def all(self) -> list[tuple[str, RobotContent]]:
-        """All ids with their robots, in the order of the ids."""
+        """List all ids with their robots, in the order of the ids."""
         ...
 
 

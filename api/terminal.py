@@ -52,7 +52,7 @@ TOOL_UNITS = {
 
 
 def terminal(*, stderr: bool = False) -> Console:
-    """The terminal; what goes into a file or a pipe instead gets lines of a fixed width."""
+    """Make the terminal; what goes into a file or a pipe instead gets lines of a fixed width."""
     console = Console(stderr=stderr, highlight=False)
     if not console.is_terminal:
         console.width = FILE_WIDTH
@@ -60,7 +60,7 @@ def terminal(*, stderr: bool = False) -> Console:
 
 
 def plain_table(*columns: str, right: Sequence[str] = (), title: str | None = None) -> Table:
-    """A table without frame, its header underlined; the first column wraps, those in `right` are aligned there."""
+    """Make a table without frame, its header underlined; the first column wraps, those in `right` are aligned there."""
     table = Table(
         box=box.SIMPLE_HEAD,
         show_edge=False,
@@ -76,14 +76,14 @@ def plain_table(*columns: str, right: Sequence[str] = (), title: str | None = No
 
 
 def share_text(ratio: float | None) -> Text:
-    """A share of a limit in percent, green, yellow near the limit, red above it."""
+    """Write a share of a limit in percent, green, yellow near the limit, red above it."""
     if ratio is None:
         return Text("-", style="dim")
     return Text(f"{100.0 * ratio:.1f} %", style=_share_style(ratio))
 
 
 def plan_summary(plan: Plan, seconds: float) -> Group:
-    """A plan as a person reads it; `seconds` is what it took."""
+    """Show a plan as a person reads it; `seconds` is what it took."""
     robot, trajectory = plan.path.robot, plan.trajectory
     head = Text.assemble(
         (robot.id, "bold"),
@@ -96,7 +96,7 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
 
 
 def problem_panel(document: Mapping[str, Any]) -> Panel:
-    """A problem document (RFC 9457) as a person reads it, with its remedies."""
+    """Show a problem document (RFC 9457) as a person reads it, with its remedies."""
     parts: list[RenderableType] = []
     errors = document.get("errors")
     if errors:
@@ -129,7 +129,7 @@ def problem_panel(document: Mapping[str, Any]) -> Panel:
 
 
 def robots_table(robots: Sequence[Robot]) -> Table:
-    """The robots of the catalogue, one a line."""
+    """List the robots of the catalogue, one a line."""
     table = plain_table("id", "joints", "tip frame", right=["joints"])
     table.add_column("where it comes from", ratio=1)
     for robot in robots:
@@ -138,7 +138,7 @@ def robots_table(robots: Sequence[Robot]) -> Table:
 
 
 def robot_summary(robot: Robot) -> Group:
-    """One robot: joints, and where each limit comes from."""
+    """Show one robot: joints, and where each limit comes from."""
     mass = f"{robot.mass:.4g} kg" if robot.has_dynamics else "no masses known: no torques"
     head = Text.assemble((robot.id, "bold"), f"   {robot.dof} joints   tip frame {robot.tip_frame}   {mass}")
     limits = plain_table("joint", "kind", "position", "velocity", "acceleration", "jerk", "torque", title="Limits")

@@ -43,6 +43,6 @@ CASES = (
 
 
 def examples_folder() -> Path:
-    """Where the request files are: inside the installed package, or beside it in a checkout."""
+    """Find the request files: inside the installed package, or beside it in a checkout."""
     installed = Path(str(files("api"))) / "examples"
     return installed if installed.is_dir() else Path(__file__).parents[2] / "examples"

@@ -137,7 +137,7 @@ def _draw_curves(axis: Axes, answer: dict[str, Any], drawn: Drawn, joints: np.nd
 
 
 def _draw_limits(axis: Axes, names: list[str], drawn: Drawn, joints: list[int]) -> None:
-    """The limits that are near the curves; one line for joints that share one, with their names on it."""
+    """Draw the limits that are near the curves; one line for joints that share one, with their names on it."""
     bottom, top = axis.get_ylim()
     for limit in {*drawn.lower[joints], *drawn.upper[joints]}:
         if max(top, limit) - min(bottom, limit) > ROOM_FOR_LIMIT * (top - bottom):
@@ -154,7 +154,7 @@ def _draw_limits(axis: Axes, names: list[str], drawn: Drawn, joints: list[int]) 
 
 
 def _draw_shares(axis: Axes, robot: dict[str, Any], drawn: Drawn, units: list[str]) -> None:
-    """For each joint a track from limit to limit, and on it the part that the trajectory uses."""
+    """Draw for each joint a track from limit to limit, and on it the part that the trajectory uses."""
     for joint, (lower, upper) in enumerate(zip(drawn.lower, drawn.upper, strict=True)):
         limited = bool(np.isfinite(lower) and np.isfinite(upper))
         text = "no limit"
@@ -179,7 +179,7 @@ def _draw_shares(axis: Axes, robot: dict[str, Any], drawn: Drawn, units: list[st
 
 
 def _name_waypoints(axis: Axes, answer: dict[str, Any]) -> None:
-    """Names of the waypoints above the axis, those left out that would run into the one before."""
+    """Name the waypoints above the axis, those left out that would run into the one before."""
     duration = answer["duration"]
     last = -duration
     for waypoint in answer["waypoints"]:

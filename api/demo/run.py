@@ -96,7 +96,7 @@ def _row(case: Case, request: dict[str, Any], answer: dict[str, Any], server_tim
 
 
 def _error(request: dict[str, Any], answer: dict[str, Any]) -> str:
-    """How far the waypoints are missed: by the tool where poses are asked, else by the worst joint."""
+    """Measure how far the waypoints are missed: by the tool where poses are asked, else by the worst joint."""
     error = answer["certificate"]["waypoint_error"]
     if any(waypoint["kind"] != "joint" for waypoint in request["waypoints"]):
         error = max(waypoint["position_error"] for waypoint in answer["waypoints"])
@@ -104,6 +104,6 @@ def _error(request: dict[str, Any], answer: dict[str, Any]) -> str:
 
 
 def _milliseconds(server_timing: str, name: str) -> float:
-    """The duration of one entry of a `Server-Timing` header."""
+    """Read the duration of one entry of a `Server-Timing` header."""
     entries = dict(entry.split(";dur=") for entry in server_timing.split(", "))
     return float(entries[name])

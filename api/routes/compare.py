@@ -20,7 +20,7 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 
 
 async def compare_backends(request: Request) -> Response:
-    """POST /v1/trajectories/compare: read the body and plan with each of its back ends."""
+    """Answer POST /v1/trajectories/compare: read the body and plan with each of its back ends."""
     body, document, deadline, robot = await look_at_body(request)
     kinds = _kinds(document.get("backends"))
     workers = asyncio.Semaphore(service_of(request).settings.workers)
@@ -52,7 +52,7 @@ async def compare_backends(request: Request) -> Response:
 
 
 def _kinds(backends: Any) -> list[str] | None:
-    """The kinds of the back ends that are asked for; None: they do not follow the schema."""
+    """Read the kinds of the back ends that are asked for; None: they do not follow the schema."""
     if not isinstance(backends, list) or not 1 <= len(backends) <= MOST_BACKENDS:
         return None
     kinds = [backend["kind"] for backend in backends if isinstance(backend, dict) and "kind" in backend]

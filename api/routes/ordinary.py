@@ -25,7 +25,7 @@ log = structlog.get_logger()
 
 
 def ordinary(operation: Operation) -> Callable[[Request], Awaitable[Response]]:
-    """The endpoint of an operation that a worker does as a whole."""
+    """Make the endpoint of an operation that a worker does as a whole."""
 
     async def endpoint(request: Request) -> Response:
         arguments: dict[str, Any] = {}
@@ -40,7 +40,7 @@ def ordinary(operation: Operation) -> Callable[[Request], Awaitable[Response]]:
 
 
 def service_of(request: Request) -> Service:
-    """The service that the request came to."""
+    """Find the service that the request came to."""
     service: Service = request.app.state.service
     return service
 
@@ -52,7 +52,7 @@ async def run_with_body(request: Request, operation: str, **arguments: Any) -> R
 
 
 async def look_at_body(request: Request) -> tuple[bytes, dict[str, Any], float, dict[str, Any]]:
-    """The body, its document, the deadline (s), and what the worker needs to know of an uploaded robot.
+    """Read the body, its document, the deadline (s), and what the worker needs to know of an uploaded robot.
 
     Only `robot`, `deadline` and the number of `backends` are looked at here: the rest is the worker's.
     """
@@ -88,12 +88,12 @@ async def run(
 
 
 def respond(reply: Reply) -> Response:
-    """The reply of a worker as the response; its body goes out as it is."""
+    """Make the reply of a worker the response; its body goes out as it is."""
     return Response(reply.body, reply.status, dict(reply.headers), media_type=reply.media_type)
 
 
 async def _read_body(request: Request) -> bytes:
-    """The whole body, of no more than the allowed size, declared or not.
+    """Read the whole body, of no more than the allowed size, declared or not.
 
     Raises:
         UnsupportedMediaType: It is declared to be something other than JSON.

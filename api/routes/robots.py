@@ -11,13 +11,13 @@ from api.routes.ordinary import respond, run, run_with_body, service_of
 
 
 async def list_robots(request: Request) -> Response:
-    """GET /v1/robots."""
+    """Answer GET /v1/robots."""
     added = [content.described_as(robot_id) for robot_id, content in service_of(request).robots.all()]
     return respond(await run(request, "list_robots", added=added))
 
 
 async def get_robot(request: Request) -> Response:
-    """GET /v1/robots/{id}."""
+    """Answer GET /v1/robots/{id}."""
     robot_id = request.path_params["id"]
     content = service_of(request).robots.get(robot_id)
     if content is None:
@@ -26,7 +26,7 @@ async def get_robot(request: Request) -> Response:
 
 
 async def add_robot(request: Request) -> Response:
-    """POST /v1/robots. The same robot again is answered with 200, not 201."""
+    """Answer POST /v1/robots. The same robot again is answered with 200, not 201."""
     reply = await run_with_body(request, "add_robot")
     if reply.result is None:
         return respond(reply)
@@ -42,7 +42,7 @@ async def add_robot(request: Request) -> Response:
 
 
 async def delete_robot(request: Request) -> Response:
-    """DELETE /v1/robots/{id}."""
+    """Answer DELETE /v1/robots/{id}."""
     robot_id = request.path_params["id"]
     if service_of(request).robots.delete(robot_id):
         return Response(status_code=204)

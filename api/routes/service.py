@@ -24,19 +24,19 @@ SWAGGER_FILES = {
 
 
 async def get_limits(request: Request) -> Response:
-    """GET /v1/limits."""
+    """Answer GET /v1/limits."""
     settings = service_of(request).settings
     caps = {name: getattr(settings, name) for name in ServiceLimits.model_fields if name in Settings.model_fields}
     return _json(caps | {"default_deadline": DEFAULT_DEADLINE})
 
 
 async def get_liveness(request: Request) -> Response:
-    """GET /livez."""
+    """Answer GET /livez."""
     return _json({"status": "alive"})
 
 
 async def get_readiness(request: Request) -> Response:
-    """GET /readyz."""
+    """Answer GET /readyz."""
     service = service_of(request)
     ready = service.pool.ready
     answer = {
@@ -48,12 +48,12 @@ async def get_readiness(request: Request) -> Response:
 
 
 async def openapi(request: Request) -> Response:
-    """GET /openapi.json."""
+    """Answer GET /openapi.json."""
     return respond(await run(request, "get_openapi"))
 
 
 async def docs_page(request: Request) -> Response:
-    """GET /docs."""
+    """Answer GET /docs."""
     return get_swagger_ui_html(
         openapi_url="openapi.json",
         title="Trajectory planner",
@@ -64,7 +64,7 @@ async def docs_page(request: Request) -> Response:
 
 
 async def docs_file(request: Request) -> Response:
-    """GET /docs/{name}."""
+    """Answer GET /docs/{name}."""
     name = request.path_params["name"]
     if name not in SWAGGER_FILES:
         raise NotFound("there is no such file")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @cache
 def backend_schemas() -> dict[str, type[Schema]]:
-    """Every back end's schema by its kind."""
+    """Collect every back end's schema by its kind."""
     from planner.backends import BACKENDS
 
     return {kind: _backend_schema(backend) for kind, backend in BACKENDS.items()}
@@ -53,7 +53,7 @@ Backend = Annotated[Any, _BuiltLater]
 
 
 def _backend_schema(backend: type[BackEnd]) -> type[Schema]:
-    """The options of a back end, as `CubicBackend`: the dataclass fields with their descriptions and bounds."""
+    """Make the schema of a back end's options, as `CubicBackend`: dataclass fields, described and bounded."""
     hints = get_type_hints(backend, localns={"Mapping": Mapping})  # which back ends import for type checkers only
     options: dict[str, Any] = {}
     for field in fields(backend):  # type: ignore[arg-type] # implementations are dataclasses: see the protocol

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def inverse_dynamics(work: Work) -> Reply:
-    """POST /v1/dynamics/inverse."""
+    """Answer POST /v1/dynamics/inverse."""
     import numpy as np
 
     from api.conversion import to_matrix, to_payload

@@ -17,7 +17,7 @@ MOST_SOLUTIONS = 64
 
 
 def forward_kinematics(work: Work) -> Reply:
-    """POST /v1/kinematics/forward."""
+    """Answer POST /v1/kinematics/forward."""
     from api.conversion import to_matrix, with_tool
     from planner.export.json import poses_as_dicts
     from planner.kinematics import forward_kinematics
@@ -32,7 +32,7 @@ def forward_kinematics(work: Work) -> Reply:
 
 
 def inverse_kinematics(work: Work) -> Reply:
-    """POST /v1/kinematics/inverse."""
+    """Answer POST /v1/kinematics/inverse."""
     from api.conversion import to_pose, to_vector, with_tool
     from api.kinematics_answers import all_answer, best_answer
     from planner.kinematics import inverse_kinematics_many, solutions_or_failure, with_whole_turns
@@ -61,7 +61,7 @@ def inverse_kinematics(work: Work) -> Reply:
 
 
 def reachability(work: Work) -> Reply:
-    """POST /v1/kinematics/reachability."""
+    """Answer POST /v1/kinematics/reachability."""
     from api.conversion import to_options, to_waypoints, with_tool
     from api.kinematics_answers import reachability_answer
     from planner.waypoints.reachability import reachability
@@ -76,7 +76,7 @@ def reachability(work: Work) -> Reply:
 
 
 def jacobian(work: Work) -> Reply:
-    """POST /v1/kinematics/jacobian."""
+    """Answer POST /v1/kinematics/jacobian."""
     from api.conversion import to_vector, with_tool
     from planner.kinematics import jacobian, manipulability, singular_values
 
@@ -94,7 +94,7 @@ def jacobian(work: Work) -> Reply:
 
 
 def workspace(work: Work) -> Reply:
-    """POST /v1/kinematics/workspace."""
+    """Answer POST /v1/kinematics/workspace."""
     from api.conversion import with_tool
     from planner.kinematics import workspace
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def list_robots(work: Work) -> Reply:
-    """GET /v1/robots; the argument `added` holds the descriptions of the uploaded ones."""
+    """Answer GET /v1/robots; the argument `added` holds the descriptions of the uploaded ones."""
     from planner.robots import catalogue_ids
 
     with work.stage("plan"):
@@ -31,7 +31,7 @@ def list_robots(work: Work) -> Reply:
 
 
 def get_robot(work: Work) -> Reply:
-    """GET /v1/robots/{id} where the server keeps no robot of this id."""
+    """Answer GET /v1/robots/{id} where the server keeps no robot of this id."""
     from planner.robots import catalogue_ids
 
     with work.stage("plan"):
@@ -42,7 +42,7 @@ def get_robot(work: Work) -> Reply:
 
 
 def add_robot(work: Work) -> Reply:
-    """POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
+    """Answer POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
     from api.conversion import to_robot
     from planner.robots import catalogue_ids, describe
 
@@ -63,7 +63,7 @@ def add_robot(work: Work) -> Reply:
 
 
 def delete_robot(work: Work) -> Reply:
-    """DELETE /v1/robots/{id} where the server keeps no robot of this id: the refusal."""
+    """Refuse DELETE /v1/robots/{id} where the server keeps no robot of this id."""
     from planner.robots import catalogue_ids
 
     if work.arguments["id"] in catalogue_ids():

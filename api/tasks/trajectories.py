@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def plan_trajectory(work: Work) -> Reply:
-    """POST /v1/trajectories."""
+    """Answer POST /v1/trajectories."""
     from api.conversion import to_backend, to_planning_problem
     from api.negotiation import negotiated
     from planner.planning import plan
@@ -41,7 +41,7 @@ def plan_trajectory(work: Work) -> Reply:
 
 
 def compare_backend(work: Work) -> Reply:
-    """One back end of POST /v1/trajectories/compare, the one at the argument `index`: its entry in the results."""
+    """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
     from api.conversion import to_backend, to_planning_problem
     from planner.comparison import figures
     from planner.export.json import as_dict
@@ -67,7 +67,7 @@ def compare_backend(work: Work) -> Reply:
 
 
 def validate_trajectory(work: Work) -> Reply:
-    """POST /v1/trajectories/validate."""
+    """Answer POST /v1/trajectories/validate."""
     from api.conversion import to_end_states, to_limits, to_matrix, to_trajectory
     from planner.certificate.samples import certify_samples, interpolation_of
     from planner.certificate.trajectories import certify_polynomials
@@ -108,7 +108,7 @@ def validate_trajectory(work: Work) -> Reply:
 
 
 def list_backends(work: Work) -> Reply:
-    """GET /v1/backends."""
+    """Answer GET /v1/backends."""
     from api.schemas.backends import backend_schemas
     from planner.backends import BACKENDS
 

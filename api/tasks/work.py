@@ -57,7 +57,7 @@ class Work:
         self.timings[name] = time.monotonic() - start
 
     def request(self, schema: Any) -> Any:
-        """The body as a value of its schema, within the caps of the service.
+        """Read the body as a value of its schema, within the caps of the service.
 
         Raises:
             InvalidRequest: It is too large, or does not follow the schema.
@@ -69,7 +69,7 @@ class Work:
         return request
 
     def robot(self, request: Any) -> Robot:
-        """The robot that the request names.
+        """Find the robot that the request names.
 
         Raises:
             UnknownRobot: There is none with this id.
@@ -80,14 +80,14 @@ class Work:
         return load_robot(request.robot) if definition is None else _named(definition, request.robot)
 
     def reply(self, value: Any, status: int = 200, **more: Any) -> Reply:
-        """The reply with a value as JSON; `more` are further fields of the reply."""
+        """Make the reply with a value as JSON; `more` are further fields of the reply."""
         with self.stage("serialise"):
             body = to_json(value)
         return Reply(status, JSON, body, self.timings, **more)
 
 
 def validated(schema: Any, body: bytes, caps: Caps) -> Any:
-    """A JSON document as a value of a schema; what is too large is refused before it is looked into.
+    """Make a JSON document a value of a schema; what is too large is refused before it is looked into.
 
     Raises:
         InvalidRequest: With everything that is wrong with it.
@@ -103,7 +103,7 @@ def validated(schema: Any, body: bytes, caps: Caps) -> Any:
 
 
 def to_json(value: Any) -> bytes:
-    """A value with numpy arrays as JSON."""
+    """Write a value with numpy arrays as JSON."""
     return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
 
 
@@ -114,13 +114,13 @@ def _adapter(schema: Any) -> TypeAdapter[Any]:
 
 @lru_cache(maxsize=CACHED_ROBOTS)
 def _named(definition: bytes, robot_id: str) -> Robot:
-    """The robot under one of its ids, always the same object: what is prepared for it is prepared once."""
+    """Find the robot under one of its ids, always the same object: what is prepared for it is prepared once."""
     return replace(_built(definition), id=robot_id)
 
 
 @lru_cache(maxsize=CACHED_ROBOTS)
 def _built(definition: bytes) -> Robot:
-    """The robot of a definition. It is kept by the definition itself: no id can bring back another robot's model."""
+    """Make the robot of a definition. It is kept by the definition itself: no id brings back another robot's model."""
     from api.conversion import to_robot
 
     return to_robot(_adapter(RobotModel).validate_json(definition), sha256(definition))
