@@ -213,6 +213,8 @@ def _to_waypoint(waypoint: requests.Waypoint) -> problem.AnyWaypoint:
         "duration": waypoint.duration,
         "dwell": waypoint.dwell,
         "limits": None if waypoint.limits is None else to_limits(waypoint.limits),
+        "payload": None if waypoint.payload is None else to_payload(waypoint.payload),
+        "put_down": waypoint.put_down,
     }
     match waypoint:
         case requests.JointWaypoint():

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.dynamics import inverse_dynamics
 from planner.errors import PlanningError
 from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.kinematics.forward import tool_pose
@@ -110,10 +109,11 @@ def figures(plan: Plan) -> Figures:
     coefficients = trajectory.coefficients[pieces][:, None]
     q, dq, ddq, jerk = (horner(differentiate(coefficients, k), tau).reshape(-1, robot.dof) for k in range(4))
     effort = energy = None
-    if robot.has_dynamics:
-        torque = inverse_dynamics(robot, q, dq, ddq)
+    if plan.path.dynamics.has_dynamics:
+        segments = np.repeat(trajectory.segments[pieces], len(gauss_points))
+        torque = plan.path.dynamics.torques(segments, q, dq, ddq)
         energy = float(weights @ np.abs(torque * dq).sum(axis=1))
-        limit = plan.path.limits.torque[np.repeat(trajectory.segments[pieces], len(gauss_points))]
+        limit = plan.path.limits.torque[segments]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
     jerks = derivatives_on_unit_time(trajectory, 4)[3]

@@ -158,6 +158,9 @@ class Waypoint:
         duration: Time for the segment that ends here, s; None: as fast as the limits allow.
         dwell: Time to rest here before going on, s.
         limits: Limits on the segment that ends here, no wider than the robot's; None: those of the problem.
+        payload: What the robot carries from here on, in place of what it carried; None: that. It changes only where the
+            robot stops, and while it rests there both are held: a gripper may close at any time of the dwell.
+        put_down: Whether the robot puts down here what it carries, and goes on without a payload.
     """
 
     name: str | None = None
@@ -166,6 +169,8 @@ class Waypoint:
     duration: float | None = None
     dwell: float = 0.0
     limits: Limits | None = None
+    payload: Payload | None = None
+    put_down: bool = False
 
 
 @dataclass(frozen=True)
@@ -224,7 +229,7 @@ class PlanningProblem:
             for 0.01 s.
         limits: Limits on the whole trajectory; a waypoint's own limits go before these.
         inverse_kinematics: How the poses among the waypoints are solved.
-        payload: What the robot carries; None: nothing.
+        payload: What the robot carries, until a waypoint changes it; None: nothing.
         start_tolerance: How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it
             is taken to be at the limit, and a warning says so.
     """
@@ -244,6 +249,16 @@ class PlanningProblem:
         """The limits in force on each segment; of a single waypoint, those while the robot rests there."""
         own = tuple(waypoint.limits for waypoint in self.waypoints[1:])
         return segment_limits(self.robot, self.limits, own or (None,))
+
+    @property
+    def payloads(self) -> tuple[Payload | None, ...]:
+        """What the robot carries from each waypoint on; None: nothing."""
+        carried: list[Payload | None] = []
+        payload = self.payload
+        for waypoint in self.waypoints:
+            payload = None if waypoint.put_down else waypoint.payload or payload
+            carried.append(payload)
+        return tuple(carried)
 
     @property
     def all_limits(self) -> tuple[Limits, ...]:

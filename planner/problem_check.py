@@ -54,7 +54,7 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
         faults += _end_faults(problem, backend)
     if faults:
         raise InvalidProblem(faults)
-    if problem.payload is None:
+    if not any(problem.payloads):
         refuse_unknown_torques(problem.robot, problem.all_limits)
     if isinstance(backend, MovesAtItsEnds):
         _refuse_impossible_ends(problem, backend)
@@ -138,6 +138,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
             yield from limit_faults(robot, waypoint.limits, ("waypoints", i, "limits"))
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
+    yield from _payload_faults(problem)
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):
             yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
@@ -148,6 +149,20 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     if waypoints and waypoints[0].limits is not None:
         yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
     yield from limit_faults(robot, problem.limits, ("limits",))
+
+
+def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find payloads that are too light, or that change where the robot does not stop."""
+    before = problem.payload
+    for i, (waypoint, payload) in enumerate(zip(problem.waypoints, problem.payloads, strict=True)):
+        field = "waypoints", i, "payload"
+        if waypoint.payload is not None and not waypoint.payload.mass >= SMALLEST:
+            yield (*field, "mass"), TOO_SMALL
+        if waypoint.payload is not None and waypoint.put_down:
+            yield field, "a payload is either taken or put down; one that is taken replaces what is carried"
+        if payload != before and not isinstance(waypoint.transition, StopTransition):
+            yield ("waypoints", i, "transition"), "a payload is taken or put down only where the robot stops"
+        before = payload
 
 
 def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:

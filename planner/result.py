@@ -92,6 +92,7 @@ def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, tr
         wanted,
         certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
         end_states(backend, path.robot.dof),
+        path.dynamics,
     )
 
 
@@ -142,7 +143,7 @@ def _warnings(
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
         message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
         yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
-    if problem.payload is not None and not robot.has_dynamics:
+    if any(problem.payloads) and not robot.has_dynamics:
         yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")
     elif not robot.has_dynamics and np.isfinite(robot.limit("torque")).any():
         yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")

@@ -183,6 +183,12 @@ class WaypointBase(Schema):
     """How to pass this waypoint; omitted: with a stop."""
     limits: Limits | None = None
     """Limits of the segment that ends here; what is omitted is as for the whole trajectory."""
+    payload: Payload | None = None
+    """The body that the robot carries from here on, in place of what it carried; omitted: that. It changes only where
+    the robot stops; as a gripper may close at any time of the dwell, what is carried before and what is carried after
+    are both held there within the torque limits."""
+    put_down: bool = False
+    """Whether the robot puts down here what it carries, and goes on without a payload."""
 
 
 class JointWaypoint(WaypointBase):
@@ -297,7 +303,7 @@ class TrajectoryRequest(Schema):
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
     payload: Payload | None = None
-    """The body that the robot carries; omitted: none."""
+    """The body that the robot carries, until a waypoint changes it; omitted: none."""
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
     """How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it is taken to be at
     the limit, and the warning `position_snapped` says so."""

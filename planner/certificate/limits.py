@@ -9,13 +9,14 @@ speed are not polynomials: they are sampled, and the check says so.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import copysign
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.certificate.checks import Certificate, Check
-from planner.dynamics import inverse_dynamics
+from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import tool_speeds
@@ -46,6 +47,7 @@ def certificate_of(
     waypoint_positions: FloatArray,
     more_checks: Sequence[Check] = (),
     ends: EndStates | None = None,
+    dynamics: SegmentDynamics | None = None,
 ) -> Certificate:
     """Check a trajectory against the limits in force on each of its segments.
 
@@ -58,6 +60,7 @@ def certificate_of(
             be met.
         more_checks: Checks of other things than these limits.
         ends: The motion before and after the trajectory that is asked; None: rest.
+        dynamics: The robot with the payload that it carries on each segment; None: that of `robot` on all.
     """
     derivatives = derivatives_on_unit_time(trajectory, DERIVATIVES)
     still = np.zeros(robot.dof)
@@ -67,7 +70,8 @@ def certificate_of(
         _polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced[quantity], smooth)
         for quantity in JOINT_DERIVATIVES
     ]
-    checks += _sampled_checks(trajectory, derivatives, robot, limits, enforced)
+    dynamics = dynamics or SegmentDynamics.unchanged(robot)
+    checks += _sampled_checks(trajectory, derivatives, dynamics, limits, enforced)
     checks += more_checks
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return Certificate(
@@ -137,13 +141,14 @@ def _polynomial_check(
 def _sampled_checks(
     trajectory: Trajectory,
     derivatives: UnitPolynomials,
-    robot: Robot,
+    dynamics: SegmentDynamics,
     limits: SegmentLimits,
     enforced: Mapping[str, bool],
 ) -> list[Check]:
     """The checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
+    robot = dynamics.robots[0]
     limited = [quantity for quantity in SAMPLED if np.isfinite(getattr(limits, quantity)).any()]
-    if not robot.has_dynamics and "torque" in limited:
+    if not dynamics.has_dynamics and "torque" in limited:
         limited.remove("torque")
     if not limited:
         return []
@@ -160,7 +165,7 @@ def _sampled_checks(
         q, dq, ddq = (horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3))
         values: dict[str, FloatArray] = {}
         if torque:
-            values["torque"] = inverse_dynamics(robot, q, dq, ddq)
+            values["torque"] = dynamics.torques(trajectory.segments[pieces], q, dq, ddq)
         if tool:
             linear, angular = tool_speeds(robot, q, dq)
             values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
@@ -185,5 +190,31 @@ def _sampled_checks(
             enforced=enforced[quantity],
             bounded=True,
         )
-        checks.append(check)
+        checks.append(_held_at_changes(check, trajectory, dynamics, limits) if quantity == "torque" else check)
     return checks
+
+
+def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> Check:
+    """The check of torque, or that of holding still where the payload changes if that takes more of a limit.
+
+    While the robot rests there, its limits are those of the segment before, its payload that of either segment.
+    """
+    last = len(limits.torque) - 1
+    for waypoint, robot in dynamics.changes:
+        time = float(trajectory.arrivals[waypoint])
+        (position,) = trajectory.evaluate(time, [0])
+        still = np.zeros_like(position)
+        torque = inverse_dynamics(robot, position, still, still) if robot.has_dynamics else still
+        limit = np.minimum(limits.torque[waypoint - 1], limits.torque[min(waypoint, last)])
+        ratios = np.abs(torque) / limit
+        joint = int(ratios.argmax())
+        if ratios[joint] > (check.ratio or 0.0):
+            check = replace(
+                check,
+                joint=robot.joint_names[joint],
+                peak=float(abs(torque[joint])),
+                limit=float(limit[joint]),
+                ratio=float(ratios[joint]),
+                time=time,
+            )
+    return check

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from planner.certificate.checks import Certificate
     from planner.certificate.samples import Interpolation
+    from planner.dynamics import SegmentDynamics
     from planner.guarantees import EndStates
     from planner.limits import SegmentLimits
-    from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
@@ -59,14 +59,18 @@ class Overshoot:
 
 
 def certify_sampling(
-    robot: Robot, trajectory: Trajectory, limits: SegmentLimits, time: FloatArray, ends: EndStates | None = None
+    dynamics: SegmentDynamics,
+    trajectory: Trajectory,
+    limits: SegmentLimits,
+    time: FloatArray,
+    ends: EndStates | None = None,
 ) -> list[SampleCertificate]:
     """Check what a controller makes of the samples of a trajectory, by each interpolation.
 
     The interpolation is held against the limits in force at each time, and its distance from the waypoints is found.
 
     Args:
-        robot: The robot, with its tool and payload.
+        dynamics: The robot, with its tool and payloads.
         trajectory: What is sampled.
         limits: Limits of each of its segments.
         time: (N,), s, strictly increasing, from 0 to the duration.
@@ -79,11 +83,12 @@ def certify_sampling(
             law,
             certificate_of(
                 _on_segments(trajectory, lengths, interpolant(law, lengths, derivatives)),
-                robot,
+                dynamics.robots[0],
                 limits,
                 guarantees_of(law),
                 wanted,
                 ends=ends,
+                dynamics=dynamics,
             ),
         )
         for law in INTERPOLATIONS

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.dynamics import inverse_dynamics
 from planner.kinematics import forward_kinematics, quaternion, tool_accelerations, tool_poses, tool_velocities
 from planner.spatial import rpy_from_rotations
 
@@ -107,9 +106,10 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
     orders = 4 if "jerk" in options.include else 3
     derivatives = trajectory.evaluate(time, range(orders))
     position, velocity, acceleration = derivatives[:3]
+    segment = trajectory.segments[trajectory.locate(time)[0]]
     torque = tcp_position = tcp_quaternion = tcp_rpy = tcp_velocity = tcp_acceleration = None
     if "torque" in options.include:
-        torque = inverse_dynamics(robot, position, velocity, acceleration)
+        torque = plan.path.dynamics.torques(segment, position, velocity, acceleration)
     if "tcp_pose" in options.include:
         poses = forward_kinematics(robot, position)
         tcp_position = np.array([pose.position for pose in poses])
@@ -125,7 +125,7 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
         position=position,
         velocity=velocity,
         acceleration=acceleration,
-        segment=trajectory.segments[trajectory.locate(time)[0]],
+        segment=segment,
         jerk=derivatives[3] if orders == 4 else None,
         torque=torque,
         tcp_position=tcp_position,

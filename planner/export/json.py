@@ -102,7 +102,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
         ends = end_states(plan.backend, robot.dof)
         answer["sample_checks"] = [
             {"interpolation": sampled.interpolation, **sampled.certificate.as_dict()}
-            for sampled in certify_sampling(robot, trajectory, plan.path.limits, samples.time, ends)
+            for sampled in certify_sampling(plan.path.dynamics, trajectory, plan.path.limits, samples.time, ends)
         ]
     if options.request_hash is not None:
         answer["request_hash"] = options.request_hash

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.dynamics import SegmentDynamics
 from planner.paths.runs import Run, build_run, straight_run
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
@@ -32,7 +33,8 @@ class StraightMotions:
     """Straight joint motions from rest to rest, row by row.
 
     Attributes:
-        robot: The robot, with tool and payload.
+        robot: The robot, with its tool.
+        dynamics: The robot with its payloads.
         segments: (rows,), index of each.
         starts: (rows, joints).
         travels: (rows, joints), from the start of each to its end.
@@ -41,6 +43,7 @@ class StraightMotions:
     """
 
     robot: Robot
+    dynamics: SegmentDynamics
     segments: np.ndarray
     starts: FloatArray
     travels: FloatArray
@@ -50,7 +53,7 @@ class StraightMotions:
     def of(self, rows: np.ndarray) -> StraightMotions:
         """Some of them, by index or mask."""
         arrays = (self.segments[rows], self.starts[rows], self.travels[rows], self.durations[rows])
-        return StraightMotions(self.robot, *arrays, self.limits.of(rows))
+        return StraightMotions(self.robot, self.dynamics, *arrays, self.limits.of(rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +64,8 @@ class JointPath:
     length, which belongs to no run and is no straight motion: the robot rests there as long as is asked, or not at all.
 
     Attributes:
-        robot: The arm, with tool and payload.
+        robot: The arm, with its tool and the payload that it starts with.
+        dynamics: The arm with the payload that it carries on each segment.
         waypoints: The solved waypoints, in order; segment i goes from waypoint i to waypoint i + 1.
         limits: The limits in force on each segment.
         durations: (segments,), s; NaN: as fast as the limits allow.
@@ -72,6 +76,7 @@ class JointPath:
     """
 
     robot: Robot
+    dynamics: SegmentDynamics = field(repr=False)
     waypoints: tuple[SolvedWaypoint, ...]
     limits: SegmentLimits = field(repr=False)
     durations: FloatArray
@@ -111,9 +116,8 @@ class JointPath:
         """Joint motions straight from waypoint to waypoint, and rest at both."""
         starts = self.positions[segments]
         travels = self.positions[segments + 1] - starts
-        return StraightMotions(
-            self.robot, segments, starts, travels, self.durations[segments], self.limits.of(segments)
-        )
+        durations, limits = self.durations[segments], self.limits.of(segments)
+        return StraightMotions(self.robot, self.dynamics, segments, starts, travels, durations, limits)
 
     def straight_runs(self, segments: np.ndarray) -> list[Run]:
         """Make each of these segments a run of its own, straight from waypoint to waypoint."""
@@ -133,7 +137,8 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         ConfigurationChange: A motion of the tool ends in another configuration than its waypoint.
         SingularPath: A motion of the tool meets a singularity.
     """
-    robot = problem.robot if problem.payload is None else problem.robot.with_payload(problem.payload)
+    dynamics = _dynamics(problem)
+    robot = dynamics.robots[0]
     waypoints, options = within_limits(robot, problem.waypoints, problem.start_tolerance), problem.inverse_kinematics
     solved = solve_waypoints(robot, waypoints, options)
     limits = problem.segment_limits()
@@ -151,6 +156,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         dwells[-1] = SHORTEST_REST
     return JointPath(
         robot=robot,
+        dynamics=dynamics,
         waypoints=solved,
         limits=limits,
         durations=np.array(durations),
@@ -160,6 +166,15 @@ def solve_path(problem: PlanningProblem) -> JointPath:
             None if waypoint.tool_motion is None else waypoint.tool_motion.path for waypoint in solved[1:]
         ),
     )
+
+
+def _dynamics(problem: PlanningProblem) -> SegmentDynamics:
+    """The robot with the payload that it carries on each segment, or at its only waypoint."""
+    payloads = problem.payloads
+    carried = [*payloads[: max(1, len(payloads) - 1)], payloads[-1]]
+    distinct = [payload for i, payload in enumerate(carried) if payload not in carried[:i]]
+    robots = (problem.robot if payload is None else problem.robot.with_payload(payload) for payload in distinct)
+    return SegmentDynamics(tuple(robots), np.array([distinct.index(payload) for payload in carried]))
 
 
 def _moving(positions: FloatArray) -> np.ndarray:

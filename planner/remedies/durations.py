@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from planner.backends.base import BackEnd
+    from planner.dynamics import SegmentDynamics
     from planner.fields import FieldPath
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
@@ -107,7 +108,7 @@ def _duration(waypoint: int) -> FieldPath:
 class _Motion:
     """Pieces of a trajectory of a robot."""
 
-    robot: Robot
+    dynamics: SegmentDynamics
     pieces: SegmentedPolynomial
 
     def needs(self, limits: SegmentLimits, kept: frozenset[str]) -> Needs:
@@ -125,16 +126,17 @@ class _Motion:
                     needs[key] = max(value, needs.get(key, 0.0))
 
         derivatives = derivatives_on_unit_time(self.pieces, len(JOINT_DERIVATIVES))
+        robot = self.dynamics.robots[0]
         for order, quantity in list(enumerate(JOINT_DERIVATIVES))[1:]:
-            for joint in range(self.robot.dof):
-                only = np.full((len(groups), self.robot.dof), np.inf)
+            for joint in range(robot.dof):
+                only = np.full((len(groups), robot.dof), np.inf)
                 only[:, joint] = 1.0
                 note(quantity, segments, joint, largest_magnitudes(derivatives[order], only, groups).values)
         sampled = {}
-        if self.robot.has_dynamics and np.isfinite(limits.torque).any():
-            sampled["torque"] = np.abs(self.torques(self.robot))
+        if self.dynamics.has_dynamics and np.isfinite(limits.torque).any():
+            sampled["torque"] = np.abs(self.dynamics.torques(self.segments(), *self.samples()))
         if np.isfinite(limits.tcp_linear_velocity).any() or np.isfinite(limits.tcp_angular_velocity).any():
-            sampled |= dict(zip(TCP_QUANTITIES, tool_speeds(self.robot, *self.samples()[:2]), strict=True))
+            sampled |= dict(zip(TCP_QUANTITIES, tool_speeds(robot, *self.samples()[:2]), strict=True))
         for quantity, values in sampled.items():
             for joint, column in enumerate(values.reshape(len(segment_of) * SAMPLES, -1).T):
                 note(quantity, segment_of, joint, column.reshape(-1, SAMPLES).max(axis=1))
@@ -144,9 +146,13 @@ class _Motion:
         """Positions, velocities and accelerations, each (pieces x SAMPLES, joints)."""
         return sampled(self.pieces, SAMPLES)[:3]
 
-    def torques(self, robot: Robot) -> FloatArray:
-        """The torques (pieces x SAMPLES, joints), N m or N."""
-        return inverse_dynamics(robot, *self.samples())
+    def segments(self) -> np.ndarray:
+        """The segment (pieces x SAMPLES,) of each sample."""
+        return np.repeat(self.pieces.segments, SAMPLES)
+
+    def torques(self, robot: Robot, rows: np.ndarray) -> FloatArray:
+        """The torques (rows, joints), N m or N, at samples given by their mask (pieces x SAMPLES,)."""
+        return inverse_dynamics(robot, *(values[rows] for values in self.samples()))
 
 
 def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
@@ -154,7 +160,7 @@ def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
     took = trajectory.arrivals[1:] - trajectory.departures[:-1]
     ratio = np.where(path.durations < took, path.durations / took, 1.0)[trajectory.segments]
     own = ratio < 1.0
-    return _Motion(path.robot, trajectory.of(own).stretched(ratio[own]))
+    return _Motion(path.dynamics, trajectory.of(own).stretched(ratio[own]))
 
 
 def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_Motion]:
@@ -164,7 +170,7 @@ def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_
         plan = plan_with([], replace(problem, limits=Limits(), waypoints=waypoints), backend)
     except PlanningError:
         return
-    yield _Motion(plan.path.robot, plan.trajectory)
+    yield _Motion(plan.path.dynamics, plan.trajectory)
 
 
 def _higher_limits(
@@ -190,5 +196,5 @@ def _higher_limits(
 
 
 def _lighter_payload(problem: PlanningProblem, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
-    limit = np.repeat(limits.torque[motion.pieces.segments], SAMPLES, axis=0)
-    return lighter_payload(problem, motion.torques, limit, SHARES, PAYLOAD_EXPLAINED)
+    segments = motion.segments()
+    return lighter_payload(problem, motion.torques, segments, limits.torque[segments], SHARES, PAYLOAD_EXPLAINED)

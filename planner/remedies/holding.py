@@ -41,15 +41,15 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
         backend: The back end; only what it can plan is offered.
         path: The path of the problem.
     """
-    if not path.robot.has_dynamics:
+    if not path.dynamics.has_dynamics:
         return []
     positions, segments = _positions_along(path)
     still = np.zeros_like(positions)
 
-    def gravity(robot: Robot) -> FloatArray:
-        return inverse_dynamics(robot, positions, still, still)
+    def gravity(robot: Robot, rows: np.ndarray) -> FloatArray:
+        return inverse_dynamics(robot, positions[rows], still[rows], still[rows])
 
-    limit, taken = path.limits.torque[segments], np.abs(gravity(path.robot))
+    limit, taken = path.limits.torque[segments], np.abs(path.dynamics.torques(segments, positions, still, still))
     needs: Needs = {}
     for row, joint in np.argwhere(taken >= limit).tolist():
         key = "torque", int(segments[row]), joint
@@ -57,7 +57,7 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
     if not needs:
         return []
     higher = first_proved(higher_limits(problem, needs, SHARES, MOVED), problem, backend)
-    return higher + first_proved(lighter_payload(problem, gravity, limit, SHARES, HELD), problem, backend)
+    return higher + first_proved(lighter_payload(problem, gravity, segments, limit, SHARES, HELD), problem, backend)
 
 
 def _positions_along(path: JointPath) -> tuple[FloatArray, np.ndarray]:

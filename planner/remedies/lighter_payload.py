@@ -12,9 +12,11 @@ from planner.errors import Remedy
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from planner.fields import FieldPath
     from planner.problem import PlanningProblem
     from planner.remedies.higher_limits import Change
     from planner.robots import Robot
+    from planner.robots.payload import Payload
     from planner.spatial import FloatArray
 
 LEAST_LEVER = 1e-9
@@ -23,32 +25,53 @@ LEAST_LEVER = 1e-9
 
 def lighter_payload(
     problem: PlanningProblem,
-    torques: Callable[[Robot], FloatArray],
+    torques: Callable[[Robot, np.ndarray], FloatArray],
+    segments: np.ndarray,
     limit: FloatArray,
     shares: Sequence[float],
     explanation: str,
 ) -> Iterator[Change]:
-    """A payload as heavy as the limits allow, for each share; nothing where no lighter one does.
+    """Payloads as heavy as the limits allow, for each share; nothing where no lighter ones do.
 
     Args:
-        problem: A problem, with or without a payload.
-        torques: (N, joints), of a robot with its payload, in some motion or at rest. They are affine in the mass of
-            the payload: two masses tell all.
+        problem: A problem, with or without payloads.
+        torques: (M, joints), of a robot with its payload in M states of some motion or at rest, by their mask (N,).
+            They are affine in the mass of the payload: two masses tell all.
+        segments: (N,), the segment of each state.
         limit: (N, joints).
         shares: Shares of the limit that the torques may take.
         explanation: The explanation of the remedy.
     """
-    payload = problem.payload
-    if payload is None:
-        return
-    half, whole = (
-        torques(problem.robot.with_payload(replace(payload, mass=mass))) for mass in (0.5 * payload.mass, payload.mass)
-    )
-    per_mass = (whole - half) / (0.5 * payload.mass)
-    without = whole - payload.mass * per_mass
-    felt = np.abs(per_mass) > LEAST_LEVER
+    measured = []
+    for field, payload, first, last in _carried(problem):
+        rows = (segments >= first) & (segments < last)
+        half, whole = (
+            torques(problem.robot.with_payload(replace(payload, mass=mass)), rows)
+            for mass in (0.5 * payload.mass, payload.mass)
+        )
+        per_mass = (whole - half) / (0.5 * payload.mass)
+        measured.append((field, payload.mass, per_mass, whole - payload.mass * per_mass, limit[rows]))
     for share in shares:
-        headroom = share * limit - np.sign(per_mass) * without
-        most = float((headroom[felt] / np.abs(per_mass[felt])).min(initial=np.inf))
-        if 0.0 < most < payload.mass:
-            yield [Remedy(("payload", "mass"), most, explanation)]
+        lighter = []
+        for field, mass, per_mass, without, own_limit in measured:
+            felt = np.abs(per_mass) > LEAST_LEVER
+            headroom = share * own_limit - np.sign(per_mass) * without
+            most = float((headroom[felt] / np.abs(per_mass[felt])).min(initial=np.inf))
+            if most <= 0.0:
+                return
+            if most < mass:
+                lighter.append(Remedy((*field, "mass"), most, explanation))
+        if lighter:
+            yield lighter
+
+
+def _carried(problem: PlanningProblem) -> Iterator[tuple[FieldPath, Payload, int, int]]:
+    """What is carried: the field that says so, the payload, and the segments from the first to before the last."""
+    asked: list[tuple[FieldPath, Payload | None, int]] = [(("payload",), problem.payload, 0)]
+    for i, waypoint in enumerate(problem.waypoints):
+        if waypoint.payload is not None or waypoint.put_down:
+            asked.append((("waypoints", i, "payload"), waypoint.payload, i))
+    ends = [first for _, _, first in asked[1:]]
+    for (field, payload, first), last in zip(asked, [*ends, len(problem.waypoints)], strict=True):
+        if payload is not None and first < last:
+            yield field, payload, first, last

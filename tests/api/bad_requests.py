@@ -399,6 +399,33 @@ BAD_REQUESTS = [
     Bad("zero tolerance", PLAN, plan_request(ik={"tolerance_position": 0}), INVALID, "/ik/tolerance_position"),
     Bad("short reference", PLAN, plan_request(ik={"reference": [0, 0]}), INVALID, "/ik/reference"),
     Bad("unknown preference", PLAN, plan_request(ik={"prefer": "elbow_up"}), INVALID, "/ik/prefer"),
+    Bad(
+        "payload that changes in passing",
+        PLAN,
+        plan_request(
+            waypoints=[
+                joint(0.1, 0.2, 0.3),
+                joint(0.3, 0.1, 0.5, transition={"kind": "through"}, payload={"mass": 1.0}),
+                joint(0.1, 0.2, 0.3),
+            ]
+        ),
+        INVALID,
+        "/waypoints/1/transition",
+    ),
+    Bad(
+        "weightless payload of a waypoint",
+        PLAN,
+        plan_request(waypoints=[joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5, payload={"mass": 0.0})]),
+        INVALID,
+        "/waypoints/1/payload/mass",
+    ),
+    Bad(
+        "payload that is taken and put down",
+        PLAN,
+        plan_request(waypoints=[joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5, payload={"mass": 1.0}, put_down=True)]),
+        INVALID,
+        "/waypoints/1/payload",
+    ),
     Bad("negative payload", PLAN, plan_request(payload={"mass": -1.0}), INVALID, "/payload/mass"),
     Bad(
         "impossible inertia",

@@ -296,6 +296,27 @@ def test_a_cloud_is_no_larger_than_any_other_answer() -> None:
     assert orjson.loads(refused.body)["errors"][0]["pointer"] == "/samples"
 
 
+def test_torques_are_those_of_what_is_carried(service: RunningService) -> None:
+    """1 kg is taken at the second waypoint and put down at the third: M g on the document's vertical slide (004, 6)."""
+    positions = [[0.0, 0.1, 0.1, 0.3, 1.2, 0.0], [0.5, 0.3, 0.2, 0.6, 1.0, 0.2]]
+    request = plan_request(
+        robot="date_sorting_arm",
+        waypoints=[
+            joint(*positions[0]),
+            joint(*positions[1], payload={"mass": 1.0}),
+            joint(*positions[0], put_down=True),
+            joint(*positions[1]),
+        ],
+        include=["torque"],
+    )
+    samples = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)["samples"]
+    torque, segment = np.array(samples["torque"]), np.array(samples["segment"])
+    assert not torque[segment != 1].any()
+    slide = np.array(samples["acceleration"])[segment == 1][:, 1]
+    assert np.corrcoef(torque[segment == 1][:, 1], slide)[0, 1] > 0.9
+    assert torque[segment == 1][:, 1].mean() == pytest.approx(9.81, rel=0.1)
+
+
 def test_torques_hold_a_payload(service: RunningService) -> None:
     """J^T F of document 004, and what is omitted is zero."""
     request = {"robot": "date_sorting_arm", "payload": {"mass": 2.0}, "positions": [[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]]}

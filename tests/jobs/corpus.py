@@ -50,7 +50,7 @@ def names(family: str | None = None) -> list[str]:
 
 def backend_of(kind: str, job: Job) -> BackEnd:
     """A back end as it is asked for a job."""
-    knows_torques = job.problem.robot.has_dynamics or job.problem.payload is not None
+    knows_torques = job.problem.robot.has_dynamics or all(job.problem.payloads)
     made: dict[str, BackEnd] = {
         "cubic": Cubic(),
         "quintic": Quintic(),

@@ -23,32 +23,35 @@ def palletising(place: Place, variant: int) -> Draft:
     columns, rows, layers = PALLETS[variant % 6]
     speed = (1.0, 0.5, 0.2)[variant % 3]
     quarter = 0.2 if place.robot.id == "date_sorting_arm" else DOWN  # its wrist does not turn about the vertical
-    programme = Programme(place)
+    programme, share = Programme(place), 0.5 * (variant % 2)
     passing = (STOP, programme.blend(0.03), programme.blend(0.08))[variant // 6 % 3]
     for layer, row, column in product(range(layers), range(rows), range(columns)):
-        for x, y, z, yaw in ((0.0, -0.25, -0.1, 0.0), (0.12 * column, 0.1 + 0.12 * row, 0.08 * layer - 0.2, layer % 2)):
+        slot = (0.12 * column, 0.1 + 0.12 * row, 0.08 * layer - 0.2, layer % 2, 0.0)
+        for x, y, z, yaw, taken in ((0.0, -0.25, -0.1, 0.0, share), slot):
             turn = rotation_z(quarter * yaw)
             programme.to(place.at(x, y, z + 0.12, turn), transition=passing)
             programme.line(place.at(x, y, z, turn), transition=STOP)
+            programme.grip(taken)
             programme.line(place.at(x, y, z + 0.12, turn), transition=passing)
     programme.joints(place.posture)
     limits = Limits(velocity_scale=speed, acceleration_scale=speed)
-    return Draft(programme, {"slots": PALLETS[variant % 6], "speed": speed}, limits, carries=0.5 * (variant % 2))
+    return Draft(programme, {"slots": PALLETS[variant % 6], "speed": speed, "share": share}, limits)
 
 
 def pick_and_place(place: Place, variant: int) -> Draft:
     """One part from here to there, the gripper closing and opening, by joint motions or by lines only."""
     lines, dwell = variant % 2 == 1, (0.2, 0.0, 0.5)[variant % 3]
-    far = (0.2, 0.35, 0.05)[variant // 2 % 3]
+    far, share = (0.2, 0.35, 0.05)[variant // 2 % 3], (0.0, 0.5, 1.0)[variant % 3]
     programme = Programme(place)
     passing = (programme.blend(0.04), STOP)[variant // 6 % 2]
-    for y, dz in ((-far, -0.1), (far, -0.15 + 0.05 * (variant % 4))):
+    for y, dz, taken in ((-far, -0.1, share), (far, -0.15 + 0.05 * (variant % 4), 0.0)):
         move = programme.line if lines else programme.to
         move(place.at(0.0, y, dz + 0.15), transition=passing)
         programme.line(place.at(0.0, y, dz), speed=0.25, dwell=dwell)
+        programme.grip(taken)
         programme.line(place.at(0.0, y, dz + 0.15), transition=passing)
     programme.joints(place.posture)
-    return Draft(programme, {"lines": lines, "dwell": dwell, "far": far}, carries=(0.0, 0.5, 1.0)[variant % 3])
+    return Draft(programme, {"lines": lines, "dwell": dwell, "far": far, "share": share})
 
 
 def bin_picking(place: Place, variant: int) -> Draft:
@@ -62,9 +65,11 @@ def bin_picking(place: Place, variant: int) -> Draft:
         x, y = 0.1 * (corner % 2) - 0.05, 0.1 * (corner // 2) - 0.15
         programme.to(place.at(x, y, 0.05, turn), transition=programme.blend(0.02) if variant % 2 else STOP)
         _approach(programme, 0.12 * place.size)
+        programme.grip(0.3 * (variant % 3))
         programme.line(place.at(x, y, 0.15, turn), transition=programme.blend(0.05) if variant % 2 else STOP)
         programme.to(drop, dwell=0.1)
-    return Draft(programme, {"tilts": tilts.tolist()}, carries=0.3 * (variant % 3))
+        programme.grip(0.0)
+    return Draft(programme, {"tilts": tilts.tolist(), "share": 0.3 * (variant % 3)})
 
 
 def _approach(programme: Programme, depth: float) -> None:

@@ -45,13 +45,14 @@ class Programme:
         pose: Of the tool, now.
         seconds: What the lines and circles take at their speed limits, s.
         seconds_cut: What blends may save of that, s.
+        heaviest: The heaviest part that is gripped, as a share of what the arm can carry.
     """
 
     def __init__(self, place: Place, first: Pose | FloatArray | None = None, **options: Any) -> None:
         self.place = place
         self.waypoints: list[AnyWaypoint] = []
         self.positions: list[FloatArray] = []
-        self.seconds = self.seconds_cut = 0.0
+        self.seconds = self.seconds_cut = self.heaviest = 0.0
         self._q, self.pose = place.posture, place.pose
         if isinstance(first, Pose):
             self.to(first, **options)
@@ -94,19 +95,27 @@ class Programme:
         """Give the last waypoint a transition."""
         self.waypoints[-1] = replace(self.waypoints[-1], transition=transition)
 
+    def grip(self, share: float) -> None:
+        """Take a part at the last waypoint, as heavy as this share of what the arm can carry; 0: put it down."""
+        self.heaviest = max(self.heaviest, share)
+        self.waypoints[-1] = replace(self.waypoints[-1], payload=self._part(share), put_down=not share)
+
     def problem(self, limits: Limits | None = None, carries: float = 0.0) -> PlanningProblem:
         """The programme as a planning problem.
 
         Args:
             limits: Of the whole.
-            carries: Share of what the arm can carry.
+            carries: Share of what the arm can carry that it carries from the start.
         """
-        robot = self.place.robot
+        robot, heaviest = self.place.robot, self._part(max(carries, self.heaviest))
         self.pass_last(STOP)
-        payload = Payload(carries * PAYLOADS[robot.id], (0.0, 0.0, 0.05 * self.place.size)) if carries else None
-        if not holds_still(robot.with_payload(payload) if payload else robot, np.array(self.positions)):
+        if not holds_still(robot.with_payload(heaviest) if heaviest else robot, np.array(self.positions)):
             raise Untraceable
-        return PlanningProblem(robot, tuple(self.waypoints), limits=limits or Limits(), payload=payload)
+        return PlanningProblem(robot, tuple(self.waypoints), limits=limits or Limits(), payload=self._part(carries))
+
+    def _part(self, share: float) -> Payload | None:
+        """Something as heavy as a share of what the arm can carry; None: of nothing."""
+        return Payload(share * PAYLOADS[self.place.robot.id], (0.0, 0.0, 0.05 * self.place.size)) if share else None
 
     def _add(self, waypoint: AnyWaypoint) -> None:
         self.waypoints.append(waypoint)

@@ -28,6 +28,7 @@ from planner.problem import (
     Transition,
 )
 from planner.robots import Robot, load_robot
+from planner.robots.payload import Payload
 from planner.spatial import rotation_from_rpy
 from tests.sizes import SIZE
 
@@ -36,6 +37,9 @@ REQUESTS = int(os.environ.get("REQUESTS") or SIZE.requests)
 
 PARTS = range(4)
 """Tests that they are spread over, which can run side by side, each with random numbers of its own."""
+
+PARTS_CARRIED = (Payload(1.0, (0.0, 0.0, 0.1)), Payload(4.0, (0.05, 0.0, 0.1), (0.02, 0.02, 0.01)))
+"""Things that arms with inertias pick up on their way."""
 
 Check = Callable[[PlanningProblem], None]
 """Fails where something does not hold of a problem's plan."""
@@ -87,7 +91,7 @@ def problem_of(robot_id: str, seed: int, count: int, scale: float = 1.0) -> Plan
 
 @st.composite
 def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
-    """Joint waypoints of any spread, with dwells, scaled and per-segment limits, for a kind of back end."""
+    """Joint waypoints of any spread, with dwells, payloads, scaled and per-segment limits, for a kind of back end."""
     robot_id = draw(st.sampled_from(ARMS_OF.get(kind, ARMS)))
     scale = 10.0 ** draw(st.floats(-6.0, 0.0))
     most = MOST_WAYPOINTS_OF.get(kind, 8)
@@ -101,6 +105,9 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
                 acceleration_scale=draw(st.floats(0.05, 1.0)),
             )
             waypoints[i] = replace(waypoints[i], limits=own)
+        if problem.robot.has_dynamics:
+            taken = draw(st.sampled_from([None, None, *PARTS_CARRIED]))
+            waypoints[i] = replace(waypoints[i], payload=taken, put_down=taken is None and draw(st.booleans()))
     # With tool speeds a search takes seconds.
     no_speeds = [None] * (8 if kind in MOST_WAYPOINTS_OF else 3)
     limits = Limits(

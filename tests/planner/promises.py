@@ -39,14 +39,16 @@ def is_continuous(result: Plan, derivatives: int) -> None:
 
 
 def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
-    """Torque and tool speeds by Pinocchio, at random times; the tool's speed evenly on every piece, too."""
-    trajectory, robot, limits = result.trajectory, result.path.robot, result.path.limits
+    """Torque with what is carried and tool speeds by Pinocchio, at random times; the tool's speed evenly, too."""
+    trajectory, robot, limits = result.trajectory, result.problem.robot, result.path.limits
     data = robot.model.createData()
+    loaded = [robot if payload is None else robot.with_payload(payload) for payload in result.problem.payloads]
     times = trajectory.duration * np.random.default_rng(0).random(samples)
     segments = trajectory.segments[trajectory.locate(times)[0]]
     for segment, q, v, a in zip(segments, *trajectory.evaluate(times, [0, 1, 2]), strict=True):
-        if robot.has_dynamics:
-            assert (np.abs(pin.rnea(robot.model, data, q, v, a)) <= limits.torque[segment] * (1.0 + 1e-6)).all()
+        if loaded[segment].has_dynamics:
+            torque = pin.rnea(loaded[segment].model, data, q, v, a)
+            assert (np.abs(torque) <= limits.torque[segment] * (1.0 + 1e-6)).all()
         pin.forwardKinematics(robot.model, data, q, v)
         speed = pin.getFrameVelocity(robot.model, data, robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         assert np.linalg.norm(speed.linear) <= limits.tcp_linear_velocity[segment] * (1.0 + 1e-6)

@@ -221,7 +221,7 @@ class _Sampled:
     """
 
     def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
-        curve, robot, limits = run.curve, path.robot, path.limits.of(run.segments)
+        curve, robot, limits = run.curve, path.dynamics.robot_on(run.first), path.limits.of(run.segments)
         self.limits_torque = robot.has_dynamics and bool(np.isfinite(limits.torque).any())
         knows_torques = knows_torques or self.limits_torque
         self.has_tool = bool(np.isfinite([limits.tcp_linear_velocity, limits.tcp_angular_velocity]).any())

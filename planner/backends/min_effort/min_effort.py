@@ -53,7 +53,8 @@ class MinEffort(MinEffortOptions):
             InfeasibleDuration: A segment's duration is shorter than its limits allow.
             LimitsUnsatisfiable: No duration keeps the limits.
         """
-        if self.objective != "jerk" and not path.robot.has_dynamics:
+        known = (path.dynamics.robot_on(run.first).has_dynamics for run in path.every_run)
+        if self.objective != "jerk" and not all(known):
             raise MissingDynamics(f"{path.robot.id} has no link inertias and carries no payload: its effort is unknown")
         _refuse_long_runs(path)
         optima: list[Optimum] = [

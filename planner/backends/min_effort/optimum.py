@@ -80,9 +80,9 @@ class Optimum(ABC):
 
     def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
         self.options, self.path = options, path
-        self.run = run
+        self.run, self.robot = run, path.dynamics.robot_on(run.first)
         self.enforced = frozenset(QUANTITIES)
-        self.cost = Cost(path.robot, options.objective)
+        self.cost = Cost(self.robot, options.objective)
         self.asked = path.durations[run.segments]
         self.free = np.isnan(self.asked)
         self.converged = False
@@ -230,7 +230,7 @@ class ThroughWaypoints(Optimum):
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
-        torque = limits.torque if self.path.robot.has_dynamics else np.full_like(limits.torque, np.inf)
+        torque = limits.torque if self.robot.has_dynamics else np.full_like(limits.torque, np.inf)
         numbers = Numbers(
             positions=self.positions,
             lower=limits.lower,
@@ -252,7 +252,7 @@ class ThroughWaypoints(Optimum):
         left = MOST_WORK if self.options.iterations is None else self.options.iterations * work
         for _ in range(MOST_REPAIRS):
             rows = np.repeat(np.arange(segments), intervals)
-            program = program_of(self.path.robot, Layout(segments, intervals, self.options.objective, watches_tool))
+            program = program_of(self.robot, Layout(segments, intervals, self.options.objective, watches_tool))
             work = _work(len(rows), watches_tool)
             narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
             motion = program.solve(narrowed, begin, -(-left // (REPAIRS_SHARE * work)), multipliers)
@@ -278,7 +278,7 @@ class ThroughWaypoints(Optimum):
 
     def _use(self, pieces: SegmentedPolynomial) -> FloatArray:
         """The largest share (pieces,) of a limit of torque or tool speed that each piece uses."""
-        sampled = SampledLimits(self.path.robot, self.path.limits)
+        sampled = SampledLimits(self.path.dynamics, self.path.limits)
         if not sampled.limited[pieces.segments].any():
             return np.zeros(len(pieces.lengths))
         return sampled.use(pieces, pieces.segments)

@@ -132,7 +132,7 @@ def _stretched(
     Raises:
         LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
     """
-    sampled, durations = SampledLimits(motions.robot, motions.limits), durations.copy()
+    sampled, durations = SampledLimits(motions.dynamics, motions.limits), durations.copy()
     laws: SegmentedPolynomial | None = None
     binding: dict[int, BindingLimit] = {}
     for _ in range(MOST_STRETCHES):

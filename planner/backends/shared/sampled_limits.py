@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
-from planner.dynamics import inverse_dynamics
 from planner.extrema import derivatives_on_unit_time
 from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES
@@ -18,9 +17,9 @@ from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from planner.dynamics import SegmentDynamics
     from planner.limits import SegmentLimits
     from planner.polynomials import SegmentedPolynomial
-    from planner.robots import Robot
     from planner.spatial import FloatArray
 
 SAMPLED_MARGIN = 1.0005
@@ -35,13 +34,13 @@ class SampledLimits:
         each: The limits there are, one of each joint and two of the tool.
     """
 
-    def __init__(self, robot: Robot, limits: SegmentLimits) -> None:
-        self.robot = robot
+    def __init__(self, dynamics: SegmentDynamics, limits: SegmentLimits) -> None:
+        self.dynamics, self.robot = dynamics, dynamics.robots[0]
         self.linear, self.angular = limits.tcp_linear_velocity, limits.tcp_angular_velocity
-        self.torque = limits.torque if robot.has_dynamics else np.full_like(limits.torque, np.inf)
+        self.torque = limits.torque if dynamics.has_dynamics else np.full_like(limits.torque, np.inf)
         self.limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
         self.each: list[BindingLimit] = [
-            *(BindingLimit("torque", name) for name in robot.joint_names),
+            *(BindingLimit("torque", name) for name in self.robot.joint_names),
             *(BindingLimit(quantity) for quantity in TCP_QUANTITIES),
         ]
 
@@ -83,7 +82,8 @@ class SampledLimits:
 
         def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
             """The shares (N, limits) that samples of pieces `at` (N,) use."""
-            return self._of_samples(rows[at], q, v, lambda limit: np.abs(inverse_dynamics(self.robot, q, v, a)) / limit)
+            torques = partial(self.dynamics.torques, pieces.segments[at], q, v, a)
+            return self._of_samples(rows[at], q, v, lambda limit: np.abs(torques()) / limit)
 
         return _peaks(shares, pieces, np.arange(len(rows)))[0]
 
@@ -105,9 +105,9 @@ class SampledLimits:
     ) -> FloatArray:
         """The factors (N, joints) on time T: the torque of q(t / T) is g + b / T^2, b that of T = 1 without gravity."""
         still = np.zeros_like(q)
-        gravity = inverse_dynamics(self.robot, q, still, still)
+        gravity = self.dynamics.torques(segments, q, still, still)
         refuse_what_gravity_exceeds(self.robot, segments, gravity, limit)
-        inertial = inverse_dynamics(self.robot, q, v, a) - gravity
+        inertial = self.dynamics.torques(segments, q, v, a) - gravity
         headroom = limit - np.sign(inertial) * gravity
         factors: FloatArray = np.sqrt(np.abs(inertial) / headroom)
         return factors

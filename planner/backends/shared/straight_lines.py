@@ -45,7 +45,7 @@ def time_lines(
         InfeasibleDuration: Asked durations are too short, with those that will do.
         LimitsUnsatisfiable: Nothing limits a duration, or gravity exceeds a torque limit.
     """
-    sampled = SampledLimits(motions.robot, motions.limits)
+    sampled = SampledLimits(motions.dynamics, motions.limits)
     if not sampled.limited.any():
         return [closed_form(motions)] if len(motions.segments) else []
     none = np.full_like(motions.limits.tcp_linear_velocity, np.inf)

@@ -65,7 +65,7 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
         factors = (np.abs(found.values) / limit[found.pieces, found.joints]) ** (1.0 / order)
         for group, (factor, joint) in enumerate(zip(factors.tolist(), found.joints.tolist(), strict=True)):
             note(group, factor, BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
-    sampled = SampledLimits(path.robot, path.limits)
+    sampled = SampledLimits(path.dynamics, path.limits)
     if sampled.limited[segments].any():
         stretches = sampled.stretch(pieces, pieces.segments, groups)
         for group, (factor, limit) in enumerate(zip(*(values.tolist() for values in stretches), strict=True)):

@@ -14,11 +14,11 @@ import numpy as np
 
 from planner.backends.shared.refusals import refuse_what_gravity_exceeds
 from planner.backends.toppra.intervals import PROBES
-from planner.dynamics import path_dynamics
 from planner.kinematics.forward import tool_speeds
 
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals
+    from planner.dynamics import SegmentDynamics
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -231,11 +231,13 @@ class PathLimits:
         return used
 
 
-def path_limits(robot: Robot, limits: SegmentLimits, intervals: Intervals, factors: FloatArray) -> PathLimits:
+def path_limits(
+    dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, factors: FloatArray
+) -> PathLimits:
     """Compute the limits on x and u.
 
     Args:
-        robot: The robot, with its payload.
+        dynamics: The robot, with its payloads.
         limits: The limits of the segments.
         intervals: The intervals of the curves.
         factors: (segments,), on all times, beyond what the limits ask.
@@ -247,23 +249,28 @@ def path_limits(robot: Robot, limits: SegmentLimits, intervals: Intervals, facto
     q, first, second = intervals.at(POINTS)
     limit = limits.acceleration[intervals.segments]
     parts: list[tuple[FloatArray, ...]] = [(first / limit, second / limit, np.zeros_like(q))]
-    if robot.has_dynamics and np.isfinite(limits.torque[intervals.segments]).any():
-        parts.append(_torques(robot, limits, intervals, (q, first, second)))
+    if dynamics.has_dynamics and np.isfinite(limits.torque[intervals.segments]).any():
+        parts.append(_torques(dynamics, limits, intervals, (q, first, second)))
     per_u, per_x, rest = (np.concatenate(values, axis=2) for values in zip(*parts, strict=True))
     slower = squares[:, None]
     return PathLimits(
-        intervals.lengths, per_u * slower, per_x * slower, rest, _bounds(robot, limits, intervals) / squares
+        intervals.lengths,
+        per_u * slower,
+        per_x * slower,
+        rest,
+        _bounds(dynamics.robots[0], limits, intervals) / squares,
     )
 
 
 def _torques(
-    robot: Robot, limits: SegmentLimits, intervals: Intervals, states: tuple[FloatArray, ...]
+    dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals, states: tuple[FloatArray, ...]
 ) -> tuple[FloatArray, ...]:
     """Torque per u, per x and without motion, as shares of the limits, each (points, intervals, joints)."""
     q, first, second = states
-    inertia, centripetal, gravity = path_dynamics(robot, q, first, second)
-    limit = np.broadcast_to(limits.torque[intervals.segments], q.shape)
-    refuse_what_gravity_exceeds(robot, np.broadcast_to(intervals.segments, q.shape[:2]), gravity, limit)
+    segments = np.broadcast_to(intervals.segments, q.shape[:2])
+    inertia, centripetal, gravity = dynamics.along_path(segments, q, first, second)
+    limit = limits.torque[segments]
+    refuse_what_gravity_exceeds(dynamics.robots[0], segments, gravity, limit)
     return inertia / limit, centripetal / limit, np.clip(gravity / limit, -MOST_GRAVITY, MOST_GRAVITY)
 
 

@@ -120,7 +120,7 @@ def fastest_on(
     from planner.backends.toppra.reachability import fastest_profile
 
     throughout = np.zeros(len(intervals.lengths), dtype=bool)
-    limits = path_limits(path.robot, path.limits, intervals, factors)
+    limits = path_limits(path.dynamics, path.limits, intervals, factors)
     rows = limits.rows(throughout)
     for solution in range(refinements + repairs + 1):
         x = fastest_profile(intervals.lengths, rows, limits.at_gridpoints, intervals.rests)
@@ -139,7 +139,7 @@ def fastest_on(
                 break
             changed = new | broken[parts]
             intervals, throughout = intervals.parts(parts, starts, ends), throughout[parts] & ~new
-            limits = limits.with_new(parts, new, path_limits(path.robot, path.limits, intervals.of(new), factors))
+            limits = limits.with_new(parts, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
             rows = rows.with_new(parts, changed, limits.of(changed).rows(throughout[changed]))
         elif broken.any():
             rows = rows.with_new(np.arange(len(x) - 1), broken, limits.of(broken).rows(throughout[broken]))

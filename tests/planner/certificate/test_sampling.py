@@ -48,7 +48,7 @@ def agrees_with_its_samples(result: Plan, period: float) -> None:
     ends = end_states(result.backend, robot.dof)
     time = trajectory.sample_times(period)
     rows = trajectory.evaluate(time)
-    for said in certify_sampling(robot, trajectory, result.path.limits, time, ends):
+    for said in certify_sampling(result.path.dynamics, trajectory, result.path.limits, time, ends):
         found = certify_samples(robot, time, *rows, limits, interpolation=said.interpolation, ends=ends)
         says_the_same(said.certificate, found)
     assert certify_polynomials(robot, trajectory, limits=limits, ends=ends).satisfied
@@ -103,7 +103,7 @@ def test_the_ratios_are_those_of_the_splines_of_scipy(kind: str) -> None:
     }
     # Just within each interval: at its ends a derivative may have two values.
     dense = np.concatenate([np.linspace(s + 1e-9, e - 1e-9, 60) for s, e in pairwise(time)])
-    for said in certify_sampling(robot, trajectory, result.path.limits, time)[1:]:
+    for said in certify_sampling(result.path.dynamics, trajectory, result.path.limits, time)[1:]:
         for order, quantity in enumerate(("velocity", "acceleration", "jerk"), 1):
             [check] = [check for check in said.certificate.checks if check.quantity == quantity]
             if check.ratio is None:
@@ -120,7 +120,7 @@ def test_limits_are_those_in_force_at_each_time() -> None:
     result = plan(replace(problem, waypoints=waypoints), Ruckig())
     robot, trajectory = result.path.robot, result.trajectory
     time = trajectory.sample_times(0.01)
-    linear = certify_sampling(robot, trajectory, result.path.limits, time)[0].certificate
+    linear = certify_sampling(result.path.dynamics, trajectory, result.path.limits, time)[0].certificate
     assert linear.satisfied
     [velocity] = [check for check in linear.checks if check.quantity == "velocity"]
     rows, lengths = trajectory.evaluate(time, [0])[0], np.diff(time)[:, None]
@@ -138,7 +138,7 @@ def test_toppra_and_ruckig_overshoot_as_seen_over_http() -> None:
     for backend in (Toppra(), Ruckig()):
         result = plan(problem, backend)
         time = result.trajectory.sample_times(0.01)
-        for said in certify_sampling(problem.robot, result.trajectory, result.path.limits, time):
+        for said in certify_sampling(result.path.dynamics, result.trajectory, result.path.limits, time):
             for check in said.certificate.checks:
                 ratios[backend.kind, said.interpolation, check.quantity] = check.ratio or 0.0
     assert 1.05 < ratios["toppra", "cubic", "acceleration"] <= 5.0 / 3.0 + 1e-6
@@ -182,6 +182,6 @@ def test_a_start_in_motion_validates_where_it_is_told() -> None:
 def test_every_interpolation_is_said_in_order() -> None:
     result = plan(problem_of("three_dof_arm", 1, 2))
     said = certify_sampling(
-        result.path.robot, result.trajectory, result.path.limits, result.trajectory.sample_times(0.01)
+        result.path.dynamics, result.trajectory, result.path.limits, result.trajectory.sample_times(0.01)
     )
     assert tuple(one.interpolation for one in said) == INTERPOLATIONS

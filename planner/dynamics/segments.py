@@ -1,0 +1,108 @@
+"""The torques of a robot that puts down and picks up payloads on its way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.dynamics.inverse import inverse_dynamics
+from planner.dynamics.path_dynamics import PathDynamics, path_dynamics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentDynamics:
+    """The dynamics of a robot on each segment of a path, with the payload that it carries there.
+
+    A payload changes at a waypoint where the robot stops, so that what is passed without stopping has one.
+
+    Attributes:
+        robots: The robot with each payload that it carries, the one at the start first.
+        indices: (segments + 1,), index of the robot on each segment, and of the one after the last waypoint.
+    """
+
+    robots: tuple[Robot, ...]
+    indices: np.ndarray
+
+    @classmethod
+    def unchanged(cls, robot: Robot) -> SegmentDynamics:
+        """The dynamics of a robot that carries the same on all segments."""
+        return cls((robot,), np.zeros(1, dtype=int))
+
+    @property
+    def has_dynamics(self) -> bool:
+        """Whether torques can be computed, on one segment at least; on the others they are taken for zero."""
+        return any(robot.has_dynamics for robot in self.robots)
+
+    @property
+    def changes(self) -> list[tuple[int, Robot]]:
+        """The waypoints at which the payload changes, each with the robot that goes on from there."""
+        at = np.flatnonzero(np.diff(self.indices)) + 1
+        return [(waypoint, self.robots[self.indices[waypoint]]) for waypoint in at.tolist()]
+
+    def robot_on(self, segment: int) -> Robot:
+        """The robot with the payload that it carries on a segment."""
+        return self.robots[0] if len(self.robots) == 1 else self.robots[self.indices[segment]]
+
+    def torques(
+        self, segments: np.ndarray, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
+    ) -> FloatArray:
+        """Compute the joint torques of a motion, those against gravity and of the payload included.
+
+        Args:
+            segments: (...), index of the segment of each state.
+            positions: (..., joints), rad or m.
+            velocities: Of the same shape, rad/s or m/s.
+            accelerations: Of the same shape, rad/s^2 or m/s^2.
+
+        Returns:
+            Torques of the same shape, N m; forces in N for prismatic joints.
+
+        Raises:
+            MissingDynamics: The robot has neither inertias nor a payload on any segment.
+        """
+        (torques,) = self._of_each(
+            lambda robot, *states: (inverse_dynamics(robot, *states),), segments, positions, velocities, accelerations
+        )
+        return torques
+
+    def along_path(
+        self, segments: np.ndarray, positions: FloatArray, first: FloatArray, second: FloatArray
+    ) -> PathDynamics:
+        """Compute the path dynamics at points of a path, as `path_dynamics` does.
+
+        Args:
+            segments: (...), index of the segment of each point.
+            positions: q(s), (..., joints), rad or m.
+            first: q'(s), of the same shape.
+            second: q''(s), of the same shape.
+
+        Raises:
+            MissingDynamics: The robot has neither inertias nor a payload on any segment.
+        """
+        return PathDynamics(*self._of_each(path_dynamics, segments, positions, first, second))
+
+    def _of_each(
+        self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Put together what a function makes of each robot and the states (..., joints) on its segments."""
+        if len(self.robots) == 1:
+            return function(self.robots[0], *states)
+        of_state = np.broadcast_to(self.indices[segments], states[0].shape[:-1])
+        results: tuple[FloatArray, ...] = ()
+        for index, robot in enumerate(self.robots):
+            rows = of_state == index
+            if not (rows.any() and robot.has_dynamics):
+                continue
+            parts = function(robot, *(state[rows] for state in states))
+            results = results or tuple(np.zeros(states[0].shape) for _ in parts)
+            for result, part in zip(results, parts, strict=True):
+                result[rows] = part
+        return results or function(self.robots[0], *(np.zeros_like(state) for state in states))
