@@ -22,12 +22,14 @@ TURN = 2.0 * np.pi
 def nearest_turn(robot: Robot, positions: FloatArray, reference: FloatArray) -> FloatArray:
     """Turn every angle of configurations (..., joints) to lie nearest to `reference` within its limits.
 
-    An angle that no turn brings within its limits stays outside.
+    An angle that no turn brings within its limits is turned as near to these as it gets: if it is outside by rounding
+    alone, that can be mended.
     """
     lower, upper = robot.limit("lower"), robot.limit("upper")
-    turns = np.round((reference - positions) / TURN)
     fewest, most = turns_within(robot, positions)
-    turned = positions + TURN * np.minimum(np.maximum(turns, fewest), most)
+    turns = np.minimum(np.maximum(np.round((reference - positions) / TURN), fewest), most)
+    outside = np.where(robot.is_angle, np.round((robot.middle - positions) / TURN), 0.0)
+    turned = positions + TURN * np.where(fewest <= most, turns, outside)
     within = np.minimum(np.maximum(turned, lower), upper)
     return np.where(np.abs(turned - within) <= TURN * ROUNDING, within, turned)
 

@@ -3,8 +3,4 @@
 An entry is a job, for all back ends, or a job and a back end.
 """
 
-KNOWN_FAILURES: dict[str, tuple[str, ...]] = {
-    "A closed form's solution 3e-11 outside of a fixed joint's limits is refused": (
-        "fixed_axis-05-ngv_refuelling_arm",
-    ),
-}
+KNOWN_FAILURES: dict[str, tuple[str, ...]] = {}

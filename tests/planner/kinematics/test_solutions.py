@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -67,6 +68,25 @@ def test_whole_turns_of_joints_are_solutions_of_their_own() -> None:
         wanted = q + np.array([0.0, 0.0, 0.0, fourth, 0.0, sixth])
         assert min(np.abs(wanted - other).max() for other in turned) < 1e-12
     assert [list(other) for other in with_whole_turns(robot, (q,), q, 2)] == [list(other) for other in turned[:2]]
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+@pytest.mark.parametrize("beyond", [1e-13, 3e-11, 1e-9, 1e-7])
+def test_a_solution_at_a_limit_is_found_though_rounding_puts_it_outside(beyond: float, fixed: bool) -> None:
+    """Job `fixed_axis-05-ngv_refuelling_arm`: a joint that is held 3e-11 rad from where the pose would have it."""
+    robot, q = load_robot("ngv_refuelling_arm"), np.array([-0.6, -0.4, 0.8, 0.0, -0.4, -0.6])
+    (pose,) = forward_kinematics(robot, q[None])
+    for sign in (-1.0, 1.0):
+        for joint in (1, 3):
+            end = float(q[joint]) - sign * beyond
+            lower, upper = sorted((end, end - sign * (0.0 if fixed else 1.0)))
+            joints = list(robot.joints)
+            joints[joint] = replace(joints[joint], kind="revolute", lower=lower, upper=upper)
+            limited = replace(robot, joints=tuple(joints))
+            found = all_solutions(limited, pose, OPTIONS, q)
+            assert found
+            assert min(apart(q, other) for other in found) < 1e-6
+            assert all(lower <= other[joint] <= upper for other in found)
 
 
 def test_of_a_continuum_a_spread_is_given() -> None:
