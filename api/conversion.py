@@ -231,10 +231,15 @@ def _to_motion(motion: requests.Motion) -> problem.Motion:
         case requests.JointMotion():
             return problem.JointMotion()
         case requests.LinearMotion():
-            return problem.LinearMotion(motion.tolerance_position, motion.tolerance_orientation)
+            return problem.LinearMotion(**_following(motion))
         case requests.CircularMotion():
             via = to_pose(motion.via)
-            return problem.CircularMotion(via, motion.tolerance_position, motion.tolerance_orientation)
+            return problem.CircularMotion(via, **_following(motion))
+
+
+def _following(motion: requests.LinearMotion | requests.CircularMotion) -> dict[str, Any]:
+    """How the joints follow a motion of the tool."""
+    return {name: getattr(motion, name) for name in ("tolerance_position", "tolerance_orientation", "singularity")}
 
 
 def _to_transition(transition: requests.Transition) -> problem.Transition:

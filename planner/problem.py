@@ -92,6 +92,14 @@ class JointMotion:
     """A motion straight in joint space; beside a waypoint that is passed `through`, a curve."""
 
 
+Singularity = Literal["refuse", "slow", "deviate"]
+"""What a motion of the tool does near a singularity, where a joint would have to go far for a small step of the tool.
+
+`refuse`: it is refused where a joint would have to go further than 1000 rad (or m) for 1 m or 1 rad of the tool.
+`slow`: it keeps to its path, and time stretches. `deviate`: the tool's orientation leaves the path by up to
+`tolerance_orientation`, so that the arm goes right through the singularity of its wrist."""
+
+
 @dataclass(frozen=True)
 class LinearMotion:
     """A motion of the tool in a straight line, turning about one axis by the shortest rotation.
@@ -99,10 +107,12 @@ class LinearMotion:
     Attributes:
         tolerance_position: How far the tool may be from the line, m.
         tolerance_orientation: How far it may be from the orientation that belongs there, rad.
+        singularity: What it does near a singularity.
     """
 
     tolerance_position: float = 1e-4
     tolerance_orientation: float = 1e-3
+    singularity: Singularity = "refuse"
 
 
 @dataclass(frozen=True)
@@ -113,11 +123,13 @@ class CircularMotion:
         via: A pose on the way, in the base frame; without a rotation the shortest one from start to end is made.
         tolerance_position: How far the tool may be from the circle, m.
         tolerance_orientation: How far it may be from the orientation that belongs there, rad.
+        singularity: What it does near a singularity.
     """
 
     via: Pose
     tolerance_position: float = 1e-4
     tolerance_orientation: float = 1e-3
+    singularity: Singularity = "refuse"
 
 
 Motion = JointMotion | LinearMotion | CircularMotion

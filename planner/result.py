@@ -143,6 +143,9 @@ def _warnings(
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
         message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
         yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
+    for waypoint in path.waypoints:
+        if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
+            yield waypoint.tool_motion.warning
     if any(problem.payloads) and not robot.has_dynamics:
         yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")
     elif not robot.has_dynamics and np.isfinite(robot.limit("torque")).any():

@@ -54,6 +54,21 @@ TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]
 ToleranceOrientation = Annotated[float, Field(ge=1e-8, le=1.0)]
 
 
+Singularity = TypeAliasType(
+    "Singularity",
+    Annotated[
+        Literal["refuse", "slow", "deviate"],
+        Field(
+            description="What a motion of the tool does near a singularity, where a joint would have to go far for a "
+            "small step of the tool. `refuse`: it is refused where a joint would have to go further than 1000 rad (or "
+            "m) for 1 m or 1 rad of the tool. `slow`: the tool keeps to its path and the joints to their speeds, and "
+            "time stretches. `deviate`: the tool's orientation leaves the path by up to `tolerance_orientation`, so "
+            "that the arm goes right through the singularity of its wrist."
+        ),
+    ],
+)
+
+
 class LinearMotion(Schema):
     """The tool in a straight line, turning by the shortest rotation."""
 
@@ -63,6 +78,8 @@ class LinearMotion(Schema):
     """The distance that the tool may be off the line, m."""
     tolerance_orientation: ToleranceOrientation = 1e-3
     """The angle that the tool may be off the orientation that belongs there, rad."""
+    singularity: Singularity = "refuse"
+    """What to do near a singularity."""
 
 
 class CircularMotion(Schema):
@@ -76,6 +93,8 @@ class CircularMotion(Schema):
     """The distance that the tool may be off the circle, m."""
     tolerance_orientation: ToleranceOrientation = 1e-3
     """The angle that the tool may be off the orientation that belongs there, rad."""
+    singularity: Singularity = "refuse"
+    """What to do near a singularity."""
 
 
 Motion = TypeAliasType(

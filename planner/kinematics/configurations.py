@@ -42,6 +42,9 @@ POINT_JOINTS = 3
 POSE_JOINTS = 6
 """Number of joints of an arm that brings the tool to poses, in as many ways as have names."""
 
+WRIST = 4
+"""Index of the joint of such an arm that tells the sides of its wrist."""
+
 BYTES = 1024
 """Memory of what tells the configurations of one robot apart, bytes, about."""
 
@@ -128,6 +131,14 @@ def named_parts(robot: Robot) -> tuple[str, ...]:
     """The parts, of shoulder, elbow and wrist, by which the configurations of a robot are told apart."""
     sides = _parts_of(robot).sides(robot.middle[None])[0].tolist()
     return tuple(field.name for field, side in zip(fields(Configuration), sides, strict=True) if not np.isnan(side))
+
+
+def straight_wrist(robot: Robot) -> float | None:
+    """The position, rad, of joint `WRIST` at which the wrist of a robot is singular; None: the robot has no such wrist.
+
+    Half turns from there it is singular, too.
+    """
+    return _parts_of(robot).straight
 
 
 def in_configuration(robot: Robot, solutions: Iterable[FloatArray], wanted: Configuration) -> tuple[FloatArray, ...]:
@@ -253,7 +264,7 @@ class _Parts(NamedTuple):
         if self.slide is not None:
             sides[:, 0] = self.slide.offset + positions[:, 1:3] @ self.slide.ways
         if self.straight is not None:
-            sides[:, 2] = np.sin(positions[:, 4] - self.straight)
+            sides[:, 2] = np.sin(positions[:, WRIST] - self.straight)
         sides[np.abs(sides) <= [SINGULAR_SIDE, 0.5 * SAME_SOLUTION, SINGULAR_SIDE]] = 0.0
         return sides
 

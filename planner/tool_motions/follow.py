@@ -31,8 +31,8 @@ FIRST_STEP = 0.125
 LONGEST_STEP = 0.25
 """The longest step in u from knot to knot, so that no detour is missed."""
 
-SHORTEST_STEP = 1e-5
-"""The step in u below which the path is given up as lost."""
+SHORTEST_TURN = 1e-2
+"""What the steepest joint turns, rad or m, in the step in u below which the path is given up as lost."""
 
 GROWTH = 1.6
 """The factor on the step after a knot that the tolerance allowed."""
@@ -51,13 +51,21 @@ MOST_ITERATIONS = 12
 """The most Newton steps until a knot is solved."""
 
 AHEAD = 1e-4
-"""The step in u of the difference quotient for the second derivative."""
+"""The step in u of the difference quotient for the second derivative, and how far a joint may go in it, rad or m."""
 
 FAR_AHEAD = 1e-2
 """The same at a singular posture: far enough for the arm to be singular no more."""
 
-FASTEST = 1e4
-"""How fast a joint may go, rad or m, where the tool goes at 1 m or rad: faster, and it is a jump."""
+STEEP = 1e3
+"""How far a joint may go, rad or m, where the tool goes 1 m or rad, if it is not to be slowed down: for a joint of
+3 rad/s the tool would have to go at 3 mm/s."""
+
+GENTLE = 20.0
+"""The same where the tool may leave its orientation rather than be slowed down: a joint of 3 rad/s lets it go at
+150 mm/s."""
+
+STEEPEST = 1e7
+"""The same where the tool may be slowed down as much as it takes: more, and rounding decides where the joint is."""
 
 SOLVED_NEAR_SINGULARITY = 1e-14
 """The error, m and rad, at which a knot near a singularity is solved: there a joint moves far for a small error."""
@@ -118,6 +126,7 @@ def follow(
     start: FloatArray,
     end: FloatArray | None,
     tolerance: tuple[float, float],
+    steepest: float = STEEP,
 ) -> PiecewisePolynomial | Lost:
     """Follow the path with the tool from the joint position `start`, without a jump and without a detour.
 
@@ -139,11 +148,12 @@ def follow(
         start: (joints,), at the start of the path.
         end: (joints,), where the joint path should end, if that is known.
         tolerance: m and rad.
+        steepest: How far a joint may go, rad or m, where the tool goes 1 m or rad.
 
     Returns:
         The joint path over u from 0 to 1, or where it got lost.
     """
-    result = _Follower(robot, path, start, end, tolerance).run()
+    result = _Follower(robot, path, start, end, tolerance, steepest).run()
     if end is None or isinstance(result, Lost):
         return result
     reached = result.evaluate(result.breakpoints[-1:], [0])[0][0]
@@ -152,7 +162,7 @@ def follow(
     idle = _null_space(jacobian(robot, end)[: len(path.twist(1.0))])
     if len(idle) == max(0, robot.dof - len(path.twist(1.0))):
         return result
-    guided = _Follower(robot, path, start, end, tolerance, idle).run()
+    guided = _Follower(robot, path, start, end, tolerance, steepest, idle).run()
     return result if isinstance(guided, Lost) else guided
 
 
@@ -164,9 +174,11 @@ class _Follower:
         start: FloatArray,
         end: FloatArray | None,
         tolerance: tuple[float, float],
+        steepest: float,
         free: FloatArray | None = None,
     ) -> None:
-        self.robot, self.path, self.start, self.end = robot, path, start, end
+        self.robot, self.path, self.start, self.end, self.steepest = robot, path, start, end, steepest
+        self.shortest_step, self.rank = SHORTEST_TURN / steepest, min(RANK, 1.0 / steepest)
         self.rows = len(path.twist(0.0))
         self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in tolerance)
         self.free = _null_space(self._jacobian(start))[: max(0, robot.dof - self.rows)] if free is None else free
@@ -179,14 +191,14 @@ class _Follower:
             return Lost(0.0, self.start, PiecewisePolynomial(np.empty(0), np.empty((0, self.robot.dof, 6))))
         knots, step = [first], FIRST_STEP
         while (last := knots[-1]).u < 1.0:
-            ahead = 1.0 if last.u + step > 1.0 - SHORTEST_STEP else last.u + step
+            ahead = 1.0 if last.u + step > 1.0 - self.shortest_step else last.u + step
             knot = self._next(last, ahead)
             if knot is not None:
                 knots.append(knot)
                 step = min(GROWTH * (ahead - last.u), LONGEST_STEP)
                 continue
             step = (ahead - last.u) / 2.0
-            if step < SHORTEST_STEP:
+            if step < self.shortest_step:
                 return Lost(last.u, last.q, _curve(knots))
         if self.end is not None and np.abs(knots[-1].q - self.end).max() < SAME_CONFIGURATION:
             knots[-1] = knots[-1]._replace(q=self.end)
@@ -239,7 +251,7 @@ class _Follower:
             error = np.abs(missing).max()
             if error < SOLVED_NEAR_SINGULARITY:
                 return q
-            step, is_near_singularity = _inverse(J, missing)
+            step, is_near_singularity = _inverse(J, missing, self.rank)
             if error < SOLVED and not is_near_singularity:
                 return q
             q = q + step
@@ -264,14 +276,18 @@ class _Follower:
         first = self._rate(u, q, J)
         if first is None:
             return None
+        steepness = float(np.abs(first).max())
+        if steepness > self.steepest * np.abs(self._change(u)).max():
+            return None
         values = np.linalg.svd(J, compute_uv=False)
-        if values[-1] < RANK * values[0]:
+        if values[-1] < self.rank * values[0]:
             second = self._second_at_singularity(u, q, first)
             return None if second is None else _Knot(u, q, first, second, 0.0)
-        before, after = self._rate(u - AHEAD, q - AHEAD * first), self._rate(u + AHEAD, q + AHEAD * first)
+        ahead = AHEAD / max(1.0, steepness)
+        before, after = self._rate(u - ahead, q - ahead * first), self._rate(u + ahead, q + ahead * first)
         if before is None or after is None:
             return None
-        return _Knot(u, q, first, (after - before) / (2.0 * AHEAD), _handedness(J))
+        return _Knot(u, q, first, (after - before) / (2.0 * ahead), _handedness(J))
 
     def _second_at_singularity(self, u: float, q: FloatArray, first: FloatArray) -> FloatArray | None:
         """The second derivative (joints,) by u from joint positions solved where the arm is singular no more."""
@@ -287,13 +303,11 @@ class _Follower:
         """The joints' derivative by u (joints,) at q; None: the tool goes where no joint can take it."""
         J = self._augmented(q) if J is None else J
         change = self._change(u)
-        rate, is_near_singularity = _inverse(J, change)
+        rate, is_near_singularity = _inverse(J, change, self.rank)
         if not is_near_singularity:
             return rate
-        if np.abs(rate).max() > FASTEST * np.abs(change).max():
-            return None
         directions, values, joint_directions = np.linalg.svd(J)
-        lost = np.flatnonzero(values < RANK * values[0])
+        lost = np.flatnonzero(values < self.rank * values[0])
         if not len(lost):
             return rate
         if np.abs(directions[:, lost].T @ change).max() > ALONG_LOST * np.abs(change).max():
@@ -343,10 +357,11 @@ class _Follower:
         return jacobian(self.robot, q)[: self.rows]
 
 
-def _inverse(J: FloatArray, change: FloatArray) -> tuple[FloatArray, bool]:
+def _inverse(J: FloatArray, change: FloatArray, zero: float) -> tuple[FloatArray, bool]:
     """The smallest joint step (joints,) that makes a small change of the tool, and whether J is all but singular.
 
     How far the joints go for some other change, with a share in every direction, tells how near J is to singular.
+    Singular values below the share `zero` of the largest are taken for none.
     """
     rows, joints = J.shape
     if rows == joints:
@@ -356,7 +371,7 @@ def _inverse(J: FloatArray, change: FloatArray) -> tuple[FloatArray, bool]:
             probe = np.array([np.inf])
         if np.abs(probe).max() < 1.0 / NEAR_SINGULARITY:
             return step, False
-    step, _, rank, _ = np.linalg.lstsq(J, change, rcond=RANK)
+    step, _, rank, _ = np.linalg.lstsq(J, change, rcond=zero)
     return np.asarray(step, dtype=np.float64), bool(rows == joints or rank < joints)
 
 

@@ -24,19 +24,31 @@ from planner.polynomials import PiecewisePolynomial
 from planner.problem import CircularMotion, JointMotion, JointWaypoint, PoseWaypoint
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
-from planner.tool_motions.follow import Lost, follow
+from planner.tool_motions.deviations import through_singular_wrist
+from planner.tool_motions.follow import GENTLE, STEEP, STEEPEST, Lost, follow
 from planner.tool_motions.pose_paths import Arc, Line, Reversed
 from planner.tool_motions.position_limits import first_beyond
+from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import AnyWaypoint
+    from planner.problem import AnyWaypoint, LinearMotion
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
 
 LOOK_AHEAD = 2e-3
 """The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
+
+WORTH_A_WARNING = 100.0
+"""How far a joint goes, rad or m, where the tool goes 1 m or rad, if that is worth a warning: at 3 rad/s of the joint
+the tool goes at 30 mm/s."""
+
+SLOWEST = 1e-9
+"""The smallest motion of the tool, m and rad, by which that of a joint is divided."""
+
+SHARE_OF_DEVIATION = 0.9
+"""The share of the tolerance of the orientation that a path through a singular wrist may use up."""
 
 LOOKS_AHEAD = 8
 """The number of poses on the rest of the way that are tried for it, too."""
@@ -102,11 +114,13 @@ class ToolMotion:
         path: Poses of the tool over u from 0 to 1.
         curve: Joint positions over the same u.
         end: (joints,), rad or m, where the motion ends.
+        warning: What is to be said of a singularity near its path; None: nothing.
     """
 
     path: PosePath
     curve: PiecewisePolynomial
     end: FloatArray
+    warning: PlanWarning | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +158,7 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
     given = np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else None
     if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
-    tolerance = waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation
-    result = follow(robot, path, start, given, tolerance)
+    result, deviation = _followed(robot, path, start, given, waypoint.motion)
     curve = result.curve if isinstance(result, Lost) else result
     if (beyond := first_beyond(robot, curve)) is not None:
         u, position, joint = beyond
@@ -164,10 +177,45 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
         elif not asked.configuration.allows(reached):
             error = ConfigurationChange(f"{asked.name} ends with {reached}, not with {asked.configuration}")
         else:
-            return ToolMotion(path, curve, end if given is None else given)
+            warning = _warning(asked, path, curve, deviation)
+            return ToolMotion(path, curve, end if given is None else given, warning)
     error.segment, error.waypoint = asked.index - 1, asked.index
     error.path_point = PathPoint(u, tool_pose(robot, position), position)
     return RefusedMotion(asked, start, path, error.path_point, error)
+
+
+def _followed(
+    robot: Robot, path: PosePath, start: FloatArray, given: FloatArray | None, motion: LinearMotion | CircularMotion
+) -> tuple[PiecewisePolynomial | Lost, float]:
+    """The joint path from a joint position (joints,), and how far the tool turns off from its path on purpose, rad."""
+    tolerance = motion.tolerance_position, motion.tolerance_orientation
+    if motion.singularity == "deviate":
+        near = follow(robot, path, start, given, tolerance, GENTLE)
+        if not isinstance(near, Lost):
+            return near, 0.0
+        deviated = through_singular_wrist(robot, path, near)
+        if deviated is not None and deviated.angle < SHARE_OF_DEVIATION * motion.tolerance_orientation:
+            rest = motion.tolerance_orientation - deviated.angle
+            through = follow(robot, deviated, start, given, (motion.tolerance_position, rest))
+            if not isinstance(through, Lost):
+                return through, deviated.angle
+    return follow(robot, path, start, given, tolerance, STEEPEST if motion.singularity == "slow" else STEEP), 0.0
+
+
+def _warning(asked: AskedMotion, path: PosePath, curve: PiecewisePolynomial, deviation: float) -> PlanWarning | None:
+    """What is to be said of a motion that goes through a singularity or near to one."""
+    if deviation > 0.0:
+        how = "goes right through a singularity of the wrist"
+        return PlanWarning("orientation_deviates", f"{asked.name} {how}, for which it turns off by {deviation:.3g} rad")
+    rates = np.abs(curve.coefficients[:, :, 1]) / max(float(np.abs(path.twist(0.0)).max()), SLOWEST)
+    knot, joint = np.unravel_index(rates.argmax(), rates.shape)
+    if rates[knot, joint] < WORTH_A_WARNING:
+        return None
+    message = (
+        f"{asked.name} passes near a singularity after {curve.breakpoints[knot]:.1%} of the way: for 1 m or 1 rad of "
+        f"the tool {asked.robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, for which the tool has to go slowly"
+    )
+    return PlanWarning("near_singularity", message)
 
 
 def _stands_still(path: PosePath) -> bool:
@@ -189,7 +237,7 @@ def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
     if asked.before.rotation is None and asked.after.rotation is not None:
         return None
     path = Reversed(asked.pose_path(end))
-    curve = follow(robot, path, end, None, (motion.tolerance_position, motion.tolerance_orientation))
+    curve, _ = _followed(robot, path, end, None, motion)
     if isinstance(curve, Lost) or first_beyond(robot, curve) is not None:
         return None
     start: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
@@ -218,7 +266,10 @@ def _lost_error(asked: AskedMotion, path: PosePath, lost: Lost) -> PlanningError
             where = where if u == ahead else f"before {u:.1%} of the way"
             return UnreachableWaypoint(f"{asked.name} leaves what {robot.id} can reach {where}")
     joint = robot.joint_names[_idle_joint(robot, lost.position)]
-    return SingularPath(f"{asked.name} meets a singularity {where}, where {joint} would have to jump", joint=joint)
+    motion = asked.waypoint.motion
+    steepest = STEEPEST if not isinstance(motion, JointMotion) and motion.singularity == "slow" else STEEP
+    far = f"would have to jump, or go further than {steepest:g} rad (or m) for 1 m or 1 rad of the tool"
+    return SingularPath(f"{asked.name} meets a singularity {where}, where {joint} {far}", joint=joint)
 
 
 def _configuration_error(asked: AskedMotion, reached: FloatArray, given: FloatArray) -> ConfigurationChange:

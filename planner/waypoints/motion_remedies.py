@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import ConfigurationChange, Remedy
+from planner.errors import ConfigurationChange, Remedy, SingularPath
 from planner.kinematics.configurations import configurations
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
@@ -19,12 +20,19 @@ from planner.waypoints.targets import pose_remedy
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.problem import AnyWaypoint
+    from planner.problem import AnyWaypoint, Singularity
     from planner.spatial import FloatArray
     from planner.tool_motions.tool_motion import RefusedMotion
 
 SHORTENED = 0.98
 """Share of the way to the point where a line fails that the remedy of a moved pose keeps."""
+
+
+NEAR_SINGULARITY: dict[Singularity, str] = {
+    "slow": "the tool keeps to its path, slowly near the singularity",
+    "deviate": "the tool turns off by less than the tolerance, and the arm goes right through the singularity",
+}
+"""What a motion may be asked to do near a singularity, and why that helps."""
 
 
 def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Remedy]:
@@ -48,6 +56,8 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
         if other is not None:
             explanation = "the same pose in another configuration, from which the motion can be done"
             yield Remedy(("waypoints", index - 1, "position"), tuple(other.tolist()), explanation)
+    if isinstance(refused.error, SingularPath):
+        yield from _near_singularity(refused)
     yield Remedy(("waypoints", index, "motion"), JointMotion(), "a joint motion to the same waypoint")
     kept = SHORTENED * point.fraction
     if not isinstance(refused.path, Line) or kept < 1.0 - SHORTENED or is_change:
@@ -55,6 +65,17 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
     explanation = f"the first {kept:.1%} of the line"
     start = refused.path.pose(0.0)
     yield from pose_remedy(index, asked.waypoint, refused.path.pose(kept), start, start.rotation, explanation)
+
+
+def _near_singularity(refused: RefusedMotion) -> Iterator[Remedy]:
+    """What a motion may do near a singularity so that the joints can follow it."""
+    asked = refused.asked
+    motion = asked.waypoint.motion
+    assert not isinstance(motion, JointMotion)  # noqa: S101 - only motions of the tool are refused
+    for choice, explanation in NEAR_SINGULARITY.items():
+        waypoint = replace(asked.waypoint, motion=replace(motion, singularity=choice))
+        if isinstance(follow_path(replace(asked, waypoint=waypoint), refused.start, refused.path), ToolMotion):
+            yield Remedy(("waypoints", asked.index, "motion", "singularity"), choice, explanation)
 
 
 def _other_start(refused: RefusedMotion) -> FloatArray | None:

@@ -58,6 +58,10 @@ def configured(**names: Any) -> dict[str, Any]:
     return second(pose_waypoint([0.1, 0.1, -0.1], configuration=names))
 
 
+def singular(how: str) -> dict[str, Any]:
+    return second_changed(motion={"kind": "linear", "singularity": how})
+
+
 INVALID = "invalid_request"
 VIA_AT_START = {"position": [0.26582269183668716, 0.026671232618305785, -0.00289525224954534], "orientation": None}
 """The tool of the arm with three joints at (0.1, 0.2, 0.3)."""
@@ -65,6 +69,7 @@ A, B, C = joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5), joint(0.2, 0.2, 0.2)
 
 BAD_REQUESTS = [
     # Not JSON, or not the JSON that is meant.
+    Bad("singular how", PLAN, singular("stop"), INVALID, "/waypoints/1/motion/singularity"),
     Bad("no such side", PLAN, configured(elbow="left"), INVALID, "/waypoints/1/configuration/elbow"),
     Bad("no such part", PLAN, configured(knee="up"), INVALID, "/waypoints/1/configuration/knee"),
     Bad("a part that the arm lacks", PLAN, configured(wrist="flip"), INVALID, "/waypoints/1/configuration/wrist"),

@@ -24,6 +24,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "date_sorting_transition_1.json": (2, 30.0),
     "date_sorting_transition_2.json": (2, 30.0),
     "named_configuration.json": (3, None),
+    "past_a_singularity.json": (2, None),
     "pick_and_place.json": (8, None),
     "refuelling_case_1.json": (6, 25.29),
     "refuelling_case_1_poses.json": (6, 25.29),

@@ -23,6 +23,7 @@ from planner.problem import (
     Motion,
     PlanningProblem,
     PoseWaypoint,
+    Singularity,
     StopTransition,
     ThroughTransition,
     Transition,
@@ -133,8 +134,9 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
     before: Motion = JointMotion()
     for k in range(1, count):
         motion = draw(st.sampled_from(["joint", "linear", "circular"]))
-        made: Motion = {"joint": JointMotion(), "linear": LinearMotion()}.get(motion) or CircularMotion(
-            _near(home, robot, rng, reach)
+        near: Singularity = draw(st.sampled_from(["refuse", "refuse", "slow", "deviate"]))
+        made: Motion = {"joint": JointMotion(), "linear": LinearMotion(singularity=near)}.get(motion) or CircularMotion(
+            _near(home, robot, rng, reach), singularity=near
         )
         asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
         waypoints.append(PoseWaypoint(_near(home, robot, rng, reach), asked, motion=made))

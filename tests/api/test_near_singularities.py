@@ -1,0 +1,42 @@
+"""What lines are asked to do near a singularity, over HTTP."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from api.schemas import answers
+from tests.api.test_endpoints import checked
+from tests.locations import ROOT
+
+if TYPE_CHECKING:
+    from tests.api.conftest import RunningService
+
+
+def request_for(**motion: Any) -> dict[str, Any]:
+    """A line past a straight wrist."""
+    request: dict[str, Any] = json.loads((ROOT / "examples" / "past_a_singularity.json").read_text(encoding="utf-8"))
+    request["waypoints"][1]["motion"] = {"kind": "linear", **motion}
+    return request
+
+
+def test_a_line_is_refused_by_default_with_remedies_that_are_planned(service: RunningService) -> None:
+    refused = service.post("/v1/trajectories", request_for())
+    assert refused.status_code == 422
+    problem = refused.json()
+    assert problem["code"] == "singular_path"
+    offered = {
+        remedy["value"] for remedy in problem["remedies"] if remedy["change"] == "/waypoints/1/motion/singularity"
+    }
+    assert offered == {"slow", "deviate"}
+
+
+@pytest.mark.parametrize(("choice", "code"), [("slow", "near_singularity"), ("deviate", "orientation_deviates")])
+def test_a_line_past_a_singular_wrist_is_planned_as_asked(service: RunningService, choice: str, code: str) -> None:
+    plan = checked(service.post("/v1/trajectories", request_for(singularity=choice)), answers.PlanAnswer)
+    assert [warning["code"] for warning in plan["warnings"]] == [code]
+    turns = [position[5] for position in plan["samples"]["position"]]
+    assert (max(turns) - min(turns) > 3.0) == (choice == "slow")
+    assert plan["certificate"]["satisfied"]
