@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
 
-TURN = 0.2
+TURN = 0.25
 """Largest turn of a curve's direction on one interval, rad, joints measured by their velocity limits. With 0.3 random
 splines lose another 0.1 % of the time."""
 

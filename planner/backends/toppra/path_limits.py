@@ -15,6 +15,7 @@ import numpy as np
 from planner.backends.shared.refusals import refuse_what_gravity_exceeds
 from planner.backends.toppra.intervals import PROBES
 from planner.kinematics.forward import tool_speeds
+from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals
@@ -28,6 +29,11 @@ POINTS = np.array([0.0, 0.5, 1.0])
 
 QUADRATIC_TO_BERNSTEIN = np.array([[1.0, -0.5, 0.0], [0.0, 2.0, 0.0], [0.0, -0.5, 1.0]])
 """Matrix from the values of a quadratic at these points to its Bernstein coefficients, which bound it."""
+
+AT_PROBES = np.column_stack(
+    [(1.0 - PROBES) * (1.0 - 2.0 * PROBES), 4.0 * PROBES * (1.0 - PROBES), PROBES * (2.0 * PROBES - 1.0)]
+)
+"""Weights (probes, points) of the values at these points in the quadratic through them, at the probes."""
 
 MOST_GRAVITY = 0.9999
 """Largest share of a torque limit that gravity is taken to need; more at a point between the probes is left to the
@@ -147,20 +153,23 @@ class PathLimits:
         Args:
             throughout: (intervals,), where the limits have to be kept by a constant u.
         """
-        grows = 2.0 * self.lengths[:, None]
-        by_point = [self.per_u + POINTS[:, None, None] * grows * self.per_x, self.per_x, self.rest]
-        accelerations = [np.moveaxis(part, 0, 2) @ QUADRATIC_TO_BERNSTEIN for part in by_point]
-        for part, values in zip(accelerations, by_point, strict=True):
-            part[~throughout] = values[1, ~throughout, :, None]
+        middle = self.per_u[1] + self.lengths[:, None] * self.per_x[1], self.per_x[1], self.rest[1]
+        rows = self._with_speeds(*middle)
+        if not throughout.any():
+            return rows
+        part = self.of(throughout)
+        grows = 2.0 * part.lengths[:, None]
+        by_point = part.per_u + POINTS[:, None, None] * grows * part.per_x, part.per_x, part.rest
+        bounding = (np.moveaxis(values, 0, 2) @ QUADRATIC_TO_BERNSTEIN for values in by_point)
+        everywhere = part._with_speeds(*(values.reshape(len(part.lengths), -1) for values in bounding))
+        return rows.with_new(np.arange(len(throughout)), throughout, everywhere)
+
+    def _with_speeds(self, a: FloatArray, b: FloatArray, c: FloatArray) -> LinearRows:
+        """Return |a u + b x + c| <= 1, each (intervals, limits), and the bounds on x at the inner probes, as rows."""
         bound = self.bounds[1:-1].T
-        speeds = (grows * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0))
-        count = len(self.lengths)
-        a, b, c = (part.reshape(count, -1) for part in accelerations)
-        a, b, c = (
-            np.hstack([positive, negative, speed])
-            for positive, negative, speed in zip((a, b, c - 1.0), (-a, -b, -c - 1.0), speeds, strict=True)
-        )
-        return LinearRows(a, b, c).that_bind(self.bounds[0])
+        speeds = 2.0 * self.lengths[:, None] * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0)
+        signed = (a, b, c - 1.0), (-a, -b, -c - 1.0), speeds
+        return LinearRows(*(np.hstack(parts) for parts in zip(*signed, strict=True))).that_bind(self.bounds[0])
 
     def dips(self, x: FloatArray) -> FloatArray:
         """Return by how much (intervals,) x may exceed its bound between probes, relative to the bound.
@@ -209,8 +218,10 @@ class PathLimits:
         )
         # So that x stays positive in between.
         bend = np.minimum(bend, MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths))
-        by_point = (u - bend, x0), (u, (x0 + x1 - bend * self.lengths) / 2.0), (u + bend, x1)
-        used = [self._used(point, *state) for point, state in enumerate(by_point)]
+        used = []
+        for share, weights in zip(PROBES, AT_PROBES, strict=True):
+            x = x0 + (x1 - x0) * share - 2.0 * bend * self.lengths * (share - share**2)
+            used.append(self._used(weights, u + bend * (2.0 * share - 1.0), x))
         return bend, np.max(used, axis=0)
 
     def unused(self, x: FloatArray) -> FloatArray:
@@ -218,16 +229,23 @@ class PathLimits:
         x0, x1 = x[:-1], x[1:]
         u, middle = (x1 - x0) / (2.0 * self.lengths), (x0 + x1) / 2.0
         used = [
-            np.maximum(self._used(point, u, at), at / self.bounds[probe])
-            for point, probe, at in ((0, 0, x0), (1, len(PROBES) // 2, middle), (2, -1, x1))
+            np.maximum(self._used(AT_PROBES[probe], u, at), at / self.bounds[probe])
+            for probe, at in ((0, x0), (len(PROBES) // 2, middle), (-1, x1))
         ]
         unused: FloatArray = np.maximum(1.0 - np.array(used), 0.0).mean(axis=0)
         return unused
 
-    def _used(self, point: int, u: FloatArray, x: FloatArray) -> FloatArray:
-        """Return the largest share (intervals,) that the motion takes of what gravity leaves of a limit."""
-        moved = self.per_u[point] * u[:, None] + self.per_x[point] * x[:, None]
-        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * self.rest[point])).max(axis=1)
+    def _used(self, weights: FloatArray, u: FloatArray, x: FloatArray) -> FloatArray:
+        """Return the largest share (intervals,) that the motion takes of what gravity leaves of a limit.
+
+        Args:
+            weights: (points,), of the values at the points, for those where u and x are given.
+            u: (intervals,).
+            x: (intervals,).
+        """
+        per_u, per_x, rest = (np.tensordot(weights, part, 1) for part in (self.per_u, self.per_x, self.rest))
+        moved = per_u * u[:, None] + per_x * x[:, None]
+        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * rest)).max(axis=1)
         return used
 
 
@@ -268,10 +286,34 @@ def _torques(
     """Torque per u, per x and without motion, as shares of the limits, each (points, intervals, joints)."""
     q, first, second = states
     segments = np.broadcast_to(intervals.segments, q.shape[:2])
-    inertia, centripetal, gravity = dynamics.along_path(segments, q, first, second)
+    # Where a run goes on, the end of an interval is the start of the next.
+    own = np.ones(q.shape[:2], dtype=bool)
+    own[-1, :-1] = intervals.rests[1:-1] | ~np.all([_equal(rows[-1, :-1], rows[0, 1:]) for rows in states], axis=0)
+    found = dynamics.along_path(segments[own], q[own], first[own], second[own])
+    inertia, centripetal, gravity = (_at_all_points(rows, own) for rows in found)
     limit = limits.torque[segments]
     refuse_what_gravity_exceeds(dynamics.robots[0], segments, gravity, limit)
     return inertia / limit, centripetal / limit, np.clip(gravity / limit, -MOST_GRAVITY, MOST_GRAVITY)
+
+
+def _equal(ends: FloatArray, starts: FloatArray) -> np.ndarray:
+    """Return whether (rows,) a curve goes on from the ends (rows, joints) of intervals to the starts of the next."""
+    equal: np.ndarray = (np.abs(ends - starts) <= ROUNDING * np.abs(starts).max(initial=0.0)).all(axis=1)
+    return equal
+
+
+def _at_all_points(values: FloatArray, own: np.ndarray) -> FloatArray:
+    """Put values (N, joints) to points (points, intervals, joints).
+
+    Args:
+        values: The values at the points that are not the start of the next interval.
+        own: (points, intervals), which these are.
+    """
+    rows = np.empty((*own.shape, values.shape[1]))
+    rows[own] = values
+    shared = np.flatnonzero(~own[-1])
+    rows[-1, shared] = rows[0, shared + 1]
+    return rows
 
 
 def _bounds(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> FloatArray:

@@ -40,7 +40,11 @@ LEAST_SHARE = 1e-4
 TOLERATED = 1.001
 """Share of a limit up to which a path acceleration that follows another limit may use it at the ends of an interval."""
 
-PARTS = 3
+MENDED_BY_PARTS = 1.02
+"""Share of a limit up to which an interval whose path acceleration breaks it keeps it in parts: what is used between
+two points that keep it shrinks with the square of their distance."""
+
+PARTS = 4
 """Parts that an interval is split into where no path acceleration follows the limits along it."""
 
 SERIES = 1e-4
@@ -117,13 +121,15 @@ def fastest_on(
         repairs: Largest number of solutions after that for limits that are broken.
     """
     # It imports the package, which takes a second.
-    from planner.backends.toppra.reachability import fastest_profile
+    from planner.backends.toppra.reachability import fastest_profile, tightened_profile
 
     throughout = np.zeros(len(intervals.lengths), dtype=bool)
     limits = path_limits(path.dynamics, path.limits, intervals, factors)
     rows = limits.rows(throughout)
+    x, tightened = np.zeros(len(intervals.lengths) + 1), None
     for solution in range(refinements + repairs + 1):
-        x = fastest_profile(intervals.lengths, rows, limits.at_gridpoints, intervals.rests)
+        problem = intervals.lengths, rows, limits.at_gridpoints, intervals.rests
+        x = fastest_profile(*problem) if tightened is None else tightened_profile(x, tightened, *problem)
         bend, used = limits.bend(x)
         profile = Profile(intervals, x, np.where(throughout, 0.0, bend))
         broken = (used > TOLERATED) & ~throughout
@@ -138,11 +144,15 @@ def fastest_on(
             if not new.any():
                 break
             changed = new | broken[parts]
-            intervals, throughout = intervals.parts(parts, starts, ends), throughout[parts] & ~new
+            hopeless = broken & (used > MENDED_BY_PARTS)
+            intervals = intervals.parts(parts, starts, ends)
+            throughout = (throughout[parts] & ~new) | hopeless[parts]
             limits = limits.with_new(parts, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
             rows = rows.with_new(parts, changed, limits.of(changed).rows(throughout[changed]))
+            tightened = None
         elif broken.any():
             rows = rows.with_new(np.arange(len(x) - 1), broken, limits.of(broken).rows(throughout[broken]))
+            tightened = broken
         else:
             break
     return profile
@@ -175,6 +185,7 @@ def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[
     inner[inner[:, 1] - inner[:, 0] < LEAST_SHARE, 1] = 1.0
     inner[(inner[:, 0] == 0.0) & (inner[:, 1] == 1.0), 0] = 0.5
     inner[~wasteful] = [0.0, 1.0]
+    inner = np.column_stack([inner, np.zeros((len(inner), PARTS - 3))])
     inner[coarse] = np.arange(1, PARTS) / PARTS
     return shares_between(inner)
 

@@ -33,6 +33,18 @@ LEAST_LENGTH = 1e-6
 """Length of an interval, in the solver's unit, below which it is solved as one with its neighbour: the absolute
 tolerance of the solver, 1e-10, would leave the path acceleration on it undecided."""
 
+MARGIN = 4
+"""Number of intervals on either side of tighter limits that are solved again first; then twice as many."""
+
+MOST_INSIDE = 0.5
+"""Share of the intervals above which all of them are solved again."""
+
+FEWEST_FOR_WINDOWS = 400
+"""Number of intervals below which all of them are solved again: several solutions of a few cost as much."""
+
+NEARLY_MET = 1e-7
+"""Relative difference of x up to which a profile meets another: more than the solver's rounding, 1e-10 of the unit."""
+
 LARGEST_X = np.array([1e-9, -1.0])
 """Aim of the backward pass, to be made least: the largest x, and among equals the least u."""
 
@@ -127,6 +139,74 @@ def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, r
     x = _solved(gridpoints[marks], rows, np.append(np.minimum.reduceat(bounds[:-1], starts), 0.0))
     between: FloatArray = np.interp(gridpoints, gridpoints[marks], x) * scale
     return np.where(rests, 0.0, between)
+
+
+def tightened_profile(
+    known: FloatArray, changed: np.ndarray, lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
+) -> FloatArray:
+    """Return the same as `fastest_profile` where the profile is known for looser limits on some of the intervals.
+
+    It is solved again only near these: as far as it takes until it meets the known one on both sides.
+
+    Args:
+        known: (intervals + 1,), the profile for the looser limits.
+        changed: (intervals,), whether the limits are tighter.
+        lengths: As of `fastest_profile`, like all that follow.
+        rows: See there.
+        bounds: See there.
+        rests: See there.
+
+    Raises:
+        FloatingPointError: The solver failed.
+    """
+    margin = MARGIN
+    inside = _near(changed, margin)
+    while len(changed) >= FEWEST_FOR_WINDOWS and inside.mean() < MOST_INSIDE:
+        points, met, x = _solved_inside(inside, known, lengths, rows, bounds, rests)
+        missed = met & (x < known[points] * (1.0 - NEARLY_MET))
+        if not missed.any():
+            result = known.copy()
+            result[points] = x
+            return result
+        margin *= 2
+        next_to = np.zeros_like(changed)
+        next_to[np.minimum(points[missed], len(changed) - 1)] = True
+        inside = inside | _near(next_to, margin)
+    return fastest_profile(lengths, rows, bounds, rests)
+
+
+def _near(intervals: np.ndarray, margin: int) -> np.ndarray:
+    """Return which intervals lie within so many of some of them, both (intervals,) of bools."""
+    near: np.ndarray = np.convolve(intervals, np.ones(2 * margin + 1), "same") > 0.0
+    return near
+
+
+def _solved_inside(
+    inside: np.ndarray, known: FloatArray, lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    """Return gridpoints (N,), which of them (N,) lie where a known profile starts or ends, and x (N,) at them.
+
+    Between one stretch of intervals and the next the robot comes to rest: over intervals that nothing limits, with the
+    x that is known at their other end.
+    """
+    edges = np.flatnonzero(np.diff(inside, prepend=False, append=False))
+    starts: list[int] = []
+    for first, last in edges.reshape(-1, 2).tolist():
+        starts += [*([] if rests[first] else [-1]), *range(first, last), *([] if rests[last] else [last])]
+    own = np.append(inside, False)[starts]
+    points = np.append(starts, -1)
+    intervals = np.where(own, starts, 0)
+    nothing = (0.0, 0.0, -1.0)
+    limits = LinearRows(*(np.where(own[:, None], part[intervals], no) for part, no in zip(rows, nothing, strict=True)))
+    met = np.isin(points, edges)
+    x = fastest_profile(
+        np.where(own, lengths[intervals], lengths.mean()),
+        limits,
+        np.where(met, known[points], bounds[points]),
+        (points < 0) | rests[points],
+    )
+    on_path = points >= 0
+    return points[on_path], met[on_path], x[on_path]
 
 
 def _solved(gridpoints: FloatArray, rows: LinearRows, bounds: FloatArray) -> FloatArray:
