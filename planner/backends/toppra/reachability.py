@@ -18,10 +18,12 @@ import numpy as np
 from toppra.algorithm import TOPPRA
 from toppra.algorithm.reachabilitybased.reachability_algorithm import ReachabilityAlgorithm
 from toppra.constraint import LinearConstraint
+from toppra.exceptions import ToppraError
 from toppra.interpolator import AbstractGeometricPath
 from toppra.solverwrapper import seidelWrapper
 
 from planner.backends.toppra.path_limits import LinearRows
+from planner.backends.toppra.solver_failed import SolverFailed
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -119,7 +121,7 @@ def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, r
         rests: (intervals + 1,): where x is 0; both ends at least.
 
     Raises:
-        FloatingPointError: The solver failed.
+        SolverFailed: The solver found no profile.
     """
     units, spans = _units(lengths, rows, bounds, rests)
     scale = np.append(units, units[-1]) ** 2
@@ -157,7 +159,7 @@ def tightened_profile(
         rests: See there.
 
     Raises:
-        FloatingPointError: The solver failed.
+        SolverFailed: The solver found no profile.
     """
     margin = MARGIN
     inside = _near(changed, margin)
@@ -215,9 +217,12 @@ def _solved(gridpoints: FloatArray, rows: LinearRows, bounds: FloatArray) -> Flo
     # The last gridpoint has no interval; the solver wants a row there and does not use it.
     padded = tuple(np.vstack([part, part[-1:]]) for part in (rows.a / divisor, rows.b / divisor, rows.c / divisor))
     search = _FromRestToRest(_Rows(padded, np.column_stack([np.zeros_like(bounds), bounds])), gridpoints)
-    _, speeds, _ = search.compute_parameterization(0.0, 0.0)
+    try:
+        _, speeds, _ = search.compute_parameterization(0.0, 0.0)
+    except (ToppraError, ArithmeticError) as failure:
+        raise SolverFailed from failure
     if speeds is None or not np.isfinite(speeds).all():
-        raise FloatingPointError("toppra's solver failed")
+        raise SolverFailed
     x: FloatArray = speeds**2
     return x
 

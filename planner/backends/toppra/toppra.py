@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
@@ -19,10 +19,12 @@ from planner.backends.shared.straight_lines import time_lines
 from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
 from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of
+from planner.backends.toppra.solver_failed import SolverFailed
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
 from planner.guarantees import ALL_HARD, Guarantee
 from planner.polynomials import joined
 from planner.tolerances import DURATION_TOLERANCE
+from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -85,15 +87,32 @@ class Toppra:
     def parametrize(self, path: JointPath) -> Trajectory:
         """The fastest motion along the path; where a duration is asked, the same stretched evenly."""
         if self.jerk_limited:
-            lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
-            return assemble(path, [*lines, *(time_through_waypoints(path, run) for run in path.runs)])
-        kept = enforced(self)
-        lines = _lines(path, path.straight, kept)
-        if not path.runs:
-            return assemble(path, lines)
-        timed = _time(path, path.runs, kept)
-        parts = [_unless_stopping_is_faster(path, run, timed, kept) for run in path.runs]
-        return assemble(path, [*lines, *parts])
+            return _with_limited_jerk(path)
+        try:
+            return _time_optimal(path, enforced(self))
+        except SolverFailed:
+            message = "toppra's solver failed on this path; the motion keeps the jerk limits, too, and is slower for it"
+            return replace(_with_limited_jerk(path), warnings=(PlanWarning("solver_failed", message),))
+
+
+def _with_limited_jerk(path: JointPath) -> Trajectory:
+    """The fastest motion found along the path that keeps the jerk limits, too."""
+    lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
+    return assemble(path, [*lines, *(time_through_waypoints(path, run) for run in path.runs)])
+
+
+def _time_optimal(path: JointPath, kept: frozenset[str]) -> Trajectory:
+    """The fastest motion along the path.
+
+    Raises:
+        SolverFailed: The package's solver found no profile.
+    """
+    lines = _lines(path, path.straight, kept)
+    if not path.runs:
+        return assemble(path, lines)
+    timed = _time(path, path.runs, kept)
+    parts = [_unless_stopping_is_faster(path, run, timed, kept) for run in path.runs]
+    return assemble(path, [*lines, *parts])
 
 
 def _lines(path: JointPath, motions: StraightMotions, kept: frozenset[str]) -> list[SegmentedPolynomial]:
