@@ -120,7 +120,7 @@ def fastest_on(
         refinements: Largest number of times that intervals are split.
         repairs: Largest number of solutions after that for limits that are broken.
     """
-    # It imports the package, which takes a second.
+    # It imports the package, which takes half a second.
     from planner.backends.toppra.reachability import fastest_profile, tightened_profile
 
     throughout = np.zeros(len(intervals.lengths), dtype=bool)

@@ -3,9 +3,6 @@
 A backward pass finds the controllable sets, the x = s'^2 at each gridpoint from which the rest can be braked in time; a
 forward pass then accelerates as much as the limits and these sets allow: Pham and Pham, "A New Approach to Time-Optimal
 Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018.
-
-Importing this module imports the package, which takes about a second and 80 MB of memory (matplotlib and scipy come
-with it): only what plans imports it.
 """
 
 from __future__ import annotations
@@ -15,13 +12,15 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from toppra.algorithm import TOPPRA
-from toppra.algorithm.reachabilitybased.reachability_algorithm import ReachabilityAlgorithm
-from toppra.constraint import LinearConstraint
-from toppra.exceptions import ToppraError
-from toppra.interpolator import AbstractGeometricPath
-from toppra.solverwrapper import seidelWrapper
 
+from planner.backends.toppra.package import (
+    TOPPRA,
+    AbstractGeometricPath,
+    LinearConstraint,
+    ReachabilityAlgorithm,
+    ToppraError,
+    seidelWrapper,
+)
 from planner.backends.toppra.path_limits import LinearRows
 from planner.backends.toppra.solver_failed import SolverFailed
 

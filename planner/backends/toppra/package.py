@@ -1,0 +1,56 @@
+"""What is used of the package toppra, imported without matplotlib: 30 MB and half a second for plots of its own.
+
+The import takes half a second and 50 MB of memory, scipy's splines with it: only what plans imports this module.
+"""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class _PlotsWhenUsed(ModuleType):
+    """A stand-in for matplotlib.pyplot, which imports it when something of it is used."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what matplotlib.pyplot has."""
+        return getattr(import_module("matplotlib.pyplot"), name)
+
+
+@contextmanager
+def _without_matplotlib() -> Iterator[None]:
+    """Let what is imported meanwhile import matplotlib.pyplot only when it plots."""
+    if "matplotlib" in sys.modules:
+        yield
+        return
+    parent, plots = ModuleType("matplotlib"), _PlotsWhenUsed("matplotlib.pyplot")
+    parent.pyplot = plots  # type: ignore[attr-defined] # as the import of a submodule does
+    sys.modules |= {"matplotlib": parent, "matplotlib.pyplot": plots}
+    try:
+        yield
+    finally:
+        del sys.modules["matplotlib"], sys.modules["matplotlib.pyplot"]
+
+
+with _without_matplotlib():
+    from toppra.algorithm import TOPPRA
+    from toppra.algorithm.reachabilitybased.reachability_algorithm import ReachabilityAlgorithm
+    from toppra.constraint import LinearConstraint
+    from toppra.exceptions import ToppraError
+    from toppra.interpolator import AbstractGeometricPath
+    from toppra.solverwrapper import seidelWrapper
+
+__all__ = [
+    "TOPPRA",
+    "AbstractGeometricPath",
+    "LinearConstraint",
+    "ReachabilityAlgorithm",
+    "ToppraError",
+    "seidelWrapper",
+]
