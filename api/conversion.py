@@ -229,7 +229,7 @@ def _to_waypoint(waypoint: requests.Waypoint) -> problem.AnyWaypoint:
 def _to_motion(motion: requests.Motion) -> problem.Motion:
     match motion:
         case requests.JointMotion():
-            return problem.JointMotion()
+            return problem.JointMotion(motion.turns)
         case requests.LinearMotion():
             return problem.LinearMotion(**_following(motion))
         case requests.CircularMotion():

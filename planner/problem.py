@@ -87,9 +87,21 @@ class SphericalMove:
 Move = CartesianMove | CylindricalMove | SphericalMove
 
 
+Turns = Literal["nearest", "as_given"]
+"""Which of the positions that differ by whole turns of a continuous joint a joint waypoint means."""
+
+
 @dataclass(frozen=True)
 class JointMotion:
-    """A motion straight in joint space; beside a waypoint that is passed `through`, a curve."""
+    """A motion straight in joint space; beside a waypoint that is passed `through`, a curve.
+
+    Attributes:
+        turns: `nearest`: a continuous joint takes the short way to a joint waypoint, from 3.1 to -3.1 by 0.08 rad, as
+            far as the positions here and at the waypoint before are angles between -pi and pi; one beyond counts whole
+            turns, and is taken as it is given. `as_given`: they are all taken so.
+    """
+
+    turns: Turns = "nearest"
 
 
 Singularity = Literal["refuse", "slow", "deviate"]

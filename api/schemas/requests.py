@@ -48,6 +48,10 @@ class JointMotion(Schema):
 
     kind: Literal["joint"]
     """The motion: straight in joint space."""
+    turns: Literal["nearest", "as_given"] = "nearest"
+    """`nearest`: a continuous joint takes the short way to a joint waypoint, from 3.1 to -3.1 by 0.08 rad (it is then
+    at 3.18), as far as the positions here and at the waypoint before are angles between -pi and pi; one beyond counts
+    whole turns, and is taken as it is given. `as_given`: all are taken so, from 3.1 to -3.1 by 6.2 rad."""
 
 
 TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]

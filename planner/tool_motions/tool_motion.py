@@ -20,6 +20,7 @@ from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import inverse_kinematics
 from planner.kinematics.search import pose_errors
+from planner.kinematics.turns import TURN
 from planner.polynomials import PiecewisePolynomial
 from planner.problem import CircularMotion, JointMotion, JointWaypoint, PoseWaypoint
 from planner.spatial import Pose
@@ -31,6 +32,8 @@ from planner.tool_motions.position_limits import first_beyond
 from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problem import AnyWaypoint, LinearMotion
     from planner.robots import Robot
@@ -155,7 +158,7 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
     """Follow the path of the tool from a joint position (joints,) at its start."""
     robot, waypoint = asked.robot, asked.waypoint
     assert not isinstance(waypoint.motion, JointMotion)  # noqa: S101 - asked for motions of the tool only
-    given = np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else None
+    given = _turned_to(robot, waypoint.position, start) if isinstance(waypoint, JointWaypoint) else None
     if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
     result, deviation = _followed(robot, path, start, given, waypoint.motion)
@@ -171,6 +174,7 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
         if given is None and np.abs(end - start).max() <= POSITION_TOLERANCE:
             end = start
         (reached,) = configurations(robot, end[None])
+        given = None if given is None else _turned_to(robot, given, end)
         u, position = 1.0, end
         if given is not None and np.abs(end - given).max() > SAME_CONFIGURATION:
             error = _configuration_error(asked, end, given)
@@ -216,6 +220,13 @@ def _warning(asked: AskedMotion, path: PosePath, curve: PiecewisePolynomial, dev
         f"the tool {asked.robot.joint_names[joint]} goes {rates[knot, joint]:.3g}, for which the tool has to go slowly"
     )
     return PlanWarning("near_singularity", message)
+
+
+def _turned_to(robot: Robot, position: ArrayLike, towards: FloatArray) -> FloatArray:
+    """A joint position (joints,) with its continuous joints as near to another (joints,) as whole turns bring them."""
+    q = np.asarray(position, dtype=np.float64)
+    turns = np.round((towards - q) / TURN)
+    return q + TURN * np.where([joint.kind == "continuous" for joint in robot.joints], turns, 0.0)
 
 
 def _stands_still(path: PosePath) -> bool:

@@ -54,10 +54,15 @@ class Layer:
     solutions: int = 1
 
     @classmethod
-    def given(cls, position: FloatArray) -> Layer:
-        """The layer of a joint waypoint, where there is nothing to choose."""
-        fixed = np.zeros((1, len(position)))
-        return cls(position[None], fixed, fixed, np.ones(1), is_given=True)
+    def given(cls, position: FloatArray, may_turn: np.ndarray) -> Layer:
+        """The layer of a joint waypoint, where there is nothing to choose but whole turns.
+
+        Args:
+            position: (joints,).
+            may_turn: (joints,), bool: the joints that go to the turn nearest to where they come from.
+        """
+        turns = np.where(may_turn, np.inf, 0.0)[None]
+        return cls(position[None], -turns, turns, np.ones(1), is_given=True)
 
     @classmethod
     def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray) -> Layer:

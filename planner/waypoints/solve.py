@@ -15,7 +15,7 @@ from planner.kinematics.search import is_isolated, pose_errors
 from planner.kinematics.turns import TURN
 from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
-from planner.tolerances import SAME_SOLUTION
+from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
 from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
@@ -153,11 +153,22 @@ class _Sequence:
             waypoint = self.waypoints[index]
             if isinstance(waypoint, JointWaypoint):
                 near = _given_position(self.robot, index, waypoint)
-                layer = Layer.given(near)
+                layer = Layer.given(near, self._may_turn(index))
             else:
                 layer = self._layer(index, wanted[index], layers[index], near)
             stops.append(Stop(index, layer, self._asked_motion(index)))
         return with_starts_of_motions(self.robot, stops)
+
+    def _may_turn(self, index: int) -> np.ndarray:
+        """The joints (joints,), bool, that take the short way to a joint waypoint."""
+        robot, motion = self.robot, self.waypoints[index].motion
+        if index == 0 or not isinstance(motion, JointMotion) or motion.turns == "as_given":
+            return np.zeros(robot.dof, dtype=bool)
+        may_turn = np.array([joint.kind == "continuous" for joint in robot.joints])
+        for waypoint in self.waypoints[index - 1 : index + 1]:
+            if isinstance(waypoint, JointWaypoint):
+                may_turn &= np.abs(waypoint.position) <= TURN / 2.0 + POSITION_TOLERANCE
+        return may_turn
 
     def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
         robot, options = self.robot, self.options

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,15 @@ from planner.errors import ConfigurationChange, PathPoint, PlanningError, Singul
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.polynomials import PiecewisePolynomial
-from planner.problem import AnyWaypoint, CartesianMove, JointWaypoint, LinearMotion, PoseWaypoint, RelativeWaypoint
+from planner.problem import (
+    AnyWaypoint,
+    CartesianMove,
+    JointMotion,
+    JointWaypoint,
+    LinearMotion,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.robots import DHJoint, Robot, load_robot
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
@@ -223,7 +232,8 @@ def test_a_joint_without_limits_is_where_the_joint_waypoint_behind_it_needs_it()
     """The pose at half a turn lies 0.02 nearer the one way, and the next joint waypoint lies the other way."""
     robot = planar(DHJoint("continuous", a=1.0, velocity=1.0))
     half = PoseWaypoint(pose=pose_at(robot, np.array([np.pi - 0.01])))
-    waypoints = (at(np.array([0.0])), half, at(np.array([-np.pi + 0.2])))
+    as_given = replace(at(np.array([-np.pi + 0.2])), motion=JointMotion("as_given"))
+    waypoints = (at(np.array([0.0])), half, as_given)
     assert solve_waypoints(robot, waypoints, OPTIONS)[1].position == pytest.approx([-np.pi - 0.01], abs=1e-9)
     turning = [at(np.array([0.0])), *(RelativeWaypoint(frame="tool", move=quarter()) for _ in range(10))]
     way = solve_waypoints(robot, turning, OPTIONS)

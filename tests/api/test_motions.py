@@ -1,4 +1,4 @@
-"""What lines are asked to do near a singularity, over HTTP."""
+"""Motions over HTTP: what lines do near a singularity, which way continuous joints take."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from api.schemas import answers
+from tests.api.requests import dh_joint, dh_robot, joint, plan_request
 from tests.api.test_endpoints import checked
 from tests.locations import ROOT
 
@@ -40,3 +41,17 @@ def test_a_line_past_a_singular_wrist_is_planned_as_asked(service: RunningServic
     turns = [position[5] for position in plan["samples"]["position"]]
     assert (max(turns) - min(turns) > 3.0) == (choice == "slow")
     assert plan["certificate"]["satisfied"]
+
+
+@pytest.mark.parametrize(
+    ("turns", "end"), [(None, 3.183185307179586), ("nearest", 3.183185307179586), ("as_given", -3.1)]
+)
+def test_a_continuous_joint_takes_the_short_way_or_the_long_one(
+    service: RunningService, turns: str | None, end: float
+) -> None:
+    robot = dh_robot(joints=[dh_joint(kind="continuous"), dh_joint(kind="continuous", a=0.3)], id="turning_arm")
+    service.post("/v1/robots", robot)
+    motion = {"kind": "joint"} if turns is None else {"kind": "joint", "turns": turns}
+    request = plan_request(robot="turning_arm", waypoints=[joint(3.1, 0.5), joint(-3.1, 0.6, motion=motion)])
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    assert plan["waypoints"][1]["position"] == pytest.approx([end, 0.6])
