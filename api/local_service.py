@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import subprocess
 import sys
@@ -34,12 +35,15 @@ class ServiceDidNotStart(Exception):
 
 
 @contextmanager
-def local_service(log: Path, workers: int | None = None) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+def local_service(
+    log: Path, workers: int | None = None, checkout: Path | None = None
+) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
     """Run the real service on a free port until the block ends.
 
     Args:
         log: The file that its log goes to.
         workers: The number of its workers; None: as the settings say.
+        checkout: The folder of the version that is to run, absolute; None: the one that runs this.
 
     Yields:
         Its base URL, and its process.
@@ -51,8 +55,11 @@ def local_service(log: Path, workers: int | None = None) -> Iterator[tuple[str, 
     command = [sys.executable, "-m", "api.cli", "serve", "--host", HOST, "--port", str(port)]
     if workers is not None:
         command += ["--workers", str(workers)]
+    environment = None if checkout is None else os.environ | {"PYTHONPATH": str(checkout)}
     with log.open("wb") as sink:
-        process = subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT)  # noqa: S603 - no caller's text in it
+        process = subprocess.Popen(  # noqa: S603 - no caller's text in it
+            command, stdout=sink, stderr=subprocess.STDOUT, cwd=checkout, env=environment
+        )
     try:
         url = f"http://{HOST}:{port}"
         if not _wait_until_ready(url, time.monotonic() + START_TIMEOUT, process):

@@ -81,4 +81,19 @@ def jobs(
     print_json(records) if json else print_table(records)
 
 
+@app.command()
+def versions(
+    other: Annotated[Path, typer.Argument(help="Folder of the other checkout, as of the commit before.")],
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    seconds: Annotated[float, typer.Option(help="Repetition of each kind of request, s.", min=0.0)] = 1.0,
+    only: Annotated[list[str] | None, typer.Option(help="Only kinds whose name has all these words.")] = None,
+) -> None:
+    """Another checkout and this one side by side: times of each kind of request, and whether the answers changed."""
+    from benchmarks.versions import measure
+    from benchmarks.versions_report import print_json, print_table
+
+    figures = measure(other, seconds, only or ())
+    print_json(figures) if json else print_table(figures)
+
+
 app()

@@ -112,7 +112,7 @@ def _distribution(values: list[float]) -> dict[str, float]:
 def _load(port: int, connections: int, seconds: float, file: Path, service: psutil.Process) -> dict[str, Any]:
     """Several clients at once, in a process of their own; and the processor time that a request cost everybody."""
     command = [sys.executable, "-m", "benchmarks.clients", str(port), str(connections), str(seconds), str(file)]
-    workers = _workers(service)
+    workers = workers_of(service)
     before = _cpu_seconds([service]), _cpu_seconds(workers)
     output = subprocess.run(command, check=True, capture_output=True).stdout
     result: dict[str, Any] = orjson.loads(output)
@@ -121,7 +121,8 @@ def _load(port: int, connections: int, seconds: float, file: Path, service: psut
     return result
 
 
-def _workers(service: psutil.Process) -> list[psutil.Process]:
+def workers_of(service: psutil.Process) -> list[psutil.Process]:
+    """The processes that work for a service."""
     return [child for child in service.children() if "spawn_main" in " ".join(child.cmdline())]
 
 
@@ -132,7 +133,7 @@ def _cpu_seconds(processes: list[psutil.Process]) -> float:
 
 def _memory(service: psutil.Process) -> dict[str, Any]:
     """Of the largest worker and of the server process: resident, proportional and unique memory, bytes."""
-    workers = [_memory_of(worker) for worker in _workers(service)]
+    workers = [_memory_of(worker) for worker in workers_of(service)]
     return {"worker": max(workers, key=lambda memory: memory["rss"]), "server": _memory_of(service)}
 
 
