@@ -7,7 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, inverse_kinematics, workspace
+from planner.kinematics import (
+    Configuration,
+    FloatArray,
+    Pose,
+    all_solutions,
+    configurations,
+    forward_kinematics,
+    in_configuration,
+    inverse_kinematics,
+    workspace,
+)
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
 from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
@@ -261,3 +271,21 @@ def test_timeline_of_the_arm_itself(robot: Robot, name: str) -> None:
         position, velocity = result.trajectory.evaluate(np.array([time]), [0, 1])
         assert position_of(position[0]) == pytest.approx(pose.position, abs=1e-6)
         assert np.abs(velocity).max() < 1e-12
+
+
+def test_the_real_arm_has_case_1_in_all_that_is_shown_of_it(robot: Robot) -> None:
+    """Section 2: of the four cases only the first is within its ranges, which are not published; angles span less."""
+    assert "not published" in robot.source
+    assert not np.isfinite(robot.limit("lower")).any()
+    assert not np.isfinite(robot.limit("upper")).any()
+    case_1 = Configuration("right", "up")
+    shown = [np.array(row["q_deg"], dtype=float) for row in TABLE_1_2]
+    shown += [np.array(row["published_solutions_deg"][0]) for row in TABLE_2_2]
+    for movement in MOVEMENT_SETS.values():
+        for end in ("start_m", "end_m"):
+            solutions = all_solutions(robot, Pose(np.array(movement[end])), OPTIONS)
+            (of_the_arm,) = in_configuration(robot, solutions, case_1)
+            shown.append(np.degrees(of_the_arm))
+    assert set(configurations(robot, np.radians(shown))) == {case_1}
+    assert np.min(shown, axis=0) == pytest.approx([-42.0, 30.0, 30.0], abs=0.1)
+    assert np.max(shown, axis=0) == pytest.approx([135.0, 148.2, 145.7], abs=0.1)

@@ -65,8 +65,8 @@ def planned(name: str, missed: float, singularity: Singularity, backend: BackEnd
 def times_of(made: Plan) -> FloatArray:
     """Times, s, that are dense where the law has many pieces."""
     breakpoints = made.trajectory.breakpoints
-    inside = [np.linspace(a, b, 7) for a, b in itertools.pairwise(breakpoints)]
-    return np.unique(np.concatenate([np.linspace(0.0, breakpoints[-1], 500), *inside]))
+    inside = [np.linspace(a, b, 4) for a, b in itertools.pairwise(breakpoints)]
+    return np.unique(np.concatenate([np.linspace(0.0, breakpoints[-1], 300), *inside]))
 
 
 def off_the_line(made: Plan, start: Pose, end: Pose) -> tuple[float, float]:
@@ -104,7 +104,7 @@ def test_slow_keeps_the_line_and_the_joint_speeds(name: str, missed: float, back
     turning = float((turned / robot.limit("velocity")).sum())
     assert made.trajectory.duration < 0.8 + 1.5 * turning
     codes = [warning.code for warning in made.warnings]
-    assert missed == 1e-2 or codes == ([] if missed > 1e-2 else ["near_singularity"])
+    assert missed == 1e-2 or ("near_singularity" in codes) == (missed < 1e-2)
 
 
 @pytest.mark.parametrize("missed", [1e-1, 1e-2, 1e-3, 1e-4])
