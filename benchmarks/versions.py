@@ -47,12 +47,12 @@ CHANGED = 1e-6
 
 
 class Version:
-    """The service of one checkout, with one worker, and a connection to it."""
+    """The service of one checkout, with one worker."""
 
     def __init__(self, checkout: Path, log: Path, stack: ExitStack) -> None:
         url, service = stack.enter_context(local_service(log, workers=1, checkout=checkout))
         self._service = psutil.Process(service.pid)
-        self._connection = stack.enter_context(closing(http.client.HTTPConnection(urlsplit(url).netloc)))
+        self._connection = http.client.HTTPConnection(urlsplit(url).netloc)
         for body in uploads():
             status, answer = self._post("/v1/robots", body)
             if status != 201:
@@ -69,9 +69,11 @@ class Version:
         return spent, answer if status == 200 else None
 
     def _post(self, path: str, body: bytes) -> tuple[int, bytes]:
-        self._connection.request("POST", path, body, {"Content-Type": "application/json"})
-        response = self._connection.getresponse()
-        return response.status, response.read()
+        """Each request has a connection of its own: the service ends one that is idle while the other version works."""
+        with closing(self._connection):
+            self._connection.request("POST", path, body, {"Content-Type": "application/json"})
+            response = self._connection.getresponse()
+            return response.status, response.read()
 
 
 def measure(other: Path, seconds: float, only: Sequence[str] = ()) -> dict[str, Any]:
