@@ -138,3 +138,22 @@ def quaternion(rotation: FloatArray) -> FloatArray:
     """Make a quaternion (4,) x, y, z, w of a rotation (3, 3); of the two that there are, the one with w >= 0."""
     xyzw: FloatArray = pin.Quaternion(rotation).coeffs()
     return -xyzw if xyzw[3] < 0.0 else xyzw
+
+
+def rotation_vectors(rotations: FloatArray) -> FloatArray:
+    """The logarithms (N, 3) of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
+    vectors = 0.5 * (rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]])
+    sine = np.linalg.norm(vectors, axis=1)
+    angle = np.arctan2(sine, 0.5 * (np.einsum("nii->n", rotations) - 1.0))
+    return vectors * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None]
+
+
+def rotations_from_vectors(vectors: FloatArray) -> FloatArray:
+    """The rotations (N, 3, 3) about vectors (N, 3) by their lengths, rad: the formula of Rodrigues."""
+    x, y, z = vectors.T
+    none = np.zeros_like(x)
+    skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
+    angles = np.linalg.norm(vectors, axis=1)[:, None, None]
+    sines, versines = np.sinc(angles / np.pi), 0.5 * np.sinc(angles / (2.0 * np.pi)) ** 2
+    rotations: FloatArray = np.eye(3) + sines * skew + versines * skew @ skew
+    return rotations

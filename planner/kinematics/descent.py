@@ -9,6 +9,8 @@ import numpy as np
 import pinocchio as pin
 from eigenpy import LDLT
 
+from planner.spatial import rotation_vectors
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -212,7 +214,7 @@ class Target:
         error = self.positions[rows] - positions
         if self.rotations is None:
             return error, J[:, :3]
-        return np.hstack([error, _rotation_vectors(self.rotations[rows] @ rotations.transpose(0, 2, 1))]), J
+        return np.hstack([error, rotation_vectors(self.rotations[rows] @ rotations.transpose(0, 2, 1))]), J
 
 
 def descend_many(
@@ -262,11 +264,3 @@ def descend_many(
         J = np.where(better[:, None, None], J_there, J)
         errors[rows], ends[rows] = squared, q
     return np.sqrt(errors), ends
-
-
-def _rotation_vectors(rotations: FloatArray) -> FloatArray:
-    """The logarithms (N, 3) of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
-    vectors = 0.5 * (rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]])
-    sine = np.linalg.norm(vectors, axis=1)
-    angle = np.arctan2(sine, 0.5 * (np.einsum("nii->n", rotations) - 1.0))
-    return vectors * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None]

@@ -159,7 +159,7 @@ def follow(
     reached = result.evaluate(result.breakpoints[-1:], [0])[0][0]
     if np.abs(reached - end).max() <= SAME_CONFIGURATION:
         return result
-    idle = _null_space(jacobian(robot, end)[: len(path.twist(1.0))])
+    idle = null_space(jacobian(robot, end)[: len(path.twist(1.0))])
     if len(idle) == max(0, robot.dof - len(path.twist(1.0))):
         return result
     guided = _Follower(robot, path, start, end, tolerance, steepest, idle).run()
@@ -181,7 +181,7 @@ class _Follower:
         self.shortest_step, self.rank = SHORTEST_TURN / steepest, min(RANK, 1.0 / steepest)
         self.rows = len(path.twist(0.0))
         self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in tolerance)
-        self.free = _null_space(self._jacobian(start))[: max(0, robot.dof - self.rows)] if free is None else free
+        self.free = null_space(self._jacobian(start))[: max(0, robot.dof - self.rows)] if free is None else free
         self.drift = self.free @ (np.zeros(robot.dof) if end is None else end - start)
 
     def run(self) -> PiecewisePolynomial | Lost:
@@ -386,7 +386,7 @@ def _handedness(J: FloatArray) -> float:
     return float(np.linalg.slogdet(J)[0])
 
 
-def _null_space(J: FloatArray) -> FloatArray:
+def null_space(J: FloatArray) -> FloatArray:
     """An orthonormal basis (n, joints) of the null space; empty where the joints can only move the tool."""
     _, values, directions = np.linalg.svd(J)
     basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]

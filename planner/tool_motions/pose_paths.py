@@ -81,7 +81,8 @@ class Line:
     end: Pose
 
     @cached_property
-    def _turn(self) -> Turn | None:
+    def turn(self) -> Turn | None:
+        """The turn of the tool; None: any orientation will do."""
         if self.start.rotation is None or self.end.rotation is None:
             return None
         return Turn.between(self.start.rotation, self.end.rotation)
@@ -89,12 +90,12 @@ class Line:
     def pose(self, u: float) -> Pose:
         """The pose at u."""
         position = self.start.position + u * (self.end.position - self.start.position)
-        return Pose(position, None if self._turn is None else self._turn.rotation(u))
+        return Pose(position, None if self.turn is None else self.turn.rotation(u))
 
     def twist(self, u: float) -> FloatArray:
         """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
         linear = self.end.position - self.start.position
-        return linear if self._turn is None else np.concatenate([linear, self._turn.velocity(u)])
+        return linear if self.turn is None else np.concatenate([linear, self.turn.velocity(u)])
 
 
 @dataclass(frozen=True, eq=False)

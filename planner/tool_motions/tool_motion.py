@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,21 +22,24 @@ from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.inverse import inverse_kinematics
 from planner.kinematics.search import pose_errors
 from planner.kinematics.turns import TURN
-from planner.polynomials import PiecewisePolynomial
-from planner.problem import CircularMotion, JointMotion, JointWaypoint, PoseWaypoint
+from planner.polynomials import PiecewisePolynomial, joined
+from planner.problem import CircularMotion, JointMotion, JointWaypoint, LinearMotion, PoseWaypoint
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import through_singular_wrist
 from planner.tool_motions.follow import GENTLE, STEEP, STEEPEST, Lost, follow
+from planner.tool_motions.follow_many import follow_lines
 from planner.tool_motions.pose_paths import Arc, Line, Reversed
 from planner.tool_motions.position_limits import first_beyond
 from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
 
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import AnyWaypoint, LinearMotion
+    from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
@@ -154,6 +158,46 @@ def follow_motion(asked: AskedMotion, start: FloatArray) -> ToolMotion | Refused
     return follow_path(asked, start, asked.pose_path(start))
 
 
+def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: FloatArray) -> list[ToolMotion]:
+    """Follow motions of the tool, each of which starts where the one before ends, all at once.
+
+    Args:
+        asked: The motions.
+        start: (joints,), rad or m, at the start of the first one.
+        guesses: (motions, joints), solutions of the inverse kinematics where they are expected to end.
+
+    Returns:
+        The first of them, up to one that is not an ordinary straight line within the position limits.
+    """
+    robot, free = asked[0].robot, asked[0].after.rotation is None
+    idle = robot.dof - (3 if free else 6)
+    lines: list[Line] = []
+    for one in asked if idle >= 0 else ():
+        is_line = isinstance(one.waypoint.motion, LinearMotion) and {
+            one.before.rotation is None,
+            one.after.rotation is None,
+        } == {free}
+        line = Line(one.before, one.after)
+        if not is_line or _stands_still(line) or (idle and isinstance(one.waypoint, JointWaypoint)):
+            break
+        lines.append(line)
+    if not lines:
+        return []
+    ends = [one.waypoint for one in asked[: len(lines)]]
+    are_given = np.array([isinstance(waypoint, JointWaypoint) for waypoint in ends])
+    curves, reached = follow_lines(robot, lines, start, guesses[: len(lines)], are_given, *_allowed(ends))
+    if curves and (beyond := first_beyond(robot, joined(curves))) is not None:
+        curves = curves[: int(beyond[0])]  # each of them is 1 long
+    are_allowed = (
+        one.configuration.allows(own) for one, own in zip(asked, configurations(robot, reached), strict=False)
+    )
+    count = sum(takewhile(bool, are_allowed))
+    return [
+        ToolMotion(line, curve, end, _warning(one, line, curve, 0.0))
+        for one, line, curve, end in zip(asked, lines, curves[:count], reached, strict=False)
+    ]
+
+
 def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
     """Follow the path of the tool from a joint position (joints,) at its start."""
     robot, waypoint = asked.robot, asked.waypoint
@@ -227,6 +271,13 @@ def _turned_to(robot: Robot, position: ArrayLike, towards: FloatArray) -> FloatA
     q = np.asarray(position, dtype=np.float64)
     turns = np.round((towards - q) / TURN)
     return q + TURN * np.where([joint.kind == "continuous" for joint in robot.joints], turns, 0.0)
+
+
+def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:
+    """The tolerances (lines, 2), m and rad, of the lines to waypoints, and how steep (lines,) joints may be on them."""
+    motions = [waypoint.motion for waypoint in waypoints if not isinstance(waypoint.motion, JointMotion)]
+    tolerances = np.array([(motion.tolerance_position, motion.tolerance_orientation) for motion in motions])
+    return tolerances, np.array([GENTLE if motion.singularity == "deviate" else STEEP for motion in motions])
 
 
 def _stands_still(path: PosePath) -> bool:
