@@ -162,6 +162,7 @@ class PathLimits:
         by_point = part.per_u + POINTS[:, None, None] * grows * part.per_x, part.per_x, part.rest
         bounding = (np.moveaxis(values, 0, 2) @ QUADRATIC_TO_BERNSTEIN for values in by_point)
         everywhere = part._with_speeds(*(values.reshape(len(part.lengths), -1) for values in bounding))
+        everywhere = everywhere.that_bind(part.bounds[0])
         return rows.with_new(np.arange(len(throughout)), throughout, everywhere)
 
     def _with_speeds(self, a: FloatArray, b: FloatArray, c: FloatArray) -> LinearRows:
@@ -169,7 +170,7 @@ class PathLimits:
         bound = self.bounds[1:-1].T
         speeds = 2.0 * self.lengths[:, None] * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0)
         signed = (a, b, c - 1.0), (-a, -b, -c - 1.0), speeds
-        return LinearRows(*(np.hstack(parts) for parts in zip(*signed, strict=True))).that_bind(self.bounds[0])
+        return LinearRows(*(np.hstack(parts) for parts in zip(*signed, strict=True)))
 
     def dips(self, x: FloatArray) -> FloatArray:
         """Return by how much (intervals,) x may exceed its bound between probes, relative to the bound.
@@ -218,34 +219,31 @@ class PathLimits:
         )
         # So that x stays positive in between.
         bend = np.minimum(bend, MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths))
-        used = []
-        for share, weights in zip(PROBES, AT_PROBES, strict=True):
-            x = x0 + (x1 - x0) * share - 2.0 * bend * self.lengths * (share - share**2)
-            used.append(self._used(weights, u + bend * (2.0 * share - 1.0), x))
-        return bend, np.max(used, axis=0)
+        return bend, self._used(x, bend).max(axis=0)
 
     def unused(self, x: FloatArray) -> FloatArray:
         """Return the share (intervals,) of the tightest limit that a constant u leaves unused, on average."""
-        x0, x1 = x[:-1], x[1:]
-        u, middle = (x1 - x0) / (2.0 * self.lengths), (x0 + x1) / 2.0
-        used = [
-            np.maximum(self._used(AT_PROBES[probe], u, at), at / self.bounds[probe])
-            for probe, at in ((0, x0), (len(PROBES) // 2, middle), (-1, x1))
-        ]
-        unused: FloatArray = np.maximum(1.0 - np.array(used), 0.0).mean(axis=0)
+        speeds = (x[:-1] + np.diff(x) * PROBES[:, None]) / self.bounds
+        used = np.maximum(self._used(x, np.zeros_like(self.lengths)), speeds)
+        unused: FloatArray = np.maximum(1.0 - used, 0.0).mean(axis=0)
         return unused
 
-    def _used(self, weights: FloatArray, u: FloatArray, x: FloatArray) -> FloatArray:
-        """Return the largest share (intervals,) that the motion takes of what gravity leaves of a limit.
+    def _used(self, x: FloatArray, bend: FloatArray) -> FloatArray:
+        """Return the largest share (probes, intervals) that the motion takes of what gravity leaves of a limit.
 
         Args:
-            weights: (points,), of the values at the points, for those where u and x are given.
-            u: (intervals,).
-            x: (intervals,).
+            x: (intervals + 1,), at the gridpoints.
+            bend: (intervals,).
         """
-        per_u, per_x, rest = (np.tensordot(weights, part, 1) for part in (self.per_u, self.per_x, self.rest))
-        moved = per_u * u[:, None] + per_x * x[:, None]
-        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * rest)).max(axis=1)
+        p, d = PROBES[:, None], self.lengths
+        u_at = np.diff(x) / (2.0 * d) + bend * (2.0 * p - 1.0)
+        x_at = x[:-1] + np.diff(x) * p - 2.0 * bend * d * (p - p**2)
+        per_u, per_x, rest = (
+            (AT_PROBES @ part.reshape(len(POINTS), -1)).reshape(len(PROBES), *part.shape[1:])
+            for part in (self.per_u, self.per_x, self.rest)
+        )
+        moved = per_u * u_at[..., None] + per_x * x_at[..., None]
+        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * rest)).max(axis=2)
         return used
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -51,7 +53,8 @@ SERIES = 1e-4
 """Square below which the inverse of a tangent is a series of three terms, exact to rounding."""
 
 
-class Profile(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Profile:
     """A path velocity at the gridpoints; between them the path acceleration is linear in s.
 
     Attributes:
@@ -70,7 +73,7 @@ class Profile(NamedTuple):
         x = self.x[:-1] * (1.0 - p) + self.x[1:] * p - 2.0 * self.bend * d * p * (1.0 - p)
         return x, np.diff(self.x) / (2.0 * d) + self.bend * (2.0 * p - 1.0)
 
-    @property
+    @cached_property
     def times(self) -> FloatArray:
         """The times (intervals,), s, that the intervals take."""
         return self.times_between(0.0, 1.0)
@@ -91,13 +94,13 @@ class Profile(NamedTuple):
         times: FloatArray = 2.0 * ratios * np.where(np.abs(squares) < SERIES, series, exact)
         return times
 
-    @property
+    @cached_property
     def mean_times(self) -> FloatArray:
         """The mean time (intervals,), s, of the intervals of the same run."""
         means: FloatArray = (self.durations / np.bincount(self.intervals.runs))[self.intervals.runs]
         return means
 
-    @property
+    @cached_property
     def durations(self) -> FloatArray:
         """The times (runs,), s, that the runs take."""
         durations: FloatArray = np.bincount(self.intervals.runs, self.times).astype(np.float64)
@@ -132,6 +135,8 @@ def fastest_on(
         x = fastest_profile(*problem) if tightened is None else tightened_profile(x, tightened, *problem)
         bend, used = limits.bend(x)
         profile = Profile(intervals, x, np.where(throughout, 0.0, bend))
+        if solution == refinements + repairs:
+            break
         broken = (used > TOLERATED) & ~throughout
         throughout = throughout | broken
         coarse = broken | (limits.dips(x) > TOLERATED - 1.0)

@@ -151,7 +151,7 @@ def tightened_profile(
 
     Args:
         known: (intervals + 1,), the profile for the looser limits.
-        changed: (intervals,), whether the limits are tighter.
+        changed: (intervals,), whether the limits are tighter; at least one.
         lengths: As of `fastest_profile`, like all that follow.
         rows: See there.
         bounds: See there.
@@ -160,19 +160,20 @@ def tightened_profile(
     Raises:
         SolverFailed: The solver found no profile.
     """
-    margin = MARGIN
-    inside = _near(changed, margin)
+    x, inside, margin = known.copy(), _near(changed, MARGIN), MARGIN
     while len(changed) >= FEWEST_FOR_WINDOWS and inside.mean() < MOST_INSIDE:
-        points, met, x = _solved_inside(inside, known, lengths, rows, bounds, rests)
-        missed = met & (x < known[points] * (1.0 - NEARLY_MET))
+        edges = np.flatnonzero(np.diff(inside, prepend=False, append=False))
+        points, found = _solved_between(edges, x, lengths, rows, bounds, rests)
+        missed = np.isin(points, edges) & (found < x[points] * (1.0 - NEARLY_MET))
+        windows = (np.searchsorted(edges, points, side="right") - 1) // 2
+        again = np.isin(windows, windows[missed])
+        x[points[~again]] = found[~again]
         if not missed.any():
-            result = known.copy()
-            result[points] = x
-            return result
+            return x
         margin *= 2
-        next_to = np.zeros_like(changed)
-        next_to[np.minimum(points[missed], len(changed) - 1)] = True
-        inside = inside | _near(next_to, margin)
+        inside = np.zeros_like(changed)
+        inside[np.minimum(points[again], len(changed) - 1)] = True
+        inside = _near(inside, margin)
     return fastest_profile(lengths, rows, bounds, rests)
 
 
@@ -182,32 +183,30 @@ def _near(intervals: np.ndarray, margin: int) -> np.ndarray:
     return near
 
 
-def _solved_inside(
-    inside: np.ndarray, known: FloatArray, lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, FloatArray]:
-    """Return gridpoints (N,), which of them (N,) lie where a known profile starts or ends, and x (N,) at them.
+def _solved_between(
+    edges: np.ndarray, known: FloatArray, lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
+) -> tuple[np.ndarray, FloatArray]:
+    """Return the gridpoints (N,) of windows between edges, where a known profile goes on, and x (N,) at them.
 
-    Between one stretch of intervals and the next the robot comes to rest: over intervals that nothing limits, with the
-    x that is known at their other end.
+    Between one window and the next the robot comes to rest: over intervals that nothing limits, with the x that is
+    known at their other end.
     """
-    edges = np.flatnonzero(np.diff(inside, prepend=False, append=False))
     starts: list[int] = []
     for first, last in edges.reshape(-1, 2).tolist():
         starts += [*([] if rests[first] else [-1]), *range(first, last), *([] if rests[last] else [last])]
-    own = np.append(inside, False)[starts]
+    own = ~np.isin(starts, [-1, *edges[1::2]])
     points = np.append(starts, -1)
     intervals = np.where(own, starts, 0)
     nothing = (0.0, 0.0, -1.0)
     limits = LinearRows(*(np.where(own[:, None], part[intervals], no) for part, no in zip(rows, nothing, strict=True)))
-    met = np.isin(points, edges)
     x = fastest_profile(
         np.where(own, lengths[intervals], lengths.mean()),
         limits,
-        np.where(met, known[points], bounds[points]),
+        np.where(np.isin(points, edges), known[points], bounds[points]),
         (points < 0) | rests[points],
     )
     on_path = points >= 0
-    return points[on_path], met[on_path], x[on_path]
+    return points[on_path], x[on_path]
 
 
 def _solved(gridpoints: FloatArray, rows: LinearRows, bounds: FloatArray) -> FloatArray:
@@ -250,8 +249,10 @@ def _units(
     with np.errstate(divide="ignore"):
         gains = 1.0 / np.abs(rows.a).max(axis=1)
     starts = np.flatnonzero(rests[:-1])
-    bound = [float(np.median(part)) for part in np.split(np.maximum(bounds[:-1], bounds[1:]), starts[1:])]
-    gain = [float(np.median(part)) for part in np.split(gains, starts[1:])]
+    bound, gain = (
+        np.array([np.sort(part)[len(part) // 2] for part in np.split(values, starts[1:])])
+        for values in (np.maximum(bounds[:-1], bounds[1:]), gains)
+    )
     whole = np.bincount(runs, lengths)
-    units = np.sqrt(np.minimum(bound, np.array(gain) * whole))
+    units = np.sqrt(np.minimum(bound, gain * whole))
     return units[runs], np.minimum(units, whole)[runs]

@@ -8,25 +8,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from planner.backends.toppra import reachability
 from planner.backends.toppra.path_limits import LinearRows
-from planner.backends.toppra.reachability import fastest_profile
+from planner.backends.toppra.reachability import fastest_profile, tightened_profile
 
 Problem = tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarray, np.ndarray]
 
 
 @st.composite
-def problems(draw: st.DrawFn, bend: float) -> Problem:
+def problems(draw: st.DrawFn, bend: float, fewest: int = 1, most: int = 25) -> Problem:
     """Lengths, limits, bounds and rests; b is at most `bend` times what would turn a joint back within one interval."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    count, rows = draw(st.integers(1, 25)), draw(st.integers(1, 8))
+    count, rows = draw(st.integers(fewest, most)), draw(st.integers(1, 8))
     lengths = rng.uniform(0.1, 1.0, count)
     a = rng.normal(size=(count, rows))
     b = bend * draw(st.floats(0.0, 1.0)) * rng.uniform(-1.0, 1.0, (count, rows)) * a / (2.0 * lengths[:, None])
     a = np.where(rng.random((count, rows)) < draw(st.floats(0.0, 0.9)), 0.0, a)
     c = draw(st.floats(0.0, 0.95)) * rng.uniform(-1.0, 1.0, (count, rows))
-    most, rests = rng.uniform(0.2, 3.0, count + 1), rng.random(count + 1) < 0.1
+    bounds, rests = rng.uniform(0.2, 3.0, count + 1), rng.random(count + 1) < 0.1
     rests[[0, -1]] = True
-    return lengths, (a, b, c), most, rests
+    return lengths, (a, b, c), bounds, rests
 
 
 def one_sided(problem: Problem) -> tuple[np.ndarray, LinearRows, np.ndarray, np.ndarray]:
@@ -36,14 +37,10 @@ def one_sided(problem: Problem) -> tuple[np.ndarray, LinearRows, np.ndarray, np.
     return lengths, rows.that_bind(most[:-1]), most, rests
 
 
-@settings(max_examples=150)
-@given(problem=problems(1.0))
-def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: Problem) -> None:
-    """Where each can be as large as possible at once, their sum is the largest."""
+def largest(problem: Problem) -> np.ndarray:
+    """The largest x everywhere, by one linear program in x alone: u = (x[i + 1] - x[i]) / (2 d)."""
     lengths, (a, b, c), most, rests = problem
     count, rows = a.shape
-    x = fastest_profile(*one_sided(problem))
-    # In x alone: u = (x[i + 1] - x[i]) / (2 d).
     per_next = a / (2.0 * lengths[:, None])
     matrix = np.zeros((count, rows, count + 1))
     for i in range(count):
@@ -55,7 +52,33 @@ def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: 
         -np.ones(count + 1), A_ub=both, b_ub=np.concatenate([1.0 - c.ravel(), 1.0 + c.ravel()]), bounds=bounds
     )
     assert found.status == 0, found.message
-    assert x == pytest.approx(found.x, rel=1e-6, abs=1e-6)
+    optimum: np.ndarray = found.x
+    return optimum
+
+
+@settings(max_examples=150)
+@given(problem=problems(1.0))
+def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: Problem) -> None:
+    """Where each can be as large as possible at once, their sum is the largest."""
+    x = fastest_profile(*one_sided(problem))
+    assert x == pytest.approx(largest(problem), rel=1e-6, abs=1e-6)
+
+
+@settings(max_examples=60)
+@given(problem=problems(1.0, fewest=60, most=120), factor=st.floats(1.0, 1.3), seed=st.integers(0, 2**32))
+def test_limits_that_are_tightened_give_the_profile_of_one_linear_program(
+    problem: Problem, factor: float, seed: int
+) -> None:
+    """It is solved again near the tighter limits only, however far they change it."""
+    lengths, (a, b, c), most, rests = problem
+    known = fastest_profile(*one_sided(problem))
+    changed = np.isin(np.arange(len(lengths)), np.random.default_rng(seed).integers(len(lengths), size=2))
+    tighter = np.where(changed, factor, 1.0)[:, None]
+    problem = lengths, (a * tighter, b * tighter, c), most, rests
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reachability, "FEWEST_FOR_WINDOWS", 1)
+        x = tightened_profile(known, changed, *one_sided(problem))
+    assert x == pytest.approx(largest(problem), rel=1e-6, abs=1e-6)
 
 
 @settings(max_examples=150)
