@@ -6,7 +6,10 @@ singular, so that a name changes only where the arm passes a singularity.
 
 from __future__ import annotations
 
+import cmath
+import math
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -35,6 +38,10 @@ which a posture is singular: about as near as the inverse kinematics brings the 
 NEARLY = 1e-4
 """Sine of the angle between axes that count as parallel, and distance of axes that count as meeting, as a share of the
 arm's length: robot models give angles to so many digits (1.5708)."""
+
+SHIFT = 0.03
+"""Angle, rad, and share of the arm's length by which a posture has to be off a singular one to prove a configuration:
+more than axes that count as parallel or meeting by `NEARLY` shift singular postures, some square root of it."""
 
 POINT_JOINTS = 3
 """Number of joints of an arm that brings a point of the tool somewhere, however it is turned."""
@@ -133,6 +140,26 @@ def named_parts(robot: Robot) -> tuple[str, ...]:
     return tuple(field.name for field, side in zip(fields(Configuration), sides, strict=True) if not np.isnan(side))
 
 
+def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray, time: float) -> bool:
+    """Whether no motion from a position that takes so long changes the configuration or meets a singular posture.
+
+    A pose has at most one solution of a configuration, whole turns aside, if the arm has all three names and no slides:
+    x and the wrist's angle are given up to their signs, and two links reach a point with the elbow up or down. So two
+    solutions are further from each other than that.
+
+    Args:
+        robot: The robot; of one without all three names nothing is known.
+        position: (joints,), rad.
+        velocity: (joints,), rad/s, that times are measured by: the norm of the joints' times counts.
+        time: The longest, s.
+    """
+    parts = _parts_of(robot)
+    if parts.links is None or parts.straight is None:
+        return False
+    wrist = _off_half_turns(float(position[WRIST]) - parts.straight)
+    return wrist > SHIFT + time * float(velocity[WRIST]) and parts.links.keep(position, velocity, time)
+
+
 def straight_wrist(robot: Robot) -> float | None:
     """The position, rad, of joint `WRIST` at which the wrist of a robot is singular; None: the robot has no such wrist.
 
@@ -150,7 +177,8 @@ def in_configuration(robot: Robot, solutions: Iterable[FloatArray], wanted: Conf
     return tuple(q for q, configuration in zip(solutions, found, strict=True) if wanted.allows(configuration))
 
 
-class _Links(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Links:
     """The links that move in the plane across axes 2 and 3, as complex numbers x + i z: x in front of the first axis.
 
     Attributes:
@@ -188,12 +216,12 @@ class _Links(NamedTuple):
         aside = float((points[-1] - origin) @ second)
         return cls(complex(seen[0]), np.diff(seen), np.sign(turning @ second), aside)
 
-    @property
+    @cached_property
     def length(self) -> float:
         """The length of all links, m."""
         return float(np.abs(self.carried).sum())
 
-    @property
+    @cached_property
     def right(self) -> float:
         """The sign of x where the shoulder is right."""
         radial, aside = self.offset.real, self.aside
@@ -211,13 +239,36 @@ class _Links(NamedTuple):
         shoulder = np.where(np.abs(x) > self.nowhere, x, 0.0)
         return self.right * shoulder, sine * np.sign(shoulder)
 
-    @property
+    @cached_property
     def nowhere(self) -> float:
         """The magnitude of x up to which the wrist centre is neither in front of axis 1 nor behind it, m.
 
         Beside the axis the two solutions come together there, and are one from `SAME_SOLUTION` on.
         """
         return max(SINGULAR_SIDE * self.length, 0.5 * SAME_SOLUTION * abs(self.aside))
+
+    def keep(self, position: FloatArray, velocity: FloatArray, time: float) -> bool:
+        """Whether shoulder and elbow stay on their sides on every motion from a position that takes so long.
+
+        A joint that turns by an angle moves what it carries by no more than angle times length. By the inequality of
+        Cauchy and Schwarz x changes by at most the time times the norm of the lengths carried times the velocities.
+
+        Args:
+            position: (joints,), rad.
+            velocity: (joints,), rad/s, that times are measured by: the norm of the joints' times counts.
+            time: The longest, s.
+        """
+        turned = np.cumsum(self.senses * position[1 : 1 + len(self.carried)])
+        x = self.offset.real + float((self.carried * np.exp(1j * turned)).real.sum())
+        lengths = np.cumsum(np.abs(self.carried)[::-1])[::-1]
+        change = time * float(np.linalg.norm(lengths * velocity[1 : 1 + len(lengths)]))
+        bend = cmath.phase(self.carried[1] / self.carried[0]) + float(self.senses[1] * position[2])
+        return abs(x) > SHIFT * self.length + change and _off_half_turns(bend) > SHIFT + time * float(velocity[2])
+
+
+def _off_half_turns(angle: float) -> float:
+    """How far an angle is from the nearest multiple of pi, rad."""
+    return abs(math.remainder(angle, math.pi))
 
 
 class _Slide(NamedTuple):

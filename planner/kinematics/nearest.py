@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.kinematics.configurations import keeps_configuration
 from planner.kinematics.descent import Target, descend_many
 from planner.kinematics.forward import jacobian
 from planner.kinematics.search import BEYOND, QUICK, STEADY, search_all, targets
@@ -29,6 +30,9 @@ joint by more counts as the nearest."""
 
 CLOSE = 0.02
 """m and rad: where the reference misses the pose by more, no descent from it can prove that it found the nearest."""
+
+NEAR = 0.3
+"""m and rad: the same for arms whose solutions are told apart by the names of their configurations."""
 
 FAR = 1.0
 """m and rad: where the reference misses the pose by more, a descent from it rarely ends without a jump."""
@@ -70,7 +74,8 @@ HELD_AT = 32
 def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None:
     """The solution nearest to the reference (joints,); None if none is found.
 
-    - Isolated solutions of an arm with a closed form are all compared.
+    - Isolated solutions of an arm with a closed form are all compared, unless a descent from the reference finds one
+      of which it is proved that no other is as near.
     - Of a continuum, the answer is a solution from which no small motion along the continuum comes nearer. It is looked
       for on the parts of the continuum that come nearest by a closed form with an end joint held at many positions, or
       by descents from a table.
@@ -93,14 +98,20 @@ def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None
 
 def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArray | None:
     """Find by a descent from the reference what is the nearest solution, by proof or for want of a jump; None: no."""
-    start = np.clip(reference, search.lower, search.upper)
-    if search.descend.miss(start) > (CLOSE if proved else FAR):
+    start = np.minimum(np.maximum(reference, search.lower), search.upper)
+    velocity = counted_velocity(search.robot.limit("velocity"))
+    named = proved and search.rows == 6 and keeps_configuration(search.robot, reference, velocity, 0.0)
+    if search.descend.miss(start) > (NEAR if named else CLOSE if proved else FAR):
         return None
     solution = search.solve(start, **QUICK)
     if solution is None:
         return None
     if proved:
-        return solution if _is_only_one_near(search, solution, reference) else None
+        time = float(travel_times(search.robot, solution, reference))
+        # A nearer solution would be of another configuration, or a whole turn away.
+        only = named and np.abs(solution - reference).max() < np.pi
+        only = only and keeps_configuration(search.robot, reference, velocity, time)
+        return solution if only or _is_only_one_near(search, solution, reference) else None
     return _slid(search, solution, reference) if np.abs(solution - reference).max() <= JUMP else None
 
 

@@ -17,6 +17,7 @@ from planner.kinematics import (
     jacobian,
     with_whole_turns,
 )
+from planner.kinematics.configurations import keeps_configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, load_robot
 
@@ -70,6 +71,31 @@ def test_no_solution_is_nearer(robot_id: str, kind: str) -> None:
         if solutions:
             least = min(time_of(robot, q, reference) for q in solutions)
             assert time_of(robot, result.position, reference) <= least + 1e-6
+
+
+@pytest.mark.parametrize("robot_id", ["ur5", "kuka_kr16_l6_2", "kuka_kr16_2", "ngv_refuelling_arm", "welding_arm"])
+def test_no_other_solution_is_within_the_time_in_which_the_configuration_is_kept(robot_id: str) -> None:
+    """Half of the postures are near singular ones of elbow or wrist, where other solutions are near."""
+    robot, rng, proved = installed(robot_id), np.random.default_rng(5), 0
+    velocity = robot.limit("velocity")
+    lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
+    for k in range(40):
+        q = rng.uniform(lower, upper)
+        if k % 2:
+            q[2 * rng.integers(1, 3)] = rng.uniform(-0.3, 0.3)
+        q = np.clip(q, lower, upper)
+        (pose,) = forward_kinematics(robot, [q])
+        solutions = with_whole_turns(robot, all_solutions(robot, pose, OPTIONS, q), q, 64)
+        others = [time for solution in solutions if (time := time_of(robot, solution, q)) > 1e-4]
+        assert not any(keeps_configuration(robot, q, velocity, 1.0001 * time) for time in others)
+        proved += keeps_configuration(robot, q, velocity, 0.02)
+        # From elsewhere, too: the nearest of all is what is found, proved or not.
+        reference = q + rng.uniform(-1.0, 1.0, robot.dof) * 10.0 ** rng.uniform(-3.0, -0.2)
+        found = inverse_kinematics(robot, pose, OPTIONS, reference)
+        solutions = with_whole_turns(robot, all_solutions(robot, pose, OPTIONS, reference), reference, 64)
+        least = min(time_of(robot, solution, reference) for solution in solutions)
+        assert time_of(robot, found.position, reference) <= least + 1e-6
+    assert proved > 20
 
 
 def free_motion(robot: Robot, q: FloatArray) -> FloatArray:
