@@ -172,12 +172,17 @@ def _turned(robot: Robot, branches: FloatArray, towards: FloatArray) -> tuple[Fl
     nearest = branches + TURN * np.clip(np.round((towards - branches) / TURN), fewest, most)
     may_turn = robot.is_angle & np.isfinite(upper - lower) & (upper - lower >= TURN)
     choices = [np.array([0.0, -TURN, TURN]) if turns else np.zeros(1) for turns in may_turn]
-    shifts = np.stack(np.meshgrid(*choices, indexing="ij"), axis=-1).reshape(-1, robot.dof)
-    turned = (nearest[:, None] + shifts).reshape(-1, robot.dof)
-    branch = np.repeat(np.arange(len(branches)), len(shifts))
-    inside = np.minimum(np.maximum(turned, lower), upper)
-    within = np.flatnonzero((np.abs(turned - inside) <= TURN * ROUNDING).all(axis=1))
-    turned = inside
-    distance = np.abs(turned[within] - towards).max(axis=1)
-    kept = within[distance.argsort(kind="stable")[:MOST_TURNED]]
-    return turned[kept], branch[kept]
+    # One joint after the other: whether a combination of turns is within the limits, and how far it is at most.
+    within, distance = np.ones((len(branches), 1), dtype=bool), np.zeros((len(branches), 1))
+    for joint, choice in enumerate(choices):
+        turned = nearest[:, joint, None] + choice
+        inside = np.minimum(np.maximum(turned, lower[joint]), upper[joint])
+        fits, away = np.abs(turned - inside) <= TURN * ROUNDING, np.abs(inside - towards[joint])
+        within = (within[:, :, None] & fits[:, None]).reshape(len(branches), -1)
+        distance = np.maximum(distance[:, :, None], away[:, None]).reshape(len(branches), -1)
+    among = np.flatnonzero(within)
+    kept = among[distance.ravel()[among].argsort(kind="stable")[:MOST_TURNED]]
+    branch, combination = np.divmod(kept, distance.shape[1])
+    picked = np.unravel_index(combination, [len(choice) for choice in choices])
+    shifts = np.stack([choice[own] for choice, own in zip(choices, picked, strict=True)], axis=-1)
+    return np.minimum(np.maximum(nearest[branch] + shifts, lower), upper), branch

@@ -341,7 +341,7 @@ class _Barrier:
         """The value of the barrier of strength 1, minus the sum of log(slacks); infinite where a limit is reached."""
         if self.slacks.min() <= 0.0:
             return np.inf
-        return -float(np.log(self.slacks).sum())
+        return -float(np.log(self.slacks[0] * self.slacks[1]).sum())
 
     def force(self, push: FloatArray) -> FloatArray:
         """The force (3, points) away from the limits, by the barrier's `push` (2, limits, points) on each slack."""
@@ -374,19 +374,13 @@ def _over_limits(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _solve(bands: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve a positive definite system with two diagonals on either side, as L D L^T, number by number."""
-    main, first, second = (row.tolist() for row in np.pad(bands, ((0, 0), (0, 2))))
-    z = [*right.tolist(), 0.0, 0.0]
-    count = len(right)
-    near, far = [0.0] * count, [0.0] * count
-    for i in range(count):
-        near[i], far[i] = m, n = first[i] / main[i], second[i] / main[i]
-        main[i + 1] -= m * first[i]
-        first[i + 1] -= m * second[i]
-        main[i + 2] -= n * second[i]
-        z[i + 1] -= m * z[i]
-        z[i + 2] -= n * z[i]
-    z[count:] = 0.0, 0.0
-    for i in range(count - 1, -1, -1):
-        z[i] = z[i] / main[i] - near[i] * z[i + 1] - far[i] * z[i + 2]
-    return np.array(z[:count])
+    """Solve a symmetric system with two diagonals on either side, of which `bands` are the main and the upper ones.
+
+    It is positive definite but for rounding; elimination with pivots does not ask for that.
+    """
+    from scipy.linalg import solve_banded  # loaded by the first law: importing the library stays quick
+
+    diagonals = np.zeros((5, len(right)))
+    for k in range(3):
+        diagonals[2 - k, k:] = diagonals[2 + k, : len(right) - k] = bands[k, : len(right) - k]
+    return np.asarray(solve_banded((2, 2), diagonals, right, check_finite=False), dtype=np.float64)

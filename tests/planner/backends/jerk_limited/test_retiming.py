@@ -1,0 +1,59 @@
+"""The linear system of a Newton step, beside numpy's dense solution, and the time of long contours."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from planner.backends.jerk_limited.retiming import _solve
+from planner.backends.ruckig.ruckig import Ruckig
+from planner.backends.trapezoidal.trapezoidal import Trapezoidal
+from planner.kinematics.forward import tool_pose
+from planner.planning import plan
+from planner.problem import BlendTransition, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.robots import load_robot
+from planner.spatial import Pose
+
+GROWTH = 1.5
+"""Processor time of a contour with four times as many points, beside four times that of the shorter: linear, but for
+what is measured."""
+
+
+@pytest.mark.parametrize("count", [3, 4, 50])
+def test_the_banded_system_is_solved_as_a_dense_one(count: int) -> None:
+    rng = np.random.default_rng(count)
+    bands = rng.uniform(-1.0, 1.0, (3, count))
+    bands[0] = 4.5 * 10.0 ** rng.uniform(0.0, 6.0, count)
+    dense = np.diag(bands[0])
+    for k in (1, 2):
+        dense += np.diag(bands[k, : count - k], k) + np.diag(bands[k, : count - k], -k)
+    right = rng.normal(size=count)
+    assert _solve(bands, right) == pytest.approx(np.linalg.solve(dense, right), rel=1e-9, abs=1e-15)
+
+
+def contour(count: int) -> PlanningProblem:
+    """A closed wavy contour of so many points, blended, the tool pointing down."""
+    robot = load_robot("kuka_kr16_2")
+    center = tool_pose(robot, [0.0, -1.57, 1.57, 0.0, 1.57, 0.0])
+    angles = np.linspace(0.0, 6.0, count)
+    radii = 0.2 * (1.0 + 0.2 * np.sin(5.0 * angles))
+    points = center.position + np.stack([radii * np.cos(angles) - 0.24, radii * np.sin(angles), 0.0 * angles], axis=1)
+    blend = BlendTransition(0.25 * float(np.linalg.norm(np.diff(points, axis=0), axis=1).min()))
+    corners = [
+        PoseWaypoint(pose=Pose(point, center.rotation), motion=LinearMotion(), transition=blend) for point in points[1:]
+    ]
+    last = PoseWaypoint(pose=corners[-1].pose, motion=LinearMotion())
+    return PlanningProblem(robot, (PoseWaypoint(pose=Pose(points[0], center.rotation)), *corners[:-1], last))
+
+
+@pytest.mark.parametrize("backend", [Trapezoidal(), Ruckig()], ids=lambda backend: backend.kind)
+def test_the_time_to_plan_a_contour_grows_with_its_length(backend: Trapezoidal | Ruckig) -> None:
+    plan(contour(10), backend)
+    times = []
+    for count in (40, 160):
+        begin = time.process_time()
+        assert plan(contour(count), backend).certificate.satisfied
+        times.append(time.process_time() - begin)
+    assert times[1] < 4.0 * GROWTH * times[0]
