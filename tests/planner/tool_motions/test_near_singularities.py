@@ -15,6 +15,7 @@ import pytest
 
 from planner.backends import BackEnd, Cubic, Ruckig, Toppra
 from planner.errors import SingularPath
+from planner.kinematics import forward_kinematics
 from planner.kinematics.search import pose_errors
 from planner.planning import plan
 from planner.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, Singularity
@@ -73,8 +74,7 @@ def off_the_line(made: Plan, start: Pose, end: Pose) -> tuple[float, float]:
     """How far the tool is off the line, m, and off the orientation where it is on the line, rad, at the most."""
     way = end.position - start.position
     worst = np.zeros(2)
-    for q in made.trajectory.evaluate(times_of(made), [0])[0]:
-        tool = tool_at(made.problem.robot, q)
+    for tool in forward_kinematics(made.problem.robot, made.trajectory.evaluate(times_of(made), [0])[0]):
         share = float((tool.position - start.position) @ way / (way @ way))
         distance, angle = pose_errors(pose_on(start, end, share), tool)
         worst = np.maximum(worst, [distance, angle or 0.0])
@@ -86,8 +86,10 @@ def within_velocities(made: Plan) -> bool:
     return bool((np.abs(velocities) <= made.problem.robot.limit("velocity") * (1.0 + 1e-6)).all())
 
 
-@pytest.mark.parametrize("backend", [Toppra(), Ruckig()], ids=lambda backend: str(backend.kind))
-@pytest.mark.parametrize("missed", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 3e-6])
+@pytest.mark.parametrize(
+    ("missed", "backend"),
+    [*itertools.product([1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 3e-6], [Toppra()]), (1e-3, Ruckig()), (1e-5, Ruckig())],
+)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_slow_keeps_the_line_and_the_joint_speeds(name: str, missed: float, backend: BackEnd) -> None:
     robot, _, start, end = line_past(name, missed)
@@ -114,9 +116,9 @@ def test_slow_is_the_chain_of_joint_positions_along_the_line(name: str, missed: 
     made = planned(name, missed, "slow", Toppra())
     motion = made.path.waypoints[1].tool_motion
     assert motion is not None
-    u = np.linspace(0.0, 1.0, 4001)
+    u = np.linspace(0.0, 1.0, 1001)
     nearest = u[np.abs(motion.curve.evaluate(u, [0])[0][:, 4]).argmin()]
-    around = missed * np.geomspace(1e-3, 1e3, 700)
+    around = missed * np.geomspace(1e-3, 1e3, 300)
     u = np.unique(np.clip(np.concatenate([u[1:], nearest - around, nearest + around]), 1e-4, 1.0))
     chain = trace(robot, [pose_on(start, end, share) for share in u.tolist()], q)
     assert chain is not None
@@ -126,7 +128,7 @@ def test_slow_is_the_chain_of_joint_positions_along_the_line(name: str, missed: 
     assert np.abs(exact[:, :3] - chain[:, :3]).max() < 1e-3
 
 
-@pytest.mark.parametrize("missed", [1e-4, 1e-5, 3e-6])
+@pytest.mark.parametrize("missed", [1e-4, 3e-6])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_refused_where_a_joint_would_all_but_jump_with_remedies_that_help(name: str, missed: float) -> None:
     robot, start, _, end = line_past(name, missed)
@@ -200,7 +202,7 @@ def test_a_circle_near_a_straight_wrist(singularity: Singularity) -> None:
 def test_random_lines_past_singular_wrists() -> None:
     """Each through a random stretched posture, off by a random angle, in a random direction of the tool."""
     robot, rng, tried = load_robot("kuka_kr16_l6_2"), np.random.default_rng(3), 0
-    while tried < 12:
+    while tried < 8:
         posture = np.concatenate([rng.uniform((-1.0, -1.5, 0.9, -1.0), (1.0, -0.9, 1.6, 1.0)), np.zeros(2)])
         middle, missed = tool_at(robot, posture), 10.0 ** rng.uniform(-5.5, -1.0)
         way, turn, spin = 0.06 * unit(rng), missed * unit(rng), rng.uniform(0.05, 0.3) * unit(rng)
