@@ -67,6 +67,13 @@ class MovesAtItsEnds(Protocol):
     final_velocity: tuple[float, ...] | None
 
 
+@runtime_checkable
+class LeavesStraightMotions(Protocol):
+    """A back end that is free to leave the straight joint motion between two stops, by so much; None: by any way."""
+
+    max_deviation: float | None
+
+
 END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
 """Names of the options of a back end whose trajectory may begin and end in motion, in the order of `EndStates`."""
 

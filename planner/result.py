@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.assembly import assemble
+from planner.certificate.joint_motions import TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.tool_path import certify_tool_path
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, Guarantee, MovesAtItsEnds, end_states
+from planner.guarantees import END_OPTIONS, Guarantee, LeavesStraightMotions, MovesAtItsEnds, end_states
 from planner.limits import JOINT_QUANTITIES
 from planner.problem import JointWaypoint
 from planner.trajectory import PlanWarning
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
     from planner.trajectory import Trajectory
+
+WANDERING = 0.1
+"""Distance of the tool from straight joint motions, m, from which on a warning says so: people and things near the arm
+have to reckon with it."""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -68,7 +73,8 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
     trajectory = backend.parametrize(path) if len(path.moving) else _rest(path, backend)
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
-    return Plan(problem, backend, path, trajectory, certificate, tuple(_warnings(problem, backend, path, trajectory)))
+    warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
+    return Plan(problem, backend, path, trajectory, certificate, warnings)
 
 
 def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
@@ -84,13 +90,18 @@ def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
 def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Certificate:
     wanted = path.positions.copy()
     wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
+    checks = certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints)
+    if isinstance(backend, LeavesStraightMotions):
+        checks += certify_joint_motions(
+            trajectory, path.robot, problem.waypoints, path.positions, backend.max_deviation
+        )
     return certificate_of(
         trajectory,
         path.robot,
         path.limits,
         backend.guarantees,
         wanted,
-        certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints),
+        checks,
         end_states(backend, path.robot.dof),
         path.dynamics,
     )
@@ -130,6 +141,16 @@ def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
             name = problem.robot.joint_names[joint]
             message = f"waypoint {k} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
             yield PlanWarning("position_snapped", message)
+
+
+def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
+    """What is said of a tool that goes far from straight joint motions."""
+    for check in certificate.checks:
+        if check.quantity == TOOL_DEVIATION and check.peak > WANDERING:
+            segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
+            way = f"on the way from waypoint {segment} to {segment + 1}"
+            message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation bounds that"
+            yield PlanWarning("tool_deviates", message)
 
 
 def _warnings(

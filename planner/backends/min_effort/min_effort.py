@@ -32,6 +32,9 @@ class MinEffort(MinEffortOptions):
     (`on_curve.py`). The quintic of the same duration is where the search begins, along a given way the fastest law
     within the jerk limits stretched to it, and either is the answer if nothing better within the limits is found.
 
+    Between two stops the tool stays within `max_deviation` of the straight joint motion: the least torque may be far
+    off, near the body or hanging down. Where waypoints are passed, it is within as much of the quintic through them.
+
     A motion without an asked duration takes as long as the quintic, times `slowdown`: the choice of a back end is then
     no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
     minimises cost + `time_weight` x duration.

@@ -21,8 +21,10 @@ from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES
+from planner.kinematics.forward import jacobian
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE
+from planner.tool_motions.ways import CHORDS, farthest_from_way
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
@@ -61,6 +63,24 @@ MOST_WORK = 24_000
 
 WORK_OF_TOOL = 2
 """How many times as long an iteration takes where the tool's speed is limited, too."""
+
+ROOM = np.inf
+"""How far the coefficients of the spline may be from those of the first motion, rad or m, to begin with."""
+
+MOST_SEARCHES = 6
+"""Number of searches, at most, with rooms in which the tool stays near enough, or goes too far."""
+
+CLOSE = 0.8
+"""Share of the deviation allowed from which on no larger room is looked for."""
+
+AIM = 0.9
+"""Share of the deviation allowed that a smaller room aims at."""
+
+WITHIN = 0.99
+"""Share of the deviation allowed that the search may use, since what is found is known to half a percent."""
+
+SHARES = 257
+"""Number of instants at which two motions are compared."""
 
 REPAIRS_SHARE = 2
 """One in so many of the iterations that are left is for one search; the others are for repairs after it."""
@@ -181,12 +201,17 @@ class OnCurve(Optimum):
 
 
 class ThroughWaypoints(Optimum):
-    """The search through waypoints between which the path is free: never worse than the quintic of that duration."""
+    """The search through waypoints between which the path is free: never worse than the quintic of that duration.
+
+    Attributes:
+        left: The intervals times iterations that all searches together may still take; None: there was none yet.
+    """
 
     def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
         super().__init__(options, path, run)
         self.positions = path.positions_of(run)
         self.limits = path.limits.of(run.segments)
+        self.left: int | None = None
 
     def find(self) -> SegmentedPolynomial:
         """The best motion within the limits."""
@@ -195,7 +220,7 @@ class ThroughWaypoints(Optimum):
             first = self._quintic(self.path)
         except InfeasibleDuration as error:
             refusal, first = error, self._too_fast()
-        found = self._solve(first)
+        found = self._found(first)
         candidates = [] if refusal else [first]
         if found is not None:
             candidates.insert(0, found)
@@ -222,8 +247,62 @@ class ThroughWaypoints(Optimum):
         durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.run.segments])
         return interpolating_spline(self.positions, durations, 5).of_segments(self.run.segments)
 
-    def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
-        """The optimum from a first motion; None: none was found that keeps the limits."""
+    def _found(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
+        """The optimum from a first motion within the deviation that is allowed; None: none was found.
+
+        Where the best way is too far away, the spline is kept near the first motion: its coefficients have as much room
+        as makes the tool go as far as it may.
+        """
+        found, most = self._solve(first), self.options.max_deviation
+        if most is None:
+            return found
+        if found is None or (deviation := self._deviation(first, found)) <= WITHIN * most:
+            return found
+        near: SegmentedPolynomial | None = None
+        far = self._apart(first, found), deviation
+        room = AIM * most / self._reach_of_joints(first)
+        enough = room, 0.0
+        for _ in range(MOST_SEARCHES):
+            found = self._solve(first, room)
+            deviation = 0.0 if found is None else self._deviation(first, found)
+            if deviation > WITHIN * most:
+                far = room, deviation
+            else:
+                near, enough = found or near, (room, deviation)
+                if deviation >= CLOSE * most:
+                    break
+            share = np.log(AIM * most / far[1]) / np.log(enough[1] / far[1]) if enough[1] > 0.0 else 0.5
+            room = far[0] * (enough[0] / far[0]) ** share
+        return near
+
+    def _reach_of_joints(self, first: SegmentedPolynomial) -> float:
+        """The way of the tool, m, by that of all joints at once, rad or m, at most: the sum of the levers' lengths."""
+        (positions,) = first.evaluate(np.linspace(0.0, first.breakpoints[-1], SHARES), [0])
+        columns = np.array([jacobian(self.robot, position)[:3] for position in positions])
+        return float(np.linalg.norm(columns, axis=1).sum(axis=1).max())
+
+    def _deviation(self, first: SegmentedPolynomial, other: SegmentedPolynomial) -> float:
+        """The largest distance of the tool, m, in one motion from its way in the first, segment by segment."""
+        worst = 0.0
+        for segment in self.run.segments.tolist():
+            known, own = (motion.of(motion.segments == segment) for motion in (first, other))
+            (way,) = known.evaluate(np.linspace(0.0, known.breakpoints[-1], CHORDS + 1), [0])
+            worst = max(worst, farthest_from_way(self.robot, own, 0.0, float(own.breakpoints[-1]), way)[0])
+        return worst
+
+    def _apart(self, first: SegmentedPolynomial, other: SegmentedPolynomial) -> float:
+        """The largest distance of a joint, rad or m, between two motions at equal shares of their times."""
+        shares = np.linspace(0.0, 1.0, SHARES)
+        a, b = (motion.evaluate(shares * motion.breakpoints[-1], [0])[0] for motion in (first, other))
+        return float(np.abs(a - b).max())
+
+    def _solve(self, first: SegmentedPolynomial, room: float = ROOM) -> SegmentedPolynomial | None:
+        """The optimum from a first motion, or near it; None: none was found that keeps the limits.
+
+        Args:
+            first: The motion that the search begins with.
+            room: How far the coefficients of the spline may be from its own, rad or m.
+        """
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool = bool(np.isfinite(tool).any())
@@ -235,6 +314,8 @@ class ThroughWaypoints(Optimum):
             positions=self.positions,
             lower=limits.lower,
             upper=limits.upper,
+            near=PiecewisePolynomial(first.lengths, first.coefficients),
+            room=room,
             rates=np.array([limits.velocity, limits.acceleration, limits.jerk]),
             torque=torque,
             tool=tool,
@@ -249,14 +330,17 @@ class ThroughWaypoints(Optimum):
         begin, multipliers = PiecewisePolynomial(first.lengths, first.coefficients), None
         margins = np.full((segments * intervals, 1), FIRST_MARGIN)
         work = _work(segments * intervals, watches_tool)
-        left = MOST_WORK if self.options.iterations is None else self.options.iterations * work
+        if self.left is None:
+            self.left = MOST_WORK if self.options.iterations is None else self.options.iterations * work
         for _ in range(MOST_REPAIRS):
+            if self.left <= 0:
+                return None
             rows = np.repeat(np.arange(segments), intervals)
             program = program_of(self.robot, Layout(segments, intervals, self.options.objective, watches_tool))
             work = _work(len(rows), watches_tool)
             narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
-            motion = program.solve(narrowed, begin, -(-left // (REPAIRS_SHARE * work)), multipliers)
-            left -= motion.iterations * work
+            motion = program.solve(narrowed, begin, -(-self.left // (REPAIRS_SHARE * work)), multipliers)
+            self.left -= motion.iterations * work
             own = self.run.segments[rows]
             pieces = SegmentedPolynomial(motion.lengths, motion.coefficients, own)
             if use_of_rates(pieces, self.path.limits.of(own)) > 1.0 + DURATION_TOLERANCE:
@@ -265,8 +349,6 @@ class ThroughWaypoints(Optimum):
             if (use <= 1.0).all():
                 self.converged = motion.converged
                 return pieces
-            if left <= 0:
-                return None
             if use.max() > COARSE and len(rows) < FINE:
                 intervals, margins, multipliers = 2 * intervals, np.repeat(margins, 2, axis=0), None
             else:
@@ -278,7 +360,7 @@ class ThroughWaypoints(Optimum):
 
     def _use(self, pieces: SegmentedPolynomial) -> FloatArray:
         """The largest share (pieces,) of a limit of torque or tool speed that each piece uses."""
-        sampled = SampledLimits(self.path.dynamics, self.path.limits)
-        if not sampled.limited[pieces.segments].any():
+        limits = SampledLimits(self.path.dynamics, self.path.limits)
+        if not limits.limited[pieces.segments].any():
             return np.zeros(len(pieces.lengths))
-        return sampled.use(pieces, pieces.segments)
+        return limits.use(pieces, pieces.segments)

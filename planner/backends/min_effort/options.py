@@ -21,6 +21,8 @@ class MinEffortOptions:
         iterations: Iterations of the search from stop to stop after which the best motion found is returned, with the
             warning `suboptimal`; None: as many as take 7 s or so. They are counted, not timed: equal problems have
             equal plans.
+        max_deviation: How far the tool may go from the straight joint motion between two stops, or where waypoints are
+            passed without stopping from the quintic through them, m; None: any way.
     """
 
     objective: Objective = field(
@@ -61,5 +63,14 @@ class MinEffortOptions:
             "never worse than the quintic, with the warning `suboptimal`. Omitted: as many as take 7 s or so.",
             "ge": 1,
             "le": 10_000,
+        },
+    )
+    max_deviation: float | None = field(
+        default=0.1,
+        metadata={
+            "description": "The distance, m, that the tool may go from the straight joint motion between two stops, or "
+            "where waypoints are passed without stopping from the quintic through them; null: it goes any way. The "
+            "certificate's check `tool_deviation` says how far it went from straight joint motions.",
+            "ge": 0.001,
         },
     )

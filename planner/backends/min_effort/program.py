@@ -71,6 +71,8 @@ class Numbers(NamedTuple):
         positions: (segments + 1, joints), rad or m.
         lower: (joints,), position limits.
         upper: (joints,).
+        near: A motion that the spline stays near to.
+        room: By how much each of its coefficients may be off that motion's, rad or m; infinite: it may go anywhere.
         rates: (3, segments, joints): limits of velocity, acceleration and jerk, infinite: none.
         torque: (pieces, joints), limits, infinite: none.
         tool: (pieces, 2), limits of the squares of the tool's speed and angular speed.
@@ -86,6 +88,8 @@ class Numbers(NamedTuple):
     positions: FloatArray
     lower: FloatArray
     upper: FloatArray
+    near: PiecewisePolynomial
+    room: float
     rates: FloatArray
     torque: FloatArray
     tool: FloatArray
@@ -239,10 +243,11 @@ class Program:
         return np.concatenate([np.ravel(part, order="F") for part in parts])
 
     def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:
-        """Bounds on the coefficients that are unknown, by the position limits."""
+        """Bounds on the coefficients that are unknown, by the position limits and by the motion to stay near to."""
         count = self.pieces + 3 - 2 * RESTING
         lower, upper = (np.tile((limit - m.positions[0]) / length, count) for limit in (m.lower, m.upper))
-        return lower, upper
+        center, room = self._coefficients(m.near, m, length), m.room / length
+        return np.maximum(lower, center - room), np.minimum(upper, center + room)
 
     def _coefficients(self, motion: PiecewisePolynomial, m: Numbers, length: float) -> FloatArray:
         """The unknown ones of the spline near a motion: its blossoms, by Taylor's formula at the breakpoints."""

@@ -32,7 +32,8 @@ from tests.planner.problems import problem_of
 from tests.planner.promises import keeps_joint_limits, keeps_sampled_limits
 
 ARM = "kuka_kr16_l6_2"
-QUICK = MinEffort(knots=24)
+QUICK = MinEffort(knots=24, max_deviation=None)
+"""The way is free: bounds on it have tests of their own."""
 
 
 def arm_problem(seed: int, count: int, scale: float = 1.0, through: bool = False) -> PlanningProblem:
@@ -102,7 +103,7 @@ def test_effort_is_never_above_the_quintics(seed: int, through: bool) -> None:
     quintic, best = plan(problem, Quintic()), plan(problem, QUICK)
     assert best.trajectory.duration == pytest.approx(quintic.trajectory.duration, rel=1e-9)
     assert effort(best) < 0.99 * effort(quintic)
-    assert best.warnings == ()
+    assert {warning.code for warning in best.warnings} <= {"tool_deviates"}
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4, 6, 7, 9, 12, 13, 14, 15, 16, 17])
@@ -116,7 +117,7 @@ def test_a_second_formulation_finds_the_same_optimum(seed: int) -> None:
     wide = {"lower": -np.inf, "upper": np.inf, "velocity": 1e3, "acceleration": 1e4, "jerk": 1e6}
     joints = tuple(replace(joint, **wide) for joint in problem.robot.joints)  # type: ignore[arg-type]
     problem = replace(problem, robot=replace(problem.robot, joints=joints))
-    result = plan(problem, MinEffort(knots=pieces))
+    result = plan(problem, MinEffort(knots=pieces, max_deviation=None))
     assert all(check.ratio is None or check.ratio < 0.97 for check in result.certificate.checks)
     robot, (start, end) = problem.robot, result.path.positions
     nodes, times = np.linspace(0.0, duration, pieces + 1), np.linspace(0.0, duration, 4 * pieces + 1)

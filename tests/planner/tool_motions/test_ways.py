@@ -1,0 +1,55 @@
+"""The distance of one motion's tool from another's way, against nearest neighbours of dense samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from planner.kinematics import FloatArray, forward_kinematics
+from planner.polynomials import PiecewisePolynomial
+from planner.robots import Robot, load_robot
+from planner.tool_motions.ways import CHORDS, farthest_from_way
+from tests.planner.problems import ARMS, random_position
+
+
+def brute_force(robot: Robot, motion: PiecewisePolynomial, ends: FloatArray) -> float:
+    """m: the largest distance of 20,001 places of the tool from the nearest of as many on the straight joint motion."""
+    times = np.linspace(0.0, motion.breakpoints[-1], 20_001)
+    shares = np.linspace(0.0, 1.0, 20_001)[:, None]
+    tools, way = (
+        np.array([pose.position for pose in forward_kinematics(robot, joints)])
+        for joints in (motion.evaluate(times, [0])[0], ends[0] + shares * (ends[1] - ends[0]))
+    )
+    return float(cKDTree(way).query(tools)[0].max())
+
+
+@pytest.mark.parametrize("robot_id", ARMS)
+@pytest.mark.parametrize("seed", range(4))
+def test_it_is_the_largest_distance_or_a_little_more(robot_id: str, seed: int) -> None:
+    """Quintics that bulge by anything from a tenth of a millimetre to half a radian off the straight motion."""
+    robot, rng = load_robot(robot_id), np.random.default_rng(seed)
+    ends = np.array([random_position(robot, rng) for _ in range(2)])
+    bulge = 10.0 ** rng.uniform(-4.0, -0.3) * rng.normal(size=(2, robot.dof))
+    law, bump = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]), np.array([0.0, 0.0, 1.0, -2.0, 1.0, 0.0])
+    wave = np.array([0.0, 0.0, 1.0, -3.0, 2.0, 0.0])
+    coefficients = np.outer(ends[1] - ends[0], law) + 16.0 * (np.outer(bulge[0], bump) + np.outer(bulge[1], wave))
+    coefficients[:, 0] += ends[0]
+    whole = PiecewisePolynomial(np.ones(1), coefficients[None])
+    for motion in (whole, whole.split(np.array([7])), whole.stretched(1e3)):
+        last = float(motion.breakpoints[-1])
+        found, time = farthest_from_way(robot, motion, 0.0, last, np.linspace(*ends, CHORDS + 1))
+        true = brute_force(robot, motion, ends)
+        assert true - 1e-6 <= found <= true * 1.005 + 2e-4
+        there = motion.evaluate(np.array([time]), [0])[0]
+        tool = forward_kinematics(robot, there)[0].position
+        way = np.array([p.position for p in forward_kinematics(robot, np.linspace(*ends, 20_001))])
+        assert np.linalg.norm(way - tool, axis=1).min() >= 0.98 * true - 2e-4
+
+
+def test_a_straight_motion_is_hardly_off_itself() -> None:
+    robot = load_robot("kuka_kr16_l6_2")
+    ends = np.array([[0.0, -1.4, 1.5, 0.0, 0.6, 0.0], [2.0, -0.4, 0.9, 1.0, 0.4, 0.3]])
+    coefficients = np.stack([ends[0], np.zeros(6), 3.0 * (ends[1] - ends[0]), -2.0 * (ends[1] - ends[0])], axis=-1)
+    motion = PiecewisePolynomial(np.ones(1), coefficients[None])
+    assert farthest_from_way(robot, motion, 0.0, 1.0, np.linspace(*ends, CHORDS + 1))[0] < 2e-4
