@@ -137,7 +137,7 @@ def sampled_peaks(
         between, twice = np.concatenate([units + step, units + 3.0 * step]), np.tile(pieces, 2)
         values = use(twice, between)
         peaks = _raised(peaks, values, twice, between, quantities, groups)
-        left, right = np.split(values, 2)
+        left, right = values[: len(pieces)], values[len(pieces) :]
         triples = np.concatenate([[triples[0], left, triples[1]], [triples[1], right, triples[2]]], axis=1)
         units = np.concatenate([units, units + 2.0 * step])
         pieces, step = twice, np.tile(step, 2)

@@ -165,14 +165,15 @@ def solve_quadratic_program(
     is_sparse = variables > MOST_DENSE and np.count_nonzero(program.matrix) < SPARSE * program.matrix.size
     newton_step = _sparse_newton_step(program.matrix) if is_sparse else _dense_newton_step(program.matrix)
     x, slacks = start, program.slacks(start)
+    limits, lower, upper = slice(count), slice(count, count + variables), slice(count + variables, None)
     point = InteriorPoint.on_central_path(slacks, 1.0 / len(slacks))
     for _ in range(MOST_QUADRATIC_STEPS):
         barrier = QUADRATIC_CENTRING * point.gap / len(slacks)
         terms = point.towards(barrier)
-        push, stiffness = (np.split(term, [count, count + variables]) for term in terms)
-        curvature = program.curvature + stiffness[1] + stiffness[2]
-        slope = program.cost + program.curvature * x + program.matrix.T @ push[0] - push[1] + push[2]
-        change = newton_step(stiffness[0], curvature, slope)
+        push, stiffness = terms
+        curvature = program.curvature + stiffness[lower] + stiffness[upper]
+        slope = program.cost + program.curvature * x + program.matrix.T @ push[limits] - push[lower] + push[upper]
+        change = newton_step(stiffness[limits], curvature, slope)
         slack_changes = np.concatenate([-(program.matrix @ change), change, -change])
         step = point.step(terms, slack_changes, QUADRATIC_SHARE_TO_BOUNDARY)
         x = x + step.primal * change
@@ -187,7 +188,7 @@ def _dense_newton_step(matrix: FloatArray) -> Callable[[FloatArray, FloatArray, 
 
     def step(weights: FloatArray, curvature: FloatArray, slope: FloatArray) -> FloatArray:
         hessian = (matrix.T * weights) @ matrix
-        hessian[np.diag_indices_from(hessian)] += curvature
+        hessian.flat[:: len(hessian) + 1] += curvature
         return np.asarray(np.linalg.solve(hessian, -slope), dtype=np.float64)
 
     return step
