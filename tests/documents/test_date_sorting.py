@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from api.local_plan import plan_request, read_request
 from planner.backends import Trapezoidal
 from planner.dynamics import inverse_dynamics
 from planner.export import ExportOptions, render
@@ -27,7 +28,9 @@ from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWa
 from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
+from planner.tool_lines import line_polynomials
 from tests.documents.published import angle_between, document, gantry, homogeneous, matrix
+from tests.locations import ROOT
 
 DOCUMENT = document("date_sorting")
 POINTS = DOCUMENT["test_points"]["points"]
@@ -301,3 +304,17 @@ def test_transition_2_on_the_arm_itself_by_position(robot: Robot) -> None:
     assert result.trajectory.duration == 30.0
     for waypoint, end in zip(result.path.waypoints, ends, strict=True):
         assert np.linalg.norm(chain(waypoint.position)[:3, 3] - end) < 1e-6
+
+
+def test_transition_2_of_the_examples_is_the_documents_straight_line() -> None:
+    """The arm's own tool, by position: the published velocity while it cruises from 10 to 20 s."""
+    planned = plan_request(read_request((ROOT / "examples/date_sorting_transition_2.json").read_bytes()))
+    (line,) = line_polynomials(planned)
+    assert line.breakpoints == pytest.approx([0.0, 10.0, 20.0, 30.0], abs=1e-12)
+    start, end = (np.array(TRANSITIONS[1][key]) for key in ("start_mm", "end_mm"))
+    assert 1000.0 * line.position[0, :, 0] == pytest.approx(start, abs=1e-6)
+    assert 1000.0 * line.position[1, :, 1] == pytest.approx(TRANSITIONS[1]["computed_peak_velocity_mm_s"], abs=1e-6)
+    times = np.linspace(0.0, 30.0, 61)
+    for t, q in zip(times, planned.trajectory.evaluate(times, [0])[0], strict=True):
+        s = 0.0025 * t**2 if t < 10.0 else 0.25 + 0.05 * (t - 10.0) if t < 20.0 else 1.0 - 0.0025 * (30.0 - t) ** 2
+        assert 1000.0 * chain(q)[:3, 3] == pytest.approx(start + s * (end - start), abs=0.01)
