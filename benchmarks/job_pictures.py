@@ -51,8 +51,8 @@ SLOW = 0.1
 STILL = 0.01
 """mm/s, below which the tool stands still in a picture."""
 
-USED_UP = 0.999
-"""Share of a limit from which on it counts as used in full."""
+USED_UP = 0.98
+"""Share of a limit from which on it counts as used up."""
 
 HEADER = """\
 # Ten jobs
@@ -84,7 +84,7 @@ def _section(job: Callable[[], dict[str, Any]], solved: Plan) -> str:
     title = job.__name__.replace("_", " ").capitalize()
     kinds = Counter(waypoint.get("motion", {"kind": "joint"})["kind"] for waypoint in job()["waypoints"][1:])
     motions = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
-    full = [
+    used_up = [
         f"{check.quantity} of {check.joint}" if check.joint else check.quantity
         for check in solved.certificate.checks
         if check.enforced and check.quantity in QUANTITIES and (check.ratio or 0.0) >= USED_UP
@@ -94,7 +94,7 @@ def _section(job: Callable[[], dict[str, Any]], solved: Plan) -> str:
         str(job.__doc__),
         f"![{title}: path of the tool, its speed, speeds of the joints](images/jobs/{job.__name__}.png)",
         f"`{solved.backend.kind}` takes {solved.trajectory.duration:.2f} s for {kinds.total()} motions ({motions}). "
-        f"Limits used in full: {', '.join(full) or 'none'}.",
+        f"Limits that are used up: {', '.join(used_up) or 'none'}.",
     ]
     lines += [f"The answer warns: {warning.message}." for warning in solved.warnings]
     return "\n\n".join(lines) + "\n"
