@@ -19,7 +19,7 @@ from planner.paths import JointPath, solve_path
 from planner.planning import plan
 from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, ThroughTransition
 from planner.robots import load_robot
-from planner.spatial import Pose
+from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.problems import PARTS, REQUESTS, path_problems, problem_of, problems, try_on_random
 
 ON_EVERY_PATH: tuple[BackEnd, ...] = (Trapezoidal(), Toppra(jerk_limited=True))
@@ -93,6 +93,18 @@ def test_no_slower_on_lines_at_any_speed_of_the_tool(length: float, speed: float
 def test_no_slower_where_torques_bind(speed: float) -> None:
     torque = tuple((0.4 * load_robot(KUKA).limit("torque")).tolist())
     is_no_slower(line(KUKA, HOME, (0.0, 0.3, 0.1), Limits(tcp_linear_velocity=speed, torque=torque)))
+
+
+def test_no_slower_where_coarse_intervals_take_little_time() -> None:
+    """They slowed what is beside them: 0.3 % slower than with limited jerk, found by a soak."""
+    robot = load_robot("date_sorting_arm")
+    start = JointWaypoint((-0.4939217587, 0.2835207215, 0.2548301908, 0.8554200715, 0.503036802, 1.5970711225))
+    first = Pose(np.array([0.213949, 0.495104, 1.142596]), rotation_from_rpy(2.635191, 1.209765, 3.089237))
+    second = Pose(np.array([0.212057, 0.492606, 1.132813]), rotation_from_rpy(2.419331, 0.44058, 2.551652))
+    end = Pose(np.array([0.21643, 0.491419, 1.130189]), rotation_from_rpy(2.985024, 0.576312, 2.783918))
+    passed = (PoseWaypoint(pose=pose, transition=ThroughTransition()) for pose in (first, second))
+    limits = Limits(tcp_linear_velocity=0.05, velocity_scale=0.05, acceleration_scale=0.05)
+    is_no_slower(PlanningProblem(robot, (start, *passed, PoseWaypoint(pose=end, motion=LinearMotion())), limits))
 
 
 def densely(path: JointPath) -> float:
