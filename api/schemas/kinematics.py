@@ -227,7 +227,8 @@ class JacobianAnswer(Answer):
     """The Jacobian, shape (6, joints): three rows of linear (m/s) over three of angular velocity (rad/s) of the tool in
     the base's axes, per joint velocity (rad/s or m/s)."""
     manipulability: float
-    """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: the product of the singular values."""
+    """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: the product of the singular values. Of an arm with three
+    joints or fewer, which cannot choose its orientation, the rows of the position alone count."""
     singular_values: list[float]
     """The singular values of the Jacobian, in its units, the largest first."""
 

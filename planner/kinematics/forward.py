@@ -60,13 +60,19 @@ def jacobian(robot: Robot, position: ArrayLike) -> FloatArray:
 
 
 def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
-    """Compute the singular values (N, min(6, joints)) of the Jacobian (m and rad alike), largest first.
+    """Compute the singular values of the Jacobian, m and rad alike, largest first.
+
+    Of an arm that cannot choose its orientation (`Robot.is_position_only`) the rows of the position alone count.
 
     Args:
         robot: The robot, with its tool.
         positions: (N, joints), rad or m.
+
+    Returns:
+        (N, min(rows, joints)).
     """
-    J = np.array([jacobian(robot, position) for position in positions])
+    rows = 3 if robot.is_position_only else 6
+    J = np.array([jacobian(robot, position)[:rows] for position in positions])
     result: FloatArray = np.linalg.svd(J, compute_uv=False)
     return result
 
@@ -74,8 +80,7 @@ def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
 def manipulability(robot: Robot, positions: ArrayLike) -> FloatArray:
     """Compute how well the tool can be moved in all directions: sqrt(det(J J^T)), Yoshikawa 1985; 0 where singular.
 
-    It is the product of the singular values of the Jacobian (m and rad alike). With fewer than six joints
-    sqrt(det(J^T J)) is the same product.
+    It is the product of the `singular_values`. With fewer joints than rows sqrt(det(J^T J)) is the same product.
 
     Args:
         robot: The robot, with its tool.

@@ -116,6 +116,11 @@ class Robot(RobotDescription):
         """The number of joints that move."""
         return len(self.joints)
 
+    @property
+    def is_position_only(self) -> bool:
+        """Whether the arm has too few joints to choose the orientation of its tool, too: three or fewer."""
+        return self.dof <= 3
+
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """The names of the joints, in the order of every joint array."""

@@ -17,14 +17,12 @@ if TYPE_CHECKING:
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
 
-POSITION_ONLY_DOF = 3
-"""An arm with so few joints cannot choose its orientation: a move relative to a joint position asks for none."""
-
 
 def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:
     """The pose asked at every waypoint, as far as the list alone says it.
 
-    A move starts from the pose asked before it, not from the one reached: errors do not add up.
+    A move starts from the pose asked before it, not from the one reached: errors do not add up. Relative to a joint
+    position of an arm that cannot choose its orientation it asks for none.
 
     Args:
         robot: The robot, with its tool.
@@ -41,7 +39,7 @@ def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | 
         if isinstance(waypoint, JointWaypoint):
             before = tool_pose(robot, np.array(waypoint.position))
             axes = before.rotation
-            if robot.dof <= POSITION_ONLY_DOF:
+            if robot.is_position_only:
                 before = Pose(before.position)
         else:
             if isinstance(waypoint, PoseWaypoint):

@@ -40,16 +40,23 @@ def test_jacobian_equals_finite_differences(robot_id: str, tool: Pose | None) ->
 
 @pytest.mark.parametrize("robot_id", [*ARMS, "kuka_kr16_2"])
 def test_singular_values_are_the_square_roots_of_the_eigenvalues(robot_id: str) -> None:
-    """Of J J^T, or J^T J where that is smaller; the manipulability is the root of its determinant."""
+    """Of J J^T; of an arm that only positions its tool, of the position's rows. The manipulability is their root."""
     robot, rng = load_robot(robot_id), np.random.default_rng(6)
     positions = np.array([random_position(robot, rng) for _ in range(20)])
     for q, values, product in zip(
         positions, singular_values(robot, positions), manipulability(robot, positions), strict=True
     ):
-        J = differences(robot, q)
-        gram = J @ J.T if robot.dof >= 6 else J.T @ J
+        J = differences(robot, q)[: 3 if robot_id == "three_dof_arm" else 6]
+        gram = J @ J.T
         assert values**2 == pytest.approx(np.linalg.eigvalsh(gram)[::-1], abs=1e-7)
         assert product**2 == pytest.approx(np.linalg.det(gram), abs=1e-7)
+
+
+def test_a_three_joint_arm_is_singular_where_it_is_stretched() -> None:
+    """Document 002: with theta3 = 0 forearm and upper arm are one line: the tool can go no further."""
+    robot = load_robot("three_dof_arm")
+    assert manipulability(robot, np.array([0.3, 0.4, 0.0])) < 1e-12
+    assert manipulability(robot, np.array([0.3, 0.4, 1.0])) > 1e-4
 
 
 def test_a_singular_position_has_no_manipulability() -> None:
