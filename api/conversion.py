@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from api.schemas import common, requests, robots
+from api.schemas import common, requests, robots, waypoints
 from planner import problem
 from planner.backends import BACKENDS, BackEnd
 from planner.errors import InvalidProblem
@@ -49,9 +49,9 @@ def to_backend(asked: Any) -> BackEnd:
     return BACKENDS[asked.kind](**asked.model_dump(exclude={"kind"}))
 
 
-def to_waypoints(waypoints: Sequence[requests.Waypoint]) -> tuple[problem.AnyWaypoint, ...]:
+def to_waypoints(asked: Sequence[waypoints.Waypoint]) -> tuple[problem.AnyWaypoint, ...]:
     """Make waypoints of any kind."""
-    return tuple(_to_waypoint(waypoint) for waypoint in waypoints)
+    return tuple(_to_waypoint(waypoint) for waypoint in asked)
 
 
 def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
@@ -205,7 +205,7 @@ def _to_rotation(orientation: common.Orientation | None) -> FloatArray | None:
             return project_to_rotation(np.array(orientation.matrix))
 
 
-def _to_waypoint(waypoint: requests.Waypoint) -> problem.AnyWaypoint:
+def _to_waypoint(waypoint: waypoints.Waypoint) -> problem.AnyWaypoint:
     common_fields: dict[str, Any] = {
         "name": waypoint.name,
         "motion": _to_motion(waypoint.motion),
@@ -217,47 +217,47 @@ def _to_waypoint(waypoint: requests.Waypoint) -> problem.AnyWaypoint:
         "put_down": waypoint.put_down,
     }
     match waypoint:
-        case requests.JointWaypoint():
+        case waypoints.JointWaypoint():
             return problem.JointWaypoint(position=tuple(waypoint.position), **common_fields)
-        case requests.PoseWaypoint():
+        case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
             return problem.PoseWaypoint(to_pose(waypoint.pose), Configuration(**asked), **common_fields)
-        case requests.RelativeWaypoint():
+        case waypoints.RelativeWaypoint():
             return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
 
 
-def _to_motion(motion: requests.Motion) -> problem.Motion:
+def _to_motion(motion: waypoints.Motion) -> problem.Motion:
     match motion:
-        case requests.JointMotion():
+        case waypoints.JointMotion():
             return problem.JointMotion(motion.turns)
-        case requests.LinearMotion():
+        case waypoints.LinearMotion():
             return problem.LinearMotion(**_following(motion))
-        case requests.CircularMotion():
+        case waypoints.CircularMotion():
             via = to_pose(motion.via)
             return problem.CircularMotion(via, **_following(motion))
 
 
-def _following(motion: requests.LinearMotion | requests.CircularMotion) -> dict[str, Any]:
+def _following(motion: waypoints.LinearMotion | waypoints.CircularMotion) -> dict[str, Any]:
     """How the joints follow a motion of the tool."""
     return {name: getattr(motion, name) for name in ("tolerance_position", "tolerance_orientation", "singularity")}
 
 
-def _to_transition(transition: requests.Transition) -> problem.Transition:
+def _to_transition(transition: waypoints.Transition) -> problem.Transition:
     match transition:
-        case requests.StopTransition():
+        case waypoints.StopTransition():
             return problem.StopTransition()
-        case requests.ThroughTransition():
+        case waypoints.ThroughTransition():
             return problem.ThroughTransition()
-        case requests.BlendTransition():
+        case waypoints.BlendTransition():
             return problem.BlendTransition(transition.radius)
 
 
-def _to_move(move: requests.Move) -> problem.Move:
+def _to_move(move: waypoints.Move) -> problem.Move:
     match move:
-        case requests.CartesianMove():
+        case waypoints.CartesianMove():
             x, y, z = move.translation
             return problem.CartesianMove((x, y, z), _to_rotation(move.orientation))
-        case requests.CylindricalMove():
+        case waypoints.CylindricalMove():
             return problem.CylindricalMove(move.r, move.alpha, move.l)
-        case requests.SphericalMove():
+        case waypoints.SphericalMove():
             return problem.SphericalMove(move.r, move.beta, move.gamma)

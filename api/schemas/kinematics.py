@@ -20,7 +20,8 @@ from api.schemas.common import (
     Shoulder,
     Wrist,
 )
-from api.schemas.requests import InverseKinematicsOptions, Rows, Waypoint
+from api.schemas.requests import InverseKinematicsOptions, Rows
+from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 
 
 class ForwardKinematicsRequest(Schema):

@@ -1,0 +1,251 @@
+"""Waypoints of a request: where to go, how to get there, and what happens there."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+from typing_extensions import TypeAliasType
+
+from api.schemas.common import (
+    LARGEST,
+    Elbow,
+    JointVector,
+    Limits,
+    Number,
+    Orientation,
+    Payload,
+    Pose,
+    Schema,
+    Seconds,
+    Shoulder,
+    Vector3,
+    Wrist,
+)
+
+
+class JointMotion(Schema):
+    """Straight in joint space; beside a waypoint that is passed `through`, a smooth curve."""
+
+    kind: Literal["joint"]
+    """The motion: straight in joint space."""
+    turns: Literal["nearest", "as_given"] = "nearest"
+    """`nearest`: a continuous joint takes the short way to a joint waypoint, from 3.1 to -3.1 by 0.08 rad (it is then
+    at 3.18), as far as the positions here and at the waypoint before are angles between -pi and pi; one beyond counts
+    whole turns, and is taken as it is given. `as_given`: all are taken so, from 3.1 to -3.1 by 6.2 rad."""
+
+
+TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]
+ToleranceOrientation = Annotated[float, Field(ge=1e-8, le=1.0)]
+
+
+Singularity = TypeAliasType(
+    "Singularity",
+    Annotated[
+        Literal["refuse", "slow", "deviate"],
+        Field(
+            description="What a motion of the tool does near a singularity, where a joint would have to go far for a "
+            "small step of the tool. `refuse`: it is refused where a joint would have to go further than 1000 rad (or "
+            "m) for 1 m or 1 rad of the tool. `slow`: the tool keeps to its path and the joints to their speeds, and "
+            "time stretches. `deviate`: the tool's orientation leaves the path by up to `tolerance_orientation`, so "
+            "that the arm goes right through the singularity of its wrist."
+        ),
+    ],
+)
+
+
+class LinearMotion(Schema):
+    """The tool in a straight line, turning by the shortest rotation."""
+
+    kind: Literal["linear"]
+    """The motion: a straight line of the tool."""
+    tolerance_position: TolerancePosition = 1e-4
+    """The distance that the tool may be off the line, m."""
+    tolerance_orientation: ToleranceOrientation = 1e-3
+    """The angle that the tool may be off the orientation that belongs there, rad."""
+    singularity: Singularity = "refuse"
+    """What to do near a singularity."""
+
+
+class CircularMotion(Schema):
+    """The tool on the circle through three poses: the waypoint before, `via`, and this one."""
+
+    kind: Literal["circular"]
+    """The motion: an arc of the tool."""
+    via: Pose
+    """A pose on the way, in the base frame (m); without an orientation the tool turns by the shortest rotation."""
+    tolerance_position: TolerancePosition = 1e-4
+    """The distance that the tool may be off the circle, m."""
+    tolerance_orientation: ToleranceOrientation = 1e-3
+    """The angle that the tool may be off the orientation that belongs there, rad."""
+    singularity: Singularity = "refuse"
+    """What to do near a singularity."""
+
+
+Motion = TypeAliasType(
+    "Motion",
+    Annotated[
+        JointMotion | LinearMotion | CircularMotion,
+        Field(discriminator="kind", description="How to get to a waypoint."),
+    ],
+)
+
+
+class StopTransition(Schema):
+    """Come to rest at the waypoint."""
+
+    kind: Literal["stop"]
+    """The transition: a stop."""
+
+
+class ThroughTransition(Schema):
+    """Pass the waypoint exactly, without stopping."""
+
+    kind: Literal["through"]
+    """The transition: a passage without a stop."""
+
+
+class BlendTransition(Schema):
+    """Cut the corner without stopping; the tool leaves its paths only within the radius of the waypoint."""
+
+    kind: Literal["blend"]
+    """The transition: a cut corner."""
+    radius: Annotated[float, Field(ge=1e-5, le=LARGEST)]
+    """The distance from the waypoint at which the tool may leave its path, m."""
+
+
+Transition = TypeAliasType(
+    "Transition",
+    Annotated[
+        StopTransition | ThroughTransition | BlendTransition,
+        Field(discriminator="kind", description="How to pass a waypoint."),
+    ],
+)
+
+
+class CartesianMove(Schema):
+    """A translation, then a rotation."""
+
+    kind: Literal["cartesian"]
+    """The notation of the move: Cartesian coordinates."""
+    translation: Vector3
+    """The translation x, y, z, m."""
+    orientation: Orientation | None = None
+    """The rotation; null or omitted: the tool keeps its orientation. After a waypoint that asks for a position alone
+    the orientation stays open, whatever the move: it goes from that position, along the base's axes or those that the
+    tool has there."""
+
+
+class CylindricalMove(Schema):
+    """Trans(0, 0, l) Rot(z, alpha) Trans(r, 0, 0)."""
+
+    kind: Literal["cylindrical"]
+    """The notation of the move: cylindrical coordinates."""
+    r: Number
+    """The radius, m."""
+    alpha: Number
+    """The angle about z, rad."""
+    l: Number  # noqa: E741 - the contract's letter
+    """The height, m."""
+
+
+class SphericalMove(Schema):
+    """Rot(z, gamma) Rot(y, beta) Trans(0, 0, r)."""
+
+    kind: Literal["spherical"]
+    """The notation of the move: spherical coordinates."""
+    r: Number
+    """The radius, m."""
+    beta: Number
+    """The angle about y, rad."""
+    gamma: Number
+    """The angle about z, rad."""
+
+
+Move = TypeAliasType(
+    "Move",
+    Annotated[
+        CartesianMove | CylindricalMove | SphericalMove,
+        Field(discriminator="kind", description="A move relative to the pose before."),
+    ],
+)
+
+
+class WaypointBase(Schema):
+    """What every kind of waypoint has."""
+
+    name: Annotated[str, Field(max_length=200)] | None = None
+    """A name that the answer repeats; it means nothing to the planner."""
+    motion: Motion = JointMotion(kind="joint")
+    """How to get here from the waypoint before; omitted: straight in joint space."""
+    duration: Seconds | None = None
+    """The time from the departure at the waypoint before to the arrival here, s; omitted: the shortest within the
+    limits."""
+    dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
+    """The time to rest here before going on, s."""
+    transition: Transition = StopTransition(kind="stop")
+    """How to pass this waypoint; omitted: with a stop."""
+    limits: Limits | None = None
+    """Limits of the segment that ends here; what is omitted is as for the whole trajectory."""
+    payload: Payload | None = None
+    """The body that the robot carries from here on, in place of what it carried; omitted: that. It changes only where
+    the robot stops; as a gripper may close at any time of the dwell, what is carried before and what is carried after
+    are both held there within the torque limits."""
+    put_down: bool = False
+    """Whether the robot puts down here what it carries, and goes on without a payload."""
+
+
+class JointWaypoint(WaypointBase):
+    """A joint position to go to."""
+
+    kind: Literal["joint"]
+    """The kind of waypoint: a joint position."""
+    position: JointVector
+    """The joint position, one value a joint in the order of `joint_names`, rad or m."""
+
+
+class Configuration(Schema):
+    """The sides on which shoulder, elbow and wrist are to be, for arms that have such names."""
+
+    shoulder: Shoulder | None = None
+    """Where the wrist centre is, seen in the frame that turns with the first joint: `right`, on the side of axis 2
+    (KUKA: basic area, bit 0 of the status is 0), `left`, behind axis 1 (overhead area); of an arm whose links go by
+    axis 1 at a distance (UR): to the `right` or the `left` of it, seen from there. Null or omitted: either."""
+    elbow: Elbow | None = None
+    """Whether the elbow is `up` or `down`: above or below the line from axis 2 to the wrist centre, seen from the side.
+    Null or omitted: either."""
+    wrist: Wrist | None = None
+    """`no_flip`: the fifth joint is between 0 and pi; `flip`: between -pi and 0 (KUKA: bit 2 of the status is 1),
+    counted from where axes 4, 5 and 6 lie in one plane. Null or omitted: either."""
+
+
+class PoseWaypoint(WaypointBase):
+    """A pose to bring the tool to."""
+
+    kind: Literal["pose"]
+    """The kind of waypoint: a pose of the tool."""
+    pose: Pose
+    """The pose of the tool in the base frame (m)."""
+    configuration: Configuration | None = None
+    """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
+    omitted: any, chosen so that the way through the whole list is shortest."""
+
+
+class RelativeWaypoint(WaypointBase):
+    """A move from the pose of the waypoint before."""
+
+    kind: Literal["relative"]
+    """The kind of waypoint: a move from the one before."""
+    frame: Literal["tool", "base"]
+    """The frame whose axes the move is along: the tool's at the waypoint before, or the base's."""
+    move: Move
+    """The move from the pose of the waypoint before."""
+
+
+Waypoint = TypeAliasType(
+    "Waypoint",
+    Annotated[
+        JointWaypoint | PoseWaypoint | RelativeWaypoint,
+        Field(discriminator="kind", description="Where the robot is to go."),
+    ],
+)
