@@ -60,8 +60,9 @@ BYTES_PER_NUMBER = 16
 """Memory of a program by the numbers in the work vectors of its functions, bytes: they have 8, and IPOPT needs as much
 again for what it factorises. Measured 25 to 100 MB for 20 to 50 segments of six joints, estimated 30 to 80 MB."""
 
-PROGRAM_BYTES = 2**27
-"""Memory of the programs that a process keeps, bytes; one of a single segment with six joints has 4 to 8 MB."""
+PROGRAM_BYTES = 2**25
+"""Memory of the programs that a process keeps, bytes; one of a single segment with six joints has 4 to 8 MB. With four
+times as much, 60 jobs of six arms brought a process from 520 to 1040 MB of private memory, and so to 720."""
 
 
 class Numbers(NamedTuple):
