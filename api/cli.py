@@ -40,7 +40,7 @@ def serve(
     """
     from pydantic import ValidationError
 
-    from api.server import serve as run
+    from api.server.process import serve as run
     from api.settings import Settings
 
     given = {"host": host, "port": port, "workers": workers}

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
     from api.messages import Reply
-    from api.service import Service
+    from api.server.service import Service
     from api.tasks.operation import Operation
 
 log = structlog.get_logger()

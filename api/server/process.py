@@ -7,9 +7,9 @@ import sys
 from typing import TYPE_CHECKING, NoReturn
 
 from api.logs import configure_logs
+from api.server.workers import WorkerPool
 from api.settings import Settings
 from api.worker_main import hide_main_module
-from api.workers import WorkerPool
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -30,7 +30,7 @@ def serve(settings: Settings | None = None) -> NoReturn:
     try:
         import uvicorn
 
-        from api.app import create_app
+        from api.server.app import create_app
 
         uvicorn.run(
             create_app(settings, pool),
@@ -51,7 +51,3 @@ def serve(settings: Settings | None = None) -> NoReturn:
 
 def _exit_cleanly(_signal: int, _frame: FrameType | None) -> NoReturn:
     sys.exit(0)
-
-
-if __name__ == "__main__":
-    serve()

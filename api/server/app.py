@@ -11,14 +11,14 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
-from api.middleware import RequestContext
 from api.operations import OPERATIONS
 from api.routes import compare, robots, service
 from api.routes.ordinary import ordinary
-from api.service import Service
+from api.server.middleware import RequestContext
+from api.server.service import Service
+from api.server.workers import WorkerPool
 from api.settings import Settings
 from api.store import InMemoryRobotStore
-from api.workers import WorkerPool
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from api.server.workers import WorkerPool
     from api.settings import Settings
     from api.store import RobotStore
-    from api.workers import WorkerPool
 
 
 @dataclass(frozen=True)

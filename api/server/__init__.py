@@ -1,0 +1,1 @@
+"""The server process: it answers HTTP, moves bytes between clients and workers, and looks after the workers."""
