@@ -20,7 +20,8 @@ class UrdfModel(Schema):
     kind: Literal["urdf"]
     """The kind of model: a URDF document."""
     urdf: Annotated[str, Field(min_length=1)]
-    """The URDF document, `<robot ...>`."""
+    """The URDF document, `<robot ...>`. Limits are those of its `limit` elements, with `acceleration`, `deceleration`
+    and `jerk` as URDF 1.2 has them, and the soft limits of its `safety_controller` elements."""
     srdf: Annotated[str, Field(min_length=1)] | None = None
     """An SRDF document that goes with it: its groups and its disabled collision pairs are kept."""
     tip_frame: FrameName | None = None

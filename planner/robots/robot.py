@@ -55,8 +55,10 @@ class Robot(RobotDescription):
     ) -> Robot:
         """Read the arm from the root link to the tip of a URDF, with everything off that chain held still.
 
-        Acceleration and jerk limits, which URDF does not have, come from a default rule: full speed in 0.25 s, full
-        acceleration in 0.1 s. What the reader remarks about the model stands in `Robot.findings`.
+        Acceleration and jerk limits are those of URDF 1.2 (the lower of `acceleration` and `deceleration`); without
+        them they come from a default rule: full speed in 0.25 s, full acceleration in 0.1 s. The soft limits of a
+        safety controller narrow the position limits. What the reader remarks about the model stands in
+        `Robot.findings`.
 
         Args:
             urdf: The document, or the path of its file. A string is always a document: it never opens a file.

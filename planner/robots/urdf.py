@@ -43,7 +43,8 @@ def read_urdf(
 ) -> RobotDescription:
     """The arm from the root link to the tip, with everything off that chain held still.
 
-    Acceleration and jerk limits, which URDF does not have, come from the default rule of `planner.robots.checks`.
+    Acceleration and jerk limits, which documents before URDF 1.2 do not have, come from the default rule of
+    `planner.robots.checks`.
 
     Args:
         urdf: The document.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -190,7 +190,36 @@ class UrdfReader:
             lower, upper = (self.number(limit, side, 0.0, subject) for side in ("lower", "upper"))
         velocity = math.inf if limit is None else self.number(limit, "velocity", 0.0, subject)
         effort = math.inf if limit is None else self.number(limit, "effort", 0.0, subject)
-        return Joint(name, KINDS[written], lower, upper, velocity=velocity, torque=effort)
+        acceleration, jerk = self.acceleration(limit, subject), self.number(limit, "jerk", math.inf, subject)
+        joint = Joint(name, KINDS[written], lower, upper, velocity, acceleration, jerk, effort)
+        return self.with_soft_limits(joint, element.find("safety_controller"))
+
+    def acceleration(self, limit: Element | None, subject: str) -> float:
+        """The acceleration limit of URDF 1.2, infinite where there is none; it holds for braking, too."""
+        acceleration, deceleration = (
+            self.number(limit, name, math.inf, subject) for name in ("acceleration", "deceleration")
+        )
+        if not deceleration < acceleration or deceleration == 0.0:
+            return acceleration
+        text = f"the deceleration limit of {subject}, {deceleration:g}, is its acceleration limit, too"
+        self.findings.info("deceleration_limit", subject, text)
+        return deceleration
+
+    def with_soft_limits(self, joint: Joint, controller: Element | None) -> Joint:
+        """The joint within the soft limits of its safety controller, beyond which that does not let it go."""
+        subject = shown(joint.name)
+        soft_lower = self.number(controller, "soft_lower_limit", -math.inf, subject)
+        soft_upper = self.number(controller, "soft_upper_limit", math.inf, subject)
+        lower, upper = max(joint.lower, soft_lower), min(joint.upper, soft_upper)
+        if joint.kind == "continuous" or (lower, upper) == (joint.lower, joint.upper):
+            return joint
+        if not lower < upper:
+            text = f"the soft limits of {subject} leave it no room and are ignored: {soft_lower:g} to {soft_upper:g}"
+            self.findings.warning("soft_limits_ignored", subject, text)
+            return joint
+        text = f"the position limits of {subject} are the soft ones of its safety controller: {lower:g} to {upper:g}"
+        self.findings.info("soft_limits", subject, text)
+        return replace(joint, lower=lower, upper=upper)
 
     def geometry(self, element: Element) -> list[Mapping[str, Any]]:
         """The simple visual shapes of a link; meshes are counted and left alone."""

@@ -168,6 +168,23 @@ def test_groups_and_disabled_pairs_of_an_srdf_are_shown(service: RunningService)
     service.client.delete(f"{ROBOTS}/grouped")
 
 
+def test_limits_of_urdf_1_2_and_soft_limits_hold(service: RunningService) -> None:
+    """By 1 rad at 0.5 rad/s^2, never as fast as 1 rad/s: the fastest is 2 sqrt(1 / 0.5) s."""
+    soft = '<safety_controller soft_lower_limit="-0.5" soft_upper_limit="0.75"/>'
+    chain = urdf_chain(1).replace('effort="10"', 'effort="10" acceleration="0.5" deceleration="0.6" jerk="7"')
+    urdf = chain.replace("</joint>", soft + "</joint>")
+    added = AddedRobot.model_validate_json(service.post(ROBOTS, urdf_robot(urdf, id="extended")).content, strict=True)
+    (turn,) = added.joints
+    assert (turn.lower, turn.upper, turn.acceleration, turn.jerk) == (-0.5, 0.75, 0.5, 7.0)
+    assert set(turn.provenance.values()) == {"published"}
+    assert "soft_limits" in {finding.code for finding in added.findings}
+    request = plan_request(robot="extended", waypoints=[joint(-0.5), joint(0.5)], backend={"kind": "trapezoidal"})
+    assert service.post(PLAN, request).json()["duration"] == pytest.approx(2.0 * math.sqrt(1.0 / 0.5), rel=1e-4)
+    outside = plan_request(robot="extended", waypoints=[joint(-0.5), joint(0.8)])
+    assert service.post(PLAN, outside).json()["code"] == "joint_position_limit"
+    service.client.delete(f"{ROBOTS}/extended")
+
+
 def content(digest: str) -> RobotContent:
     return RobotContent(digest, b"{}", b'{"dof":1}')
 

@@ -102,6 +102,10 @@ URDFS: list[tuple[str, str, str]] = [
     ("an effort next to nothing", "absurd_limit", two_links(limit=LIMIT.replace('effort="30"', 'effort="1e-9"'))),
     ("a negative effort", "negative_limit", two_links(limit=LIMIT.replace('effort="30"', 'effort="-30"'))),
     ("a speed of NaN", "non_finite_number", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="nan"'))),
+    ("a negative acceleration", "negative_limit", two_links(limit=LIMIT.replace("/>", ' acceleration="-2"/>'))),
+    ("a negative deceleration", "negative_limit", two_links(limit=LIMIT.replace("/>", ' deceleration="-2"/>'))),
+    ("a jerk of words", "not_a_number", two_links(limit=LIMIT.replace("/>", ' jerk="soft"/>'))),
+    ("a soft limit of NaN", "non_finite_number", two_links(more='<safety_controller soft_lower_limit="nan"/>')),
     ("a negative mass", "negative_mass", two_links(inertial(mass="-1"))),
     ("a mass of NaN", "non_finite_number", two_links(inertial(mass="nan"))),
     ("an infinite mass", "non_finite_number", two_links(inertial(mass="inf"))),
@@ -220,15 +224,27 @@ def test_dh_table_is_refused(code: str, model: DHModel) -> None:
 NUMBER = st.one_of(st.floats(), st.sampled_from(["", "x", "1e308", "-0", "1e-320", "nan", "1 2"])).map(str)
 
 
-@given(values=st.lists(NUMBER, min_size=14, max_size=14))
+LIMIT_NAMES = ("lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk")
+LIMITS = st.fixed_dictionaries(dict.fromkeys(LIMIT_NAMES[:4], NUMBER), optional=dict.fromkeys(LIMIT_NAMES[4:], NUMBER))
+SOFT_LIMITS = st.fixed_dictionaries({}, optional={"soft_lower_limit": NUMBER, "soft_upper_limit": NUMBER})
+
+
+def attributes(values: dict[str, str]) -> str:
+    return " ".join(f'{name}="{value}"' for name, value in values.items())
+
+
+@given(values=st.lists(NUMBER, min_size=10, max_size=10), limits=LIMITS, soft=SOFT_LIMITS)
 @settings(max_examples=200)
-def test_any_numbers_give_a_finite_model_or_a_refusal(values: list[str]) -> None:
-    x, y, z, a, b, c, mass, xx, yy, zz, lower, upper, velocity, effort = (value.replace('"', "") for value in values)
+def test_any_numbers_give_a_finite_model_or_a_refusal(
+    values: list[str], limits: dict[str, str], soft: dict[str, str]
+) -> None:
+    x, y, z, a, b, c, mass, xx, yy, zz = values
     document = two_links(
         inertial(mass, f'ixx="{xx}" iyy="{yy}" izz="{zz}"'),
         origin=f'<origin xyz="{x} {y} {z}"/>',
         axis=f'<axis xyz="{a} {b} {c}"/>',
-        limit=f'<limit lower="{lower}" upper="{upper}" velocity="{velocity}" effort="{effort}"/>',
+        limit=f"<limit {attributes(limits)}/>",
+        more=f"<safety_controller {attributes(soft)}/>",
     )
     try:
         arm = Robot.from_urdf(document)
@@ -238,6 +254,7 @@ def test_any_numbers_give_a_finite_model_or_a_refusal(values: list[str]) -> None
         assert np.isfinite(arm.model.inertias[1].toDynamicParameters()).all()
         assert np.isfinite(arm.model.jointPlacements[1].homogeneous).all()
         assert np.isfinite([arm.limit(name) for name in ("velocity", "acceleration", "jerk")]).all()
+        assert arm.limit("lower") < arm.limit("upper")
 
 
 @given(

@@ -145,6 +145,7 @@ def test_a_link_may_be_called_tool_and_carry_a_tool() -> None:
     np.testing.assert_allclose(arm.data.oMf[arm.tip_frame_id].translation, [0.0, 0.0, 0.3])
 
 
+SOFT_ZEROS = '<safety_controller k_velocity="10" soft_lower_limit="0" soft_upper_limit="0"/>'
 REMARKS = [
     ("absurd_limit", "warning", two_links(limit=LIMIT.replace('velocity="2"', 'velocity="1000"'))),
     ("absurd_limit", "warning", two_links(kind="prismatic", limit=LIMIT.replace('velocity="2"', 'velocity="100"'))),
@@ -160,6 +161,9 @@ REMARKS = [
     ("no_masses", "info", two_links()),
     ("no_reach", "warning", two_links()),
     ("position_limit_ignored", "info", two_links(kind="continuous")),
+    ("deceleration_limit", "info", two_links(limit=LIMIT.replace("/>", ' acceleration="5" deceleration="4"/>'))),
+    ("soft_limits", "info", two_links(more='<safety_controller soft_lower_limit="-1"/>')),
+    ("soft_limits_ignored", "warning", two_links(more=SOFT_ZEROS)),
     ("shape_without_size", "warning", two_links('<visual><geometry><sphere radius="0"/></geometry></visual>')),
     ("suspicious_angle", "warning", two_links(limit='<limit lower="-180" upper="180" velocity="2" effort="1"/>')),
     ("suspicious_angle", "warning", two_links(limit='<limit lower="-90" upper="90" velocity="2" effort="1"/>')),
@@ -184,6 +188,59 @@ def test_a_usable_model_is_remarked_upon(code: str, severity: str, urdf: str) ->
     assert np.isfinite(frame_pose(arm, [0.3])).all()
     assert np.isfinite(arm.limit("velocity")).all()
     assert (arm.limit("torque") > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("attributes", "acceleration", "jerk", "published"),
+    [
+        ('acceleration="5" jerk="60"', 5.0, 60.0, {"acceleration", "jerk"}),
+        ('acceleration="5"', 5.0, 50.0, {"acceleration"}),
+        ('jerk="60"', 8.0, 60.0, {"jerk"}),
+        ('acceleration="5" deceleration="4"', 4.0, 40.0, {"acceleration"}),
+        ('acceleration="5" deceleration="7"', 5.0, 50.0, {"acceleration"}),
+        ('acceleration="5" deceleration="0"', 5.0, 50.0, {"acceleration"}),
+        ('deceleration="4"', 4.0, 40.0, {"acceleration"}),
+        ('acceleration="0" jerk="0"', 8.0, 80.0, set()),
+    ],
+)
+def test_limits_of_urdf_1_2_are_the_robots_own(
+    attributes: str, acceleration: float, jerk: float, published: set[str]
+) -> None:
+    """What is left out follows by the default rule: full speed (2 rad/s) in 0.25 s, full acceleration in 0.1 s."""
+    (turn,) = Robot.from_urdf(two_links(limit=LIMIT.replace("/>", f" {attributes}/>"))).joints
+    assert (turn.acceleration, turn.jerk) == (acceleration, jerk)
+    origins = {name: turn.provenance[name] for name in ("acceleration", "jerk")}
+    assert origins == {name: "published" if name in published else "default" for name in origins}
+
+
+@pytest.mark.parametrize(
+    ("attributes", "bounds"),
+    [
+        ('soft_lower_limit="-1" soft_upper_limit="0.5"', (-1.0, 0.5)),
+        ('soft_lower_limit="-9" soft_upper_limit="0.5"', (-1.5, 0.5)),
+        ('soft_upper_limit="1"', (-1.5, 1.0)),
+        ('soft_lower_limit="-9" soft_upper_limit="9"', (-1.5, 1.5)),
+        ('soft_lower_limit="2" soft_upper_limit="3"', (-1.5, 1.5)),
+        ('soft_lower_limit="0" soft_upper_limit="0"', (-1.5, 1.5)),
+        ('k_velocity="10"', (-1.5, 1.5)),
+    ],
+)
+def test_soft_limits_narrow_the_position_limits(attributes: str, bounds: tuple[float, float]) -> None:
+    arm = Robot.from_urdf(two_links(more=f"<safety_controller {attributes}/>"))
+    (turn,) = arm.joints
+    assert (turn.lower, turn.upper) == bounds
+    assert turn.provenance["position"] == "published"
+    assert bool({"soft_limits", "soft_limits_ignored"} & {finding.code for finding in arm.findings}) == (
+        bounds != (-1.5, 1.5) or 'soft_lower_limit="2"' in attributes or 'soft_lower_limit="0"' in attributes
+    )
+
+
+def test_soft_limits_stand_in_for_missing_ones_but_not_of_a_continuous_joint() -> None:
+    soft = '<safety_controller soft_lower_limit="-1" soft_upper_limit="1"/>'
+    (turn,) = Robot.from_urdf(two_links(limit='<limit velocity="2" effort="1"/>', more=soft)).joints
+    assert (turn.lower, turn.upper) == (-1.0, 1.0)
+    (wheel,) = Robot.from_urdf(two_links(kind="continuous", limit="", more=soft)).joints
+    assert (wheel.lower, wheel.upper) == (-np.inf, np.inf)
 
 
 def test_enormous_limits_are_no_limits() -> None:
