@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
 
 from planner.guarantees import QUANTITIES, Guarantee
 
@@ -35,6 +35,15 @@ class BackEnd(Protocol):
             InfeasibleDuration: A segment's duration is shorter than its limits allow.
             LimitsUnsatisfiable: No duration keeps the limits.
         """
+        ...
+
+
+@runtime_checkable
+class Searching(Protocol):
+    """A back end that begins with a motion within all limits, where it finds one at once, and searches for a better."""
+
+    def without_search(self) -> BackEnd:
+        """The back end that returns the motion to begin with: what it plans, the searching one plans, too."""
         ...
 
 

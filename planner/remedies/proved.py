@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.backends.base import Searching
 from planner.errors import PlanningError
 from planner.paths import solve_path
 from planner.result import certified_plan
@@ -19,14 +20,15 @@ if TYPE_CHECKING:
 
 
 def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> Plan:
-    """The plan of a problem with remedies applied to it.
+    """The plan of a problem with remedies applied to it; of a back end that searches, the one before its search.
 
     Raises:
         PlanningError: It has none, either.
     """
     for remedy in remedies:
         problem = remedy.applied_to(problem)
-    return certified_plan(problem, backend, solve_path(problem))
+    at_once = backend.without_search() if isinstance(backend, Searching) else backend
+    return certified_plan(problem, at_once, solve_path(problem))
 
 
 def proved(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> tuple[Remedy, ...]:

@@ -47,6 +47,10 @@ class MinEffort(MinEffortOptions):
     summary: ClassVar[str] = "The least torque within all limits, between waypoints on the way that takes least, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
 
+    def without_search(self) -> MinEffort:
+        """The back end that returns the motion which the search begins with, if that keeps all limits."""
+        return replace(self, iterations=0)
+
     def parametrize(self, path: JointPath) -> Trajectory:
         """The motion of least cost of each run.
 

@@ -19,8 +19,8 @@ class MinEffortOptions:
         slowdown: How many times the duration of the shortest quintic a motion without an asked duration takes.
         time_weight: Cost of a second; None: durations are not traded against the cost.
         iterations: Iterations of the search from stop to stop after which the best motion found is returned, with the
-            warning `suboptimal`; None: as many as take 7 s or so. They are counted, not timed: equal problems have
-            equal plans.
+            warning `suboptimal`; 0: the motion that the search begins with; None: as many as take 7 s or so. They are
+            counted, not timed: equal problems have equal plans.
         max_deviation: How far the tool may go from the straight joint motion between two stops, or where waypoints are
             passed without stopping from the quintic through them, m; None: any way.
     """
@@ -60,8 +60,9 @@ class MinEffortOptions:
         default=None,
         metadata={
             "description": "After so many iterations from stop to stop the best motion found so far is the answer, "
-            "never worse than the quintic, with the warning `suboptimal`. Omitted: as many as take 7 s or so.",
-            "ge": 1,
+            "never worse than the quintic, with the warning `suboptimal`; 0: the motion that the search begins with. "
+            "Omitted: as many as take 7 s or so.",
+            "ge": 0,
             "le": 10_000,
         },
     )

@@ -157,14 +157,16 @@ class Program:
         m: Numbers,
         first: PiecewisePolynomial,
         iterations: int,
+        fruitless: int,
         multipliers: tuple[Any, Any] | None = None,
-    ) -> Motion:
-        """The optimum, or the best motion within the limits that there was after so many iterations.
+    ) -> Motion | None:
+        """The optimum, or the best motion within the limits that there was after so many iterations; None: no motion.
 
         Args:
             m: What is asked.
             first: A motion to begin with, of the same durations.
             iterations: The most there may be.
+            fruitless: The most there may be until one is within the limits.
             multipliers: If the first motion is this program's own for nearly the same numbers: those of it.
 
         Raises:
@@ -178,7 +180,7 @@ class Program:
         via = np.zeros(self.joints * (self.layout.segments - 1))
         inequalities = np.full(self.inequalities, INSIDE)
         total = [-np.inf, np.inf] if m.total is None else [m.total / unit_time] * 2
-        self.watch.begin(iterations)
+        self.watch.begin(iterations, fruitless)
         solver, known = self.solver, {}
         if multipliers is not None:
             solver, known = self.solver_again, dict(zip(("lam_x0", "lam_g0"), multipliers, strict=True))
@@ -195,7 +197,9 @@ class Program:
         if stats["return_status"] == "Insufficient_Memory":
             raise MemoryError
         converged = bool(stats["success"])
-        x = np.array(result["x"]).ravel() if converged or self.watch.best is None else self.watch.best
+        x = np.array(result["x"]).ravel() if converged else self.watch.best
+        if x is None:
+            return None
         x = self._onto_waypoints(x, p)
         found = np.where(m.free, x[-self.layout.segments :] * unit_time, m.durations)
         return Motion(
@@ -287,11 +291,11 @@ def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: in
     class Watch(ca.Callback):
         def __init__(self) -> None:
             ca.Callback.__init__(self)
-            self.begin(0)
+            self.begin(0, 0)
             self.construct("watch", {})
 
-        def begin(self, iterations: int) -> None:
-            self.left, self.least = iterations, np.inf
+        def begin(self, iterations: int, fruitless: int) -> None:
+            self.left, self.fruitless, self.least = iterations, fruitless, np.inf
             self.best: FloatArray | None = None
 
         def get_n_in(self) -> int:
@@ -313,8 +317,8 @@ def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: in
             )
             if inside and f[0] < self.least:
                 self.best, self.least = x, float(f[0])
-            self.left -= 1
-            return [int(self.left < 0)]
+            self.left, self.fruitless = self.left - 1, self.fruitless - 1
+            return [int(self.left < 0 or (self.best is None and self.fruitless < 0))]
 
     return Watch()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections import defaultdict
 from dataclasses import replace
 from typing import Any
@@ -131,6 +132,7 @@ def test_a_tool_speed_on_a_line(robot: Robot) -> None:
 
 @pytest.mark.parametrize("kind", sorted(set(BACKENDS) - {"auto"}))
 def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> None:
+    """Within 3 s, remedies included: least effort took 9 to 32 s, since it searched in each of its proofs."""
     weak = robot.limit("torque") * [0.02, 1.0, 1.0, 1.0, 1.0, 1.0]
     for limits, cause in (
         (Limits(tcp_linear_velocity=0.1), "the limit of the tool's speed"),
@@ -138,8 +140,10 @@ def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> Non
         (Limits(torque=tuple(weak.tolist())), "the torque limit of joint_a1"),
         (Limits(velocity_scale=0.1), "(the velocity limit of|the limits of) joint_a1"),
     ):
+        started = time.process_time()
         with pytest.raises(InfeasibleDuration, match=cause) as refusal:
             plan(hurried(robot, 1.2, limits=limits), backend_of(kind))
+        assert time.process_time() - started < 3.0
         assert refusal.value.segment == 0
         joint = re.search("joint_a.", cause)
         assert refusal.value.joint == (joint and joint.group())

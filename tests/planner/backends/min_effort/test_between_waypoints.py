@@ -271,6 +271,14 @@ def test_after_its_iterations_the_best_motion_so_far_is_returned() -> None:
     assert effort(hurried) <= effort(plan(problem, Quintic())) * (1.0 + 1e-9)
 
 
+@pytest.mark.parametrize("through", [False, True], ids=["stop", "through"])
+def test_without_a_search_it_is_the_quintic(through: bool) -> None:
+    problem = arm_problem(2, 3, 0.3, through)
+    begun, quintic = plan(problem, QUICK.without_search()), plan(problem, Quintic())
+    assert begun.trajectory.coefficients == pytest.approx(quintic.trajectory.coefficients, rel=1e-12, abs=1e-9)
+    assert [warning.code for warning in begun.warnings] == ["suboptimal"]
+
+
 def test_programs_are_kept_for_robots_of_equal_content() -> None:
     robot, layout = load_robot(ARM), Layout(1, 9, "effort", False)
     program = program_of(robot.with_payload(Payload(1.0)), layout)
