@@ -237,9 +237,9 @@ def _to_motion(motion: waypoints.Motion) -> problem.Motion:
             return problem.CircularMotion(via, **_following(motion))
 
 
-def _following(motion: waypoints.LinearMotion | waypoints.CircularMotion) -> dict[str, Any]:
-    """How the joints follow a motion of the tool."""
-    return {name: getattr(motion, name) for name in ("tolerance_position", "tolerance_orientation", "singularity")}
+def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:
+    """Return the fields that say how closely the joints follow a motion of the tool."""
+    return {name: getattr(motion, name) for name in waypoints.ToolMotion.model_fields}
 
 
 def _to_transition(transition: waypoints.Transition) -> problem.Transition:

@@ -54,32 +54,31 @@ Singularity = TypeAliasType(
 )
 
 
-class LinearMotion(Schema):
-    """The tool in a straight line, turning by the shortest rotation."""
+class ToolMotion(Schema):
+    """What every motion of the tool along a given curve has."""
 
-    kind: Literal["linear"]
-    """The motion: a straight line of the tool."""
     tolerance_position: TolerancePosition = 1e-4
-    """The distance that the tool may be off the line, m."""
+    """The distance that the tool may be off the curve, m."""
     tolerance_orientation: ToleranceOrientation = 1e-3
     """The angle that the tool may be off the orientation that belongs there, rad."""
     singularity: Singularity = "refuse"
     """What to do near a singularity."""
 
 
-class CircularMotion(Schema):
+class LinearMotion(ToolMotion):
+    """The tool in a straight line, turning by the shortest rotation."""
+
+    kind: Literal["linear"]
+    """The motion: a straight line of the tool."""
+
+
+class CircularMotion(ToolMotion):
     """The tool on the circle through three poses: the waypoint before, `via`, and this one."""
 
     kind: Literal["circular"]
     """The motion: an arc of the tool."""
     via: Pose
     """A pose on the way, in the base frame (m); without an orientation the tool turns by the shortest rotation."""
-    tolerance_position: TolerancePosition = 1e-4
-    """The distance that the tool may be off the circle, m."""
-    tolerance_orientation: ToleranceOrientation = 1e-3
-    """The angle that the tool may be off the orientation that belongs there, rad."""
-    singularity: Singularity = "refuse"
-    """What to do near a singularity."""
 
 
 Motion = TypeAliasType(
