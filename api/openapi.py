@@ -8,6 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema
 
 from api.errors import MEDIA_TYPE, STATUS_OF_CODE
 from api.operations import OPERATIONS
@@ -17,6 +18,9 @@ from api.size import CAPPED_LISTS
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core.core_schema import FloatSchema, WithDefaultSchema
+
     from api.messages import Reply
     from api.tasks.operation import Operation
     from api.tasks.work import Work
@@ -29,6 +33,15 @@ DESCRIPTION = "Waypoints in, certified joint trajectory out. SI units everywhere
 
 REFERENCE = "#/components/schemas/{model}"
 """Where a schema is in the document."""
+
+TAGS = {
+    "trajectories": "Plans, and certificates of trajectories of any origin.",
+    "kinematics": "Poses of the tool, joint positions that reach them, and what lies between the two.",
+    "dynamics": "Joint torques.",
+    "robots": "The robots of the catalogue, and your own.",
+    "service": "What the service is and how it does.",
+}
+"""The groups of operations in the documentation, and what each is about."""
 
 FORMAT_SCHEMAS = {"ros2": RosJointTrajectory}
 """The schemas of the JSON forms of a plan besides `json`; the others are text."""
@@ -59,6 +72,7 @@ def openapi_document(max_waypoints: int) -> dict[str, Any]:
             "license": {"name": "MIT", "identifier": "MIT"},
             "version": service_version(),
         },
+        "tags": [{"name": name, "description": description} for name, description in TAGS.items()],
         "paths": paths,
         "components": {"schemas": _components(max_waypoints)},
     }
@@ -156,14 +170,33 @@ def _reference(schema: Any) -> dict[str, Any]:
     return {"$ref": REFERENCE.format(model=schema.__name__)}
 
 
+class _Schemas(GenerateJsonSchema):
+    """JSON schemas from which generators for typed languages make code that compiles."""
+
+    def float_schema(self, schema: FloatSchema) -> JsonSchemaValue:
+        """Say that a number has double precision: generators take single precision otherwise."""
+        return super().float_schema(schema) | {"format": "double"}
+
+    def default_schema(self, schema: WithDefaultSchema) -> JsonSchemaValue:
+        """Leave out a default that is an object, which generators write as text; descriptions say what it is."""
+        made = super().default_schema(schema)
+        if isinstance(made.get("default"), dict):
+            del made["default"]
+        return made
+
+
 def _components(max_waypoints: int) -> dict[str, Any]:
-    """Collect every schema that the operations name, and those that these name; lists as long as the service takes."""
+    """Collect every schema that the operations name, and those that these name.
+
+    Lists are as long as the service takes, and the codes of problems are those that there are.
+    """
     roots: list[Any] = [ProblemDocument, *FORMAT_SCHEMAS.values()]
     roots += [schema for op in OPERATIONS for schema in (op.request, op.answer) if schema is not None]
     inputs: Any = [(schema.__name__, "validation", TypeAdapter(schema)) for schema in roots]
-    _, definitions = TypeAdapter.json_schemas(inputs, ref_template=REFERENCE)
+    _, definitions = TypeAdapter.json_schemas(inputs, ref_template=REFERENCE, schema_generator=_Schemas)
     schemas = dict(sorted(definitions["$defs"].items()))
     for name in {operation.request.__name__ for operation in OPERATIONS if operation.request is not None}:
         for field in CAPPED_LISTS & schemas[name].get("properties", {}).keys():
             schemas[name]["properties"][field]["maxItems"] = max_waypoints
+    schemas[ProblemDocument.__name__]["properties"]["code"]["enum"] = sorted(STATUS_OF_CODE)
     return schemas

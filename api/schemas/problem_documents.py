@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from api.schemas.common import Answer
+from api.schemas.common import Answer, QuaternionOrientation
 
 
 class Fault(Answer):
@@ -39,6 +39,39 @@ class ModelFinding(Answer):
     """The name of the joint or link that the remark is about; null: the whole model."""
     message: str
     """The remark, for a person."""
+
+
+class PoseOrPosition(Answer):
+    """A pose of the tool in the base frame, or its position alone."""
+
+    position: list[float]
+    """The origin of the tool x, y, z, m."""
+    orientation: QuaternionOrientation | None
+    """The orientation of the tool, as a quaternion of norm 1; null: any orientation will do."""
+
+
+class NearestToWaypoint(Answer):
+    """The nearest pose found to one that cannot be reached."""
+
+    pose: PoseOrPosition
+    """The pose that the tool gets."""
+    position: list[float]
+    """The joint position that reaches it, rad or m per joint."""
+    position_distance: float
+    """Its distance from the position asked, m."""
+    orientation_distance: float | None
+    """Its angle from the orientation asked, rad; null: none was asked."""
+
+
+class PathPoint(Answer):
+    """The point up to which a motion of the tool can be followed."""
+
+    fraction: float
+    """The share of the motion that lies before it, 0 to 1; its unit is 1."""
+    pose: PoseOrPosition
+    """The pose of the tool there."""
+    position: list[float]
+    """The joint position there, rad or m per joint."""
 
 
 class ProblemDocument(Answer):
@@ -76,15 +109,9 @@ class ProblemDocument(Answer):
     """With `invalid_request`: the faults that were found, 50 at most."""
     findings: list[ModelFinding] | None = None
     """With `invalid_robot_model`: why the model cannot be used, 50 remarks at most."""
-    nearest: Any = Field(
-        default=None,
-        description="With `unreachable_waypoint`: the nearest that the tool gets, as `position` (joints, rad or m), "
-        "`pose` (m, quaternion), `position_distance` (m) and `orientation_distance` (rad).",
-    )
-    place: Any = Field(
-        default=None,
-        description="Where on a motion it happens: `fraction` of the way (0 to 1), `pose` (m, quaternion) and "
-        "`position` (joints, rad or m).",
-    )
+    nearest: NearestToWaypoint | None = None
+    """With `unreachable_waypoint`: the nearest that the tool gets."""
+    place: PathPoint | None = None
+    """Where on a motion it happens."""
     formats: list[str] | None = None
     """With `not_acceptable`: the names of the formats that there are."""

@@ -87,6 +87,26 @@ def test_there_are_no_tuples_and_no_unnamed_objects(document: dict[str, Any]) ->
             assert "properties" not in field, name
 
 
+def test_generators_for_typed_languages_find_what_they_need(document: dict[str, Any]) -> None:
+    """Defaults that are objects become text otherwise, and numbers become single precision."""
+    schemas = list(nodes(document["components"]["schemas"]))
+    assert not [node for node in schemas if isinstance(node.get("default"), dict)]
+    assert {node.get("format") for node in schemas if node.get("type") == "number"} == {"double"}
+    groups = {tag["name"] for tag in document["tags"] if sentence(tag)}
+    assert groups == {tag for operation in operations(document).values() for tag in operation["tags"]}
+    problem = document["components"]["schemas"]["ProblemDocument"]["properties"]
+    assert {"unreachable_waypoint", "deadline_exceeded"} <= set(problem["code"]["enum"])
+    answered = {
+        code.strip("`")
+        for operation in operations(document).values()
+        for status, response in operation["responses"].items()
+        if status >= "400"
+        for code in re.findall(r"`\w+`", response["description"])
+    }
+    assert answered <= set(problem["code"]["enum"])
+    assert {"$ref", "anyOf"} & set(problem["nearest"]) and {"$ref", "anyOf"} & set(problem["place"])
+
+
 def test_everything_that_a_caller_sends_is_described(document: dict[str, Any]) -> None:
     for (method, path), operation in operations(document).items():
         assert operation["summary"].endswith("."), path
