@@ -13,6 +13,7 @@ from fastapi import Request, Response
 from api.errors import DeadlineExceeded, PayloadTooLarge, UnsupportedMediaType, invalid
 from api.messages import Task
 from api.schemas.common import DEFAULT_DEADLINE
+from api.size import has_too_many_rows
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -58,7 +59,7 @@ async def look_at_body(request: Request) -> tuple[bytes, dict[str, Any], float, 
     """
     service = service_of(request)
     body = await _read_body(request)
-    document = _parse(body)
+    document = _parse(body, service.settings.max_body_bytes)
     content = service.robots.get(document["robot"]) if isinstance(document.get("robot"), str) else None
     robot = {} if content is None else {"definition": content.definition}
     deadline = document.get("deadline")
@@ -120,7 +121,9 @@ async def _read_body(request: Request) -> bytes:
     return bytes(body)
 
 
-def _parse(body: bytes) -> dict[str, Any]:
+def _parse(body: bytes, max_body_bytes: int) -> dict[str, Any]:
+    if has_too_many_rows(body, max_body_bytes):
+        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
     try:
         document = orjson.loads(body)
     except orjson.JSONDecodeError as error:

@@ -13,7 +13,7 @@ from api.messages import Caps
 from api.schemas.kinematics import ForwardKinematicsRequest, InverseKinematicsRequest
 from api.schemas.requests import CompareRequest, PlanRequest, ValidateRequest
 from api.schemas.robots import RobotDefinition
-from api.size import size_faults
+from api.size import has_too_many_rows, size_faults
 from api.tasks import work
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, validate_request
 
@@ -96,3 +96,12 @@ def test_what_is_not_too_large_is_let_through() -> None:
         dh_robot(joints=[dh_joint()] * 64),
     ):
         assert size_faults(document, CAPS) == []
+
+
+def test_rows_are_counted_before_the_body_is_parsed() -> None:
+    most = 100 // 20
+    assert not has_too_many_rows(b'{"a": [[1], [2], [3]]}', 100)
+    assert has_too_many_rows(b'{"a": [[1], [2], {"b": []}]}', 100)
+    assert has_too_many_rows(b"[" * (most + 1), 100)
+    rows = b",".join([b"[0.1,-0.2,0.3]"] * 30_000)  # of three joints, written as short as can be
+    assert not has_too_many_rows(b'{"robot": "three_dof_arm", "positions": [%s]}' % rows, 1_000_000)
