@@ -23,11 +23,13 @@ MEDIA_TYPE = "application/problem+json"
 """The media type of problem documents (RFC 9457)."""
 
 STATUS_OF_CODE: dict[str, int] = {
+    "malformed_request": 400,
     "invalid_request": 422,
     "not_found": 404,
     "unknown_robot": 404,
     "method_not_allowed": 405,
     "not_acceptable": 406,
+    "request_timeout": 408,
     "robot_exists": 409,
     "catalogue_robot": 409,
     "too_many_robots": 409,
@@ -42,6 +44,8 @@ STATUS_OF_CODE: dict[str, int] = {
     "infeasible_duration": 422,
     "limits_unsatisfiable": 422,
     "memory_exceeded": 422,
+    "too_many_requests": 429,
+    "header_too_large": 431,
     "internal_error": 500,
     "overloaded": 503,
     "deadline_exceeded": 504,
@@ -79,6 +83,34 @@ class InvalidRequest(ServiceError):
 
     code = "invalid_request"
     title = InvalidProblem.title
+
+
+class MalformedRequest(ServiceError):
+    """What arrived is not HTTP."""
+
+    code = "malformed_request"
+    title = "This is not an HTTP request"
+
+
+class RequestTimeout(ServiceError):
+    """The client took too long to send its request."""
+
+    code = "request_timeout"
+    title = "The request did not arrive in time"
+
+
+class HeaderTooLarge(ServiceError):
+    """The head of the request is larger than the service reads."""
+
+    code = "header_too_large"
+    title = "The head of the request is too large"
+
+
+class TooManyRequests(ServiceError):
+    """The client has more under way than the service grants one client."""
+
+    code = "too_many_requests"
+    title = "You have too much under way"
 
 
 class NotFound(ServiceError):

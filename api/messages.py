@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import pickle
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-HEADER = struct.Struct("!I")
-"""The length of a pickled message in bytes, which goes ahead of it on the channel between server and worker."""
+HEADER = struct.Struct("!QQ")
+"""The lengths in bytes that go ahead of a message on the channel between server and worker: that of the pickled message
+without its body, and that of its body, which follow."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,14 @@ class Reply:
     worker_is_fit: bool = True
 
 
-def pack(message: Task | Reply | None) -> bytes:
-    """Write a message as it goes over a channel: the length of its pickle, then the pickle."""
-    payload = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
-    return HEADER.pack(len(payload)) + payload
+def pack(message: Task | Reply | None) -> tuple[bytes, bytes]:
+    """Write a message as it goes over a channel: what goes ahead of the body, and the body as it is."""
+    body = b"" if message is None else message.body
+    payload = pickle.dumps(None if message is None else replace(message, body=b""), pickle.HIGHEST_PROTOCOL)
+    return HEADER.pack(len(payload), len(body)) + payload, body
+
+
+def unpack(payload: bytes, body: bytes) -> Any:
+    """Read a message that `pack` wrote, from the other side's pickle and body."""
+    message = pickle.loads(payload)  # noqa: S301 - from our own process
+    return None if message is None else replace(message, body=body)

@@ -15,6 +15,7 @@ from api.operations import OPERATIONS
 from api.schemas.answers import RosJointTrajectory
 from api.schemas.problem_documents import ProblemDocument
 from api.size import CAPPED_LISTS
+from api.tasks.operation import CONNECTION_CODES
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
     for status, meaning in operation.also.items():
         responses[status] = _success(operation) | {"description": meaning}
     by_status: dict[int, list[str]] = {}
-    for code in operation.codes:
+    for code in (*CONNECTION_CODES, *operation.codes):
         by_status.setdefault(STATUS_OF_CODE[code], []).append(code)
     for status, codes in sorted(by_status.items()):
         description = f"{HTTPStatus(status).phrase}: " + ", ".join(f"`{code}`" for code in codes)
@@ -119,7 +120,7 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
             "description": description,
             "content": {MEDIA_TYPE: {"schema": _reference(ProblemDocument)}},
         }
-        if "overloaded" in codes:
+        if {"overloaded", "too_many_requests"} & set(codes):
             seconds = {"description": "Wait that long, s.", "schema": {"type": "integer"}}
             responses[status]["headers"] = {"Retry-After": seconds}
     return responses

@@ -22,8 +22,25 @@ class Settings(BaseSettings):
     """The number of worker processes, each with one plan at a time; default: one a core."""
     queue_size: int = Field(default=64, ge=0)
     """The number of requests that may wait for a worker; more are answered with 503."""
+    max_connections: int = Field(default=1024, ge=1)
+    """The largest number of connections; fewer if the process may not have that many open files."""
+    max_connections_per_client: int = Field(default=256, ge=1)
+    """The largest number of connections from one address; raise it to `max_connections` behind a reverse proxy, from
+    which all come."""
+    max_header_bytes: int = Field(default=16 * 1024, ge=1024)
+    """The largest head of a request, bytes; up to twice as large ones may be let through."""
+    header_timeout: float = Field(default=10.0, gt=0.0)
+    """The time that a client may take to send the head of a request, s."""
+    body_timeout: float = Field(default=30.0, gt=0.0)
+    """The time that a client may take to send the body of a request, s."""
+    write_timeout: float = Field(default=20.0, gt=0.0)
+    """The time that a client may take to read each MiB of an answer, s."""
+    keep_alive_timeout: int = Field(default=5, ge=1)
+    """The time for which a connection without a request is kept, s."""
     max_body_bytes: int = Field(default=4 * 1024 * 1024, ge=1024)
     """The largest request body, bytes."""
+    max_bytes_in_flight: int = Field(default=256 * 1024 * 1024, ge=8 * 1024 * 1024)
+    """The bytes of bodies and answers that the server holds at once; what would go beyond is answered with 503."""
     max_deadline: float = Field(default=60.0, ge=10.0)
     """The longest deadline that a request may ask, s."""
     max_waypoints: int = Field(default=1000, ge=2)

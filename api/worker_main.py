@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import gc
 import os
-import pickle
 import resource
 import signal
 import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from api.messages import HEADER, pack
+from api.messages import HEADER, pack, unpack
 
 if TYPE_CHECKING:
     from io import BufferedRWPair
@@ -54,7 +53,8 @@ def hide_main_module() -> None:
 
 
 def _send(stream: BufferedRWPair[Any, Any], message: Reply | None) -> None:
-    stream.write(pack(message))
+    for part in pack(message):
+        stream.write(part)
     stream.flush()
 
 
@@ -62,5 +62,6 @@ def _receive(stream: BufferedRWPair[Any, Any]) -> Task:
     header = stream.read(HEADER.size)
     if len(header) < HEADER.size:
         raise EOFError
-    task: Task = pickle.loads(stream.read(*HEADER.unpack(header)))  # noqa: S301 - from the server
+    payload, body = (stream.read(length) for length in HEADER.unpack(header))
+    task: Task = unpack(payload, body)
     return task

@@ -7,13 +7,14 @@ from http import HTTPStatus
 from typing import Any
 
 import orjson
-from fastapi import Request, Response
+from fastapi import Request, Response  # noqa: TC002 - FastAPI evaluates the annotations
 
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
 from api.messages import Reply
 from api.routes.ordinary import look_at_body, respond, run, service_of
 from api.schemas.answers import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS
+from api.server.traffic import Answer
 
 OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_error"})
 """Codes of what befalls one back end in a comparison and says nothing of the others."""
@@ -48,7 +49,8 @@ async def compare_backends(request: Request) -> Response:
             return respond(reply)  # the request itself is bad, whatever the back end
         entry = dict.fromkeys(ComparedBackend.model_fields)
         entries.append(orjson.dumps(entry | {"backend": kind, "status": refusal["code"], "problem": refusal}))
-    return Response(b'{"results":[' + b",".join(entries) + b"]}", media_type="application/json")
+    parts = [part for entry in entries for part in (b",", entry)][1:]
+    return Answer([b'{"results":[', *parts, b"]}"], HTTPStatus.OK, "application/json")
 
 
 def _kinds(backends: Any) -> list[str] | None:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 from typing import TYPE_CHECKING, Any
 
 import orjson
 import structlog
-from fastapi import Request, Response
+from fastapi import Request, Response  # noqa: TC002 - FastAPI evaluates the annotations
 
-from api.errors import DeadlineExceeded, PayloadTooLarge, UnsupportedMediaType, invalid
+from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.messages import Task
 from api.schemas.common import DEFAULT_DEADLINE
+from api.server.traffic import Answer
 from api.size import has_too_many_rows
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ async def run(
         body=body,
         arguments=arguments,
     )
-    reply = await service_of(request).pool.run(task)
+    reply = await service_of(request).pool.run(task, request.state.share.hold)
     request.state.timings = dict(reply.timings)
     if reply.failure is not None:
         log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
@@ -90,7 +90,7 @@ async def run(
 
 def respond(reply: Reply) -> Response:
     """Make the reply of a worker the response; its body goes out as it is."""
-    return Response(reply.body, reply.status, dict(reply.headers), media_type=reply.media_type)
+    return Answer([reply.body], reply.status, reply.media_type, reply.headers)
 
 
 async def _read_body(request: Request) -> bytes:
@@ -99,7 +99,7 @@ async def _read_body(request: Request) -> bytes:
     Raises:
         UnsupportedMediaType: It is declared to be something other than JSON.
         PayloadTooLarge: It is larger than the service reads.
-        DeadlineExceeded: It did not arrive in time.
+        Overloaded: There is no room for it now.
     """
     media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
     if media_type != "application/json" and not media_type.endswith("+json"):
@@ -110,14 +110,11 @@ async def _read_body(request: Request) -> bytes:
     if declared.isdecimal() and int(declared) > settings.max_body_bytes:
         raise too_large
     body = bytearray()
-    try:
-        async with asyncio.timeout(settings.max_deadline):
-            async for chunk in request.stream():
-                body += chunk
-                if len(body) > settings.max_body_bytes:
-                    raise too_large
-    except TimeoutError:
-        raise DeadlineExceeded("the body did not arrive in time") from None
+    async for chunk in request.stream():
+        request.state.share.hold(len(chunk))
+        body += chunk
+        if len(body) > settings.max_body_bytes:
+            raise too_large
     return bytes(body)
 
 

@@ -16,6 +16,7 @@ from api.routes import compare, robots, service
 from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
 from api.server.service import Service
+from api.server.traffic import Traffic
 from api.server.workers import WorkerPool
 from api.settings import Settings
 from api.store import InMemoryRobotStore
@@ -73,7 +74,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
-    app.add_middleware(RequestContext)
+    app.add_middleware(RequestContext, traffic=Traffic(settings.max_bytes_in_flight))
     return app
 
 

@@ -18,6 +18,8 @@ from api.failures import where_from
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+    from api.server.traffic import Traffic
+
 SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
 """The request ids that are taken from callers: what can be put into any log."""
 
@@ -30,8 +32,9 @@ log = structlog.get_logger()
 class RequestContext:
     """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
 
-    def __init__(self, app: ASGIApp) -> None:
+    def __init__(self, app: ASGIApp, traffic: Traffic) -> None:
         self.app = app
+        self._traffic = traffic
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See the ASGI specification."""
@@ -40,7 +43,8 @@ class RequestContext:
             return
         arrived = time.monotonic()
         state = scope.setdefault("state", {})
-        state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope)}
+        share = self._traffic.share()
+        state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope), "share": share}
         status, sent = 0, 0
 
         async def send_and_note(message: Message) -> None:
@@ -63,6 +67,8 @@ class RequestContext:
             failure = where_from(error)
             if status == 0:
                 await _send_internal_error(scope["path"], send_and_note)
+        finally:
+            share.release()
         log.log(
             _level(status),
             "request",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import signal
 import sys
 from typing import TYPE_CHECKING, NoReturn
@@ -17,11 +18,18 @@ if TYPE_CHECKING:
 DRAIN_GRACE = 5
 """The time that requests in flight have to finish once the server is told to stop, s on top of the longest deadline."""
 
+RESERVED_FILES = 64
+"""The open files that the process needs besides those of clients and workers: libraries, sockets, the event loop."""
+
+FILES_OF_A_WORKER = 4
+"""The open files that the process needs for a worker: its channel and its end, twice while it is replaced."""
+
 
 def serve(settings: Settings | None = None) -> NoReturn:
     """Run the service until SIGTERM or SIGINT; requests in flight are finished first. Exits with 0."""
     settings = settings or Settings()
     configure_logs(settings.log_level)
+    settings = _within_open_files(settings)
     # uvicorn raises the signal that stopped it once more, for the handler that was there before it.
     for stop_signal in (signal.SIGTERM, signal.SIGINT):
         signal.signal(stop_signal, _exit_cleanly)
@@ -31,13 +39,16 @@ def serve(settings: Settings | None = None) -> NoReturn:
         import uvicorn
 
         from api.server.app import create_app
+        from api.server.connections import bounded_connections
 
         uvicorn.run(
             create_app(settings, pool),
             host=settings.host,
             port=settings.port,
             loop="uvloop",
-            http="httptools",
+            http=bounded_connections(settings),
+            h11_max_incomplete_event_size=settings.max_header_bytes,
+            timeout_keep_alive=settings.keep_alive_timeout,
             ws="none",
             access_log=False,
             log_config=None,
@@ -47,6 +58,17 @@ def serve(settings: Settings | None = None) -> NoReturn:
     finally:
         pool.stop()
     sys.exit(0)
+
+
+def _within_open_files(settings: Settings) -> Settings:
+    """Ask for as many open files as the connections need, and take no more connections than the process is given."""
+    besides = RESERVED_FILES + FILES_OF_A_WORKER * settings.workers
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= soft < settings.max_connections + besides:  # negative: there is no limit
+        soft = settings.max_connections + besides if hard < 0 else min(settings.max_connections + besides, hard)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    given = settings.max_connections if soft < 0 else max(1, soft - besides)
+    return settings.model_copy(update={"max_connections": min(settings.max_connections, given)})
 
 
 def _exit_cleanly(_signal: int, _frame: FrameType | None) -> NoReturn:

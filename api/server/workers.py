@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import multiprocessing
-import pickle
 import socket
 import time
 from typing import TYPE_CHECKING
@@ -12,10 +11,12 @@ from typing import TYPE_CHECKING
 import structlog
 
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded, what_to_do
-from api.messages import HEADER, Caps, pack
+from api.messages import HEADER, Caps, pack, unpack
 from api.worker_main import work
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from api.messages import Reply, Task
     from api.settings import Settings
 
@@ -73,30 +74,43 @@ class Worker:
     async def warm_up(self) -> None:
         """Wait until the worker says that it is ready, or has ended without."""
         try:
-            await self._receive()
+            await self._receive(_count_nothing)
         except (EOFError, OSError):
             await self.ended.wait()
         else:
             self.warm = True
 
-    async def run(self, task: Task) -> Reply:
+    async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
         """Run a task to its end; cancelling kills the worker.
+
+        Args:
+            task: The task.
+            hold: What counts the bytes of the answer, before they are taken in.
 
         Raises:
             EOFError, OSError: The worker died.
+            Overloaded: There is no room for the bytes of the answer.
         """
         self.tasks += 1
         try:
-            self._writer.write(pack(task))
+            for part in pack(task):
+                self._writer.write(part)
             await self._writer.drain()
-            return await self._receive()
+            return await self._receive(hold)
         except asyncio.CancelledError:
             self.kill()
             raise
 
-    async def _receive(self) -> Reply:
-        (length,) = HEADER.unpack(await self._reader.readexactly(HEADER.size))
-        reply: Reply = pickle.loads(await self._reader.readexactly(length))  # noqa: S301 - from our own worker
+    async def _receive(self, hold: Callable[[int], None]) -> Reply:
+        payload_length, body_length = HEADER.unpack(await self._reader.readexactly(HEADER.size))
+        payload = await self._reader.readexactly(payload_length)
+        try:
+            hold(body_length)
+        except Overloaded:
+            for start in range(0, body_length, READ_AHEAD):
+                await self._reader.readexactly(min(READ_AHEAD, body_length - start))
+            raise
+        reply: Reply = unpack(payload, await self._reader.readexactly(body_length))
         return reply
 
     def kill(self) -> None:
@@ -167,11 +181,15 @@ class WorkerPool:
         self._been_ready = self._been_ready or warm == self._size
         return self._been_ready and warm > 0
 
-    async def run(self, task: Task) -> Reply:
+    async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
         """Run a task in a worker.
 
+        Args:
+            task: The task.
+            hold: What counts the bytes of the answer, before they are taken in; it may raise Overloaded.
+
         Raises:
-            Overloaded: The queue is full.
+            Overloaded: The queue is full, or there is no room for the answer.
             DeadlineExceeded: No reply came in time; the worker, if one had begun, is killed.
             MemoryExceeded: The worker died because there was no memory left for it.
             InternalError: The worker died of the task.
@@ -181,7 +199,7 @@ class WorkerPool:
         self._in_flight += 1
         try:
             async with asyncio.timeout(task.deadline - time.monotonic()):
-                return await self._run_when_idle(task)
+                return await self._run_when_idle(task, hold)
         except TimeoutError:
             raise DeadlineExceeded(
                 f"the deadline passed before there was an answer; {what_to_do(self._caps.max_deadline)}"
@@ -189,14 +207,17 @@ class WorkerPool:
         finally:
             self._in_flight -= 1
 
-    async def _run_when_idle(self, task: Task) -> Reply:
+    async def _run_when_idle(self, task: Task, hold: Callable[[int], None]) -> Reply:
         if time.monotonic() >= task.deadline:
             raise TimeoutError
         worker = await self._idle.get()
         while worker.ended.is_set():  # it died while it was idle
             worker = await self._idle.get()
         try:
-            reply = await worker.run(task)
+            reply = await worker.run(task, hold)
+        except Overloaded:
+            self._idle.put_nowait(worker)
+            raise
         except (EOFError, OSError):
             await worker.ended.wait()
             if worker.exit_code == NO_MEMORY_FOR_A_LIBRARY:
@@ -221,3 +242,7 @@ class WorkerPool:
             if not worker.warm:
                 await asyncio.sleep(RESPAWN_DELAY)
             self._workers[place] = Worker(self._caps)
+
+
+def _count_nothing(_size: int) -> None:
+    """Hold no bytes: a worker that says that it is ready sends no answer."""

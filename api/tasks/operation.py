@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from api.messages import Reply
     from api.tasks.work import Work
 
+CONNECTION_CODES = ("malformed_request", "request_timeout", "too_many_requests", "header_too_large")
+"""Codes of the problem documents that may be the answer to anything that arrives on a connection."""
+
 WORKER_CODES = ("overloaded", "deadline_exceeded", "internal_error")
 """Codes of the problem documents that may be the answer to anything a worker runs."""
 
@@ -33,7 +36,7 @@ class Operation:
         request: The schema of the request's body; None: the request has no body.
         status: The HTTP status of success.
         also: Other statuses with the same schema, and what they mean.
-        codes: Codes of the problem documents that may be the answer instead.
+        codes: Codes of the problem documents that may be the answer instead, besides `CONNECTION_CODES`.
         examples: Request bodies by name.
         formats: Whether `?format=` and `Accept` choose the form of the answer.
     """

@@ -1,0 +1,205 @@
+"""uvicorn's connections, within bounds: how many there are, how large a head is, and how long a client may take."""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import lru_cache
+from http import HTTPStatus
+from ipaddress import IPv6Address, IPv6Network, ip_address
+from typing import TYPE_CHECKING, ClassVar
+
+import h11
+import structlog
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from api.errors import (
+    MEDIA_TYPE,
+    HeaderTooLarge,
+    MalformedRequest,
+    Overloaded,
+    RequestTimeout,
+    TooManyRequests,
+    problem_document,
+)
+
+if TYPE_CHECKING:
+    import asyncio
+
+    from api.errors import ServiceError
+    from api.settings import Settings
+
+LINGER = 1.0
+"""The time for which a connection stays after a refusal, s: closing it while the client still writes would throw the
+refusal away."""
+
+DRAIN_BODIES = 1.0
+"""The time that a body under way has to arrive once the service is told to stop, s; most take a hundredth of it."""
+
+RETRY_AFTER = {"Retry-After": "1"}
+"""The header that tells when to try again, s, what was refused because too much goes on."""
+
+log = structlog.get_logger()
+
+
+@lru_cache(maxsize=4096)
+def client_of(address: str) -> str:
+    """Name the client that an address belongs to: the 64 lower bits of an IPv6 address are the client's to choose."""
+    try:
+        parsed = ip_address(address)
+    except ValueError:
+        return address
+    if not isinstance(parsed, IPv6Address):
+        return address
+    return str(parsed.ipv4_mapped or IPv6Network((int(parsed), 64), strict=False))
+
+
+def bounded_connections(settings: Settings) -> type[Connection]:
+    """Make the class of the connections of one service; it is what uvicorn's `http` takes."""
+    return type("Connection", (Connection,), {"settings": settings, "clients": Counter()})
+
+
+class Connection(H11Protocol):
+    """One connection. Whatever it is refused for, the client gets a problem document, and the connection ends.
+
+    Attributes:
+        settings: What the operator has set.
+        clients: The number of connections of each client.
+    """
+
+    settings: ClassVar[Settings]
+    clients: ClassVar[Counter[str]]
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Count the connection, and refuse it if there are too many."""
+        super().connection_made(transport)
+        self._reading: object = None
+        self._refused = False
+        self._read_timer: asyncio.TimerHandle | None = None
+        self._write_timer: asyncio.TimerHandle | None = None
+        self._name = client_of(self.client[0] if self.client else "")
+        self.clients[self._name] += 1
+        if len(self.connections) > self.settings.max_connections:
+            self._refuse(Overloaded("there are too many connections", headers=RETRY_AFTER), linger=0.0)
+        elif self.clients[self._name] > self.settings.max_connections_per_client:
+            self._refuse(TooManyRequests("you have too many connections", headers=RETRY_AFTER), linger=0.0)
+        else:
+            self._watch_reading()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Count the connection no longer."""
+        super().connection_lost(exc)
+        _cancel(self._read_timer)
+        _cancel(self._write_timer)
+        self.clients[self._name] -= 1
+        if not self.clients[self._name]:
+            del self.clients[self._name]
+
+    def data_received(self, data: bytes) -> None:
+        """Take data in pieces: a head is seen to be too large before it is parsed."""
+        size = self.settings.max_header_bytes
+        for start in range(0, len(data), size):
+            if not self._refused:
+                super().data_received(data[start : start + size])
+
+    def handle_events(self) -> None:
+        """Take what has arrived, and watch what has not."""
+        super().handle_events()
+        if not self._refused:
+            self._watch_reading()
+
+    def _watch_reading(self) -> None:
+        """Start the time within which the client must send the rest of a head or a body that has begun."""
+        state = self.conn.their_state
+        is_idle = state is h11.IDLE and self.cycle is not None and not self.conn.trailing_data[0]
+        reading = None if is_idle else (state, self.cycle)  # uvicorn itself ends connections that are idle for long
+        if reading is not None and reading == self._reading:
+            return
+        self._reading = reading
+        _cancel(self._read_timer)
+        if state is h11.SEND_BODY:
+            self._read_timer = self.loop.call_later(self.settings.body_timeout, self._give_up_reading)
+        elif state is h11.IDLE and not is_idle:
+            self._read_timer = self.loop.call_later(self.settings.header_timeout, self._give_up_reading)
+
+    def _give_up_reading(self) -> None:
+        if self.conn.their_state is h11.IDLE and not self.conn.trailing_data[0]:  # nothing has been asked
+            self.transport.close()
+            return
+        part = "body" if self.conn.their_state is h11.SEND_BODY else "head"
+        self._refuse(RequestTimeout(f"the {part} of the request did not arrive in time"))
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse what cannot be parsed."""
+        if len(self.conn.trailing_data[0]) > self.settings.max_header_bytes:
+            most = self.settings.max_header_bytes
+            self._refuse(HeaderTooLarge(f"the head of a request may have {most} bytes"))
+        else:
+            self._refuse(MalformedRequest("this is no HTTP/1.1 request"))
+
+    def _refuse(self, error: ServiceError, linger: float = LINGER) -> None:
+        """Send a problem document in place of what the application would answer, and end the connection."""
+        self._refused = True
+        _cancel(self._read_timer)
+        log.info("connection_refused", code=error.code, client=self._name)
+        under_way = self.cycle is not None and not self.cycle.response_complete
+        if under_way:  # the application is waiting for the body
+            self.cycle.disconnected = True
+            self.cycle.message_event.set()
+        if self.conn.our_state not in (h11.IDLE, h11.SEND_RESPONSE):  # there is an answer already
+            self.transport.abort()
+            return
+        status, document = problem_document(error, self.scope["path"] if under_way else "")
+        headers = {
+            "Content-Type": MEDIA_TYPE,
+            "Content-Length": str(len(document)),
+            "Connection": "close",
+            **error.headers,
+        }
+        lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}", *(f"{n}: {value}" for n, value in headers.items())]
+        self.transport.write("\r\n".join([*lines, "\r\n"]).encode() + document)
+        if linger:
+            self.transport.write_eof()
+            self._read_timer = self.loop.call_later(linger, self.transport.abort)
+        else:
+            self.transport.close()
+
+    def shutdown(self) -> None:
+        """Finish what has been asked; a body that is still under way has to hurry."""
+        super().shutdown()
+        if self.conn.their_state is h11.SEND_BODY and not self._refused:
+            _cancel(self._read_timer)
+            stopping = Overloaded("the service is stopping", headers=RETRY_AFTER)
+            self._read_timer = self.loop.call_later(DRAIN_BODIES, self._refuse, stopping)
+
+    def pause_writing(self) -> None:
+        """Start the time within which the client must take what has been written."""
+        super().pause_writing()
+        self._watch_writing()
+
+    def resume_writing(self) -> None:
+        """Stop that time: the client has taken it."""
+        super().resume_writing()
+        _cancel(self._write_timer)
+
+    def on_response_complete(self) -> None:
+        """Go on with the next request; the last bytes of an answer must be taken in time, too."""
+        super().on_response_complete()
+        self._watch_writing()
+
+    def _watch_writing(self) -> None:
+        _cancel(self._write_timer)
+        if self.transport.get_write_buffer_size():
+            self._write_timer = self.loop.call_later(self.settings.write_timeout, self._give_up_writing)
+
+    def _give_up_writing(self) -> None:
+        if self.transport.get_write_buffer_size():
+            log.info("connection_refused", code="write_timeout", client=self._name)
+            self.transport.abort()
+
+    def _unsupported_upgrade_warning(self) -> None:
+        """Say nothing: Java's client and `curl --http2` offer an upgrade with every request, and do well without."""
+
+
+def _cancel(timer: asyncio.TimerHandle | None) -> None:
+    if timer is not None:
+        timer.cancel()

@@ -1,0 +1,251 @@
+"""Clients that send too much, too slowly or not at all, and those that do not read: others are served meanwhile."""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING, Any
+
+import httpx
+import pytest
+
+from api.errors import Overloaded
+from api.server.connections import client_of
+from api.server.traffic import Traffic
+from tests.api.conftest import running_service, wait_until
+from tests.api.requests import joint, plan_request
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tests.api.conftest import RunningService
+
+PATIENCE = 20.0
+"""How long a test waits for what takes half a second on a quiet machine, s."""
+
+SETTINGS: dict[str, Any] = {
+    "workers": 1,
+    "max_connections": 12,
+    "max_connections_per_client": 6,
+    "max_header_bytes": 4096,
+    "header_timeout": 0.4,
+    "body_timeout": 0.4,
+    "write_timeout": 0.8,
+    "max_bytes_in_flight": 2**23,
+    "keep_alive_timeout": 1,
+}
+PLAN = "/v1/trajectories"
+HEAD = b"POST /v1/trajectories HTTP/1.1\r\nHost: planner\r\nContent-Type: application/json\r\n"
+
+
+@pytest.fixture(scope="module")
+def wary(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
+    """A service with little patience and few connections."""
+    with running_service(tmp_path_factory.mktemp("wary") / "log.jsonl", **SETTINGS) as service:
+        yield service
+        assert "Traceback" not in service.log.read_text()
+
+
+@pytest.fixture(autouse=True)
+def _only_the_connections_of_the_test(wary: RunningService) -> None:
+    """The client that all tests share keeps its connections for a second."""
+    wary.client.close()
+    wary.client = httpx.Client(base_url=wary.url, timeout=60.0, trust_env=False)
+
+
+def connect(service: RunningService, sent: bytes = b"", source: str = "127.0.0.1") -> socket.socket:
+    port = httpx.URL(service.url).port
+    assert port is not None
+    client = socket.create_connection(("127.0.0.1", port), PATIENCE, (source, 0))
+    with suppress(ConnectionError):  # refused at once
+        client.sendall(sent)
+    return client
+
+
+def received(client: socket.socket) -> bytes:
+    """Everything until the service ends the connection."""
+    parts = []
+    with client, suppress(ConnectionError):
+        while part := client.recv(65536):
+            parts.append(part)
+    return b"".join(parts)
+
+
+def problem(answer: bytes) -> dict[str, Any]:
+    """The problem document of a raw answer."""
+    head, _, body = answer.partition(b"\r\n\r\n")
+    assert b"application/problem+json" in head.lower()
+    assert b"connection: close" in head.lower()
+    document: dict[str, Any] = json.loads(body)
+    assert int(head.split()[1]) == document["status"]
+    assert document["type"].endswith(document["code"])
+    return document
+
+
+def test_a_header_without_end_is_refused_at_once(wary: RunningService) -> None:
+    """120 MB of it held every client for 15 s."""
+    client = connect(wary, b"GET /livez HTTP/1.1\r\nX: ")
+    client.sendall(b"a" * 2**23)
+    refusal = problem(received(client))
+    assert (refusal["code"], refusal["status"]) == ("header_too_large", 431)
+    assert wary.client.get("/livez").status_code == 200
+
+
+@pytest.mark.parametrize("lines", [b"X: %s\r\n" % (b"a" * 100_000), b"a: b\r\n" * 20_000], ids=["long", "many"])
+def test_a_head_that_comes_at_once_is_bounded(wary: RunningService, lines: bytes) -> None:
+    refusal = problem(received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: planner\r\n" + lines + b"\r\n")))
+    assert refusal["code"] == "header_too_large"
+
+
+@pytest.mark.parametrize(
+    ("sent", "part"),
+    [
+        (b"GET /livez HT", "head"),
+        (HEAD, "head"),
+        (HEAD + b"Content-Length: 100\r\n\r\n{", "body"),
+        (HEAD + b"Transfer-Encoding: chunked\r\n\r\n5\r\n{", "body"),
+        (b"GET /livez HTTP/1.1\r\nHost: planner\r\n\r\nGET ", "head"),
+    ],
+    ids=["line", "head", "body", "chunk", "second head"],
+)
+def test_what_is_not_sent_to_its_end_is_given_up(wary: RunningService, sent: bytes, part: str) -> None:
+    """Each held a connection for a minute, without a count."""
+    answer = received(connect(wary, sent))
+    refusal = problem(answer[answer.rindex(b"HTTP/1.1 ") :])
+    assert (refusal["code"], refusal["status"]) == ("request_timeout", 408)
+    assert f"the {part} of the request" in refusal["detail"]
+
+
+def test_a_body_that_comes_in_drops_is_given_up(wary: RunningService) -> None:
+    client = connect(wary, HEAD + b"Content-Length: 1000\r\n\r\n")
+    client.settimeout(0.05)
+    answer = b""
+    while not answer:
+        client.sendall(b" ")
+        with suppress(TimeoutError):
+            answer = client.recv(65536)
+    client.settimeout(PATIENCE)
+    assert problem(answer + received(client))["code"] == "request_timeout"
+
+
+def test_a_body_that_nobody_asked_for_does_not_hold_its_connection(wary: RunningService) -> None:
+    """The answer is there before the body has come: what of it is still missing is not waited for."""
+    answer = received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: planner\r\nContent-Length: 100\r\n\r\n{"))
+    assert answer.startswith(b"HTTP/1.1 200")
+
+
+def test_idle_connections_are_closed(wary: RunningService) -> None:
+    assert received(connect(wary)) == b""
+    assert received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: planner\r\n\r\n")).startswith(b"HTTP/1.1 200")
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        b"\x16\x03\x01\x02\x00\x01\x00\r\n\r\n",
+        b"GET /livez HTTP/1.1\r\n\r\n",
+        b"nonsense\r\n\r\n",
+        HEAD + b"Content-Length: x\r\n\r\n",
+        HEAD + b"Content-Length: 3\r\nContent-Length: 4\r\n\r\n{}",
+        HEAD + b"Transfer-Encoding: chunked\r\n\r\nzz\r\n",
+    ],
+    ids=["TLS", "no host", "no method", "length", "two lengths", "chunk"],
+)
+def test_what_is_not_http_is_told_so_in_a_problem_document(wary: RunningService, sent: bytes) -> None:
+    refusal = problem(received(connect(wary, sent)))
+    assert (refusal["code"], refusal["status"]) == ("malformed_request", 400)
+
+
+@pytest.mark.parametrize("upgrade", [b"h2c", b"websocket"])
+def test_a_request_that_offers_an_upgrade_keeps_its_body(wary: RunningService, upgrade: bytes) -> None:
+    """As Java's standard client sends all its requests, and `curl --http2`."""
+    body = json.dumps(plan_request()).encode()
+    offer = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: %s\r\nHTTP2-Settings: AAEAAEAAAAIAAAAA\r\n" % upgrade
+    sent = HEAD + offer + b"Content-Length: %d\r\n\r\n" % len(body) + body
+    assert received(connect(wary, sent + sent)).count(b"HTTP/1.1 200 ") == 2
+
+
+def test_connections_of_one_client_and_of_all_are_counted(wary: RunningService) -> None:
+    """300 half-open ones shut everybody out of a service that may have 256 open files."""
+    with ExitStack() as stack:
+        for _ in range(6):
+            stack.enter_context(connect(wary, b"GET", "127.0.0.2"))
+        seventh = problem(received(connect(wary, b"", "127.0.0.2")))
+        assert (seventh["code"], seventh["status"]) == ("too_many_requests", 429)
+        other = received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n", "127.0.0.3"))
+        assert other.startswith(b"HTTP/1.1 200")
+        for _ in range(6):
+            stack.enter_context(connect(wary, b"GET", "127.0.0.4"))
+        answer = received(connect(wary, b"", "127.0.0.5"))
+        assert (problem(answer)["code"], problem(answer)["status"]) == ("overloaded", 503)
+        assert b"Retry-After: 1\r\n" in answer
+    wait_until(lambda: httpx.get(f"{wary.url}/livez", trust_env=False).status_code == 200)
+
+
+POSITIONS = [joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5, duration=20.0)]
+LARGE = plan_request(waypoints=POSITIONS, sample_period=5e-4)
+"""A request whose answer has 8 MB."""
+
+
+def ask_for_much(service: RunningService) -> socket.socket:
+    """A client with a small buffer of its own, to which 8 MB are being sent."""
+    body = json.dumps(LARGE).encode()
+    client = connect(service)
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+    client.sendall(HEAD + b"Connection: close\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
+    return client
+
+
+def test_an_answer_that_nobody_reads_is_given_up(wary: RunningService) -> None:
+    """Each of them stayed in the memory of the server, for good."""
+    client = ask_for_much(wary)
+    wait_until(lambda: "write_timeout" in wary.log.read_text(), PATIENCE)
+    answer = received(client)
+    length = int(answer.lower().partition(b"content-length: ")[2].partition(b"\r\n")[0])
+    assert len(answer) < length
+    assert wary.client.get("/livez").status_code == 200
+
+
+def test_answers_that_nobody_reads_fill_no_more_than_their_room(wary: RunningService) -> None:
+    """24 connections of 400 bytes each made the server hold 1.8 GB."""
+    with ask_for_much(wary) as client:
+        client.recv(1)  # the answer is there
+        refused = wary.post(PLAN, LARGE)
+        assert (refused.status_code, refused.json()["code"]) == (503, "overloaded")
+        assert int(refused.headers["Retry-After"]) > 0
+        assert wary.post(PLAN, plan_request()).status_code == 200
+    wait_until(lambda: wary.post(PLAN, LARGE).status_code == 200, PATIENCE)
+
+
+def test_the_bytes_of_requests_are_counted_until_they_are_done() -> None:
+    traffic = Traffic(10)
+    first, second = traffic.share(), traffic.share()
+    first.hold(4)
+    second.hold(6)
+    with pytest.raises(Overloaded):
+        first.hold(1)
+    second.release()
+    second.release()
+    first.hold(6)
+    assert traffic.held == 10
+
+
+def test_an_answer_that_is_read_slowly_but_steadily_arrives(wary: RunningService) -> None:
+    """It takes longer than the time for one MiB, which is what a client has for each."""
+    client = ask_for_much(wary)
+    answer = bytearray()
+    with client:
+        while part := client.recv(2**17):
+            answer += part
+            time.sleep(0.015)
+    head, _, document = answer.partition(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 200")
+    assert json.loads(document)["certificate"]["satisfied"]
+
+
+def test_clients_are_told_apart_by_what_they_cannot_choose() -> None:
+    assert client_of("192.0.2.1") == client_of("::ffff:192.0.2.1") != client_of("192.0.2.2")
+    assert client_of("2001:db8::1") == client_of("2001:db8::ffff:1") != client_of("2001:db8:0:1::1")
+    assert client_of("") == ""
