@@ -13,8 +13,8 @@ from typing import Any
 import orjson
 import psutil
 
+from api.cli.local_service import local_service
 from api.conversion import to_backend, to_planning_problem
-from api.local_service import local_service
 from api.schemas.requests import PlanRequest
 from benchmarks.clients import Connection
 from benchmarks.machine import machine

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.terminal import plain_table, terminal
+from api.cli.terminal import plain_table, terminal
 from benchmarks.ik_check import CLASSES
 from benchmarks.report import print_machine
 

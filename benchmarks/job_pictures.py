@@ -21,8 +21,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
+from api.cli.local_plan import plan_request, read_request
 from api.demo.pictures import COLOURS, STYLE
-from api.local_plan import plan_request, read_request
 from planner.guarantees import QUANTITIES
 from planner.kinematics import tool_poses, tool_velocities
 

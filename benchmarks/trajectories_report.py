@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from rich.text import Text
 
-from api.terminal import plain_table, terminal
+from api.cli.terminal import plain_table, terminal
 from benchmarks.report import print_machine
 from benchmarks.trajectories import KEPT, MOST_FOR_SLOW, QUANTITIES, REFERENCE, SAMPLES, SLOW
 

@@ -19,7 +19,7 @@ import numpy as np
 import orjson
 import psutil
 
-from api.local_service import local_service
+from api.cli.local_service import local_service
 from benchmarks.http import workers_of
 from benchmarks.machine import machine
 from benchmarks.versions_requests import kinds, uploads

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from api.local_service import local_service
+from api.cli.local_service import local_service
 from planner.robots import catalogue_ids
 from tests.locations import ROOT
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from api.local_plan import plan_request, read_request
-from api.local_service import local_service
+from api.cli.local_plan import plan_request, read_request
+from api.cli.local_service import local_service
 from tests.locations import ROOT
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from api.local_plan import plan_request, read_request
+from api.cli.local_plan import plan_request, read_request
 from benchmarks.job_pictures import IMAGES, PAGE, document
 from planner.kinematics import tool_velocities
 from planner.result import Plan

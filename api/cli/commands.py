@@ -50,7 +50,7 @@ def serve(
         faults = (f"PLANNER_{str(fault['loc'][0]).upper()}: {fault['msg']}" for fault in error.errors())
         raise typer.BadParameter("; ".join(faults), param_hint="environment") from None
     if sys.stderr.isatty():
-        from api.local_service import announce_when_ready
+        from api.cli.local_service import announce_when_ready
 
         announce_when_ready(settings.host, settings.port)
     run(settings)
@@ -72,9 +72,9 @@ def plan(
     ] = None,
 ) -> None:
     """Plan a request here, without a service, and show what came out."""
+    from api.cli.local_plan import format_of, plan_request, read_request, render
+    from api.cli.terminal import plan_summary, terminal
     from api.errors import ServiceError
-    from api.local_plan import format_of, plan_request, read_request, render
-    from api.terminal import plan_summary, terminal
     from planner.backends import BACKENDS
     from planner.errors import PlanningError
     from planner.export import FORMATS
@@ -106,7 +106,7 @@ def robots(
     robot: Annotated[str | None, typer.Argument(metavar="[ID]", help="Show the joints and limits of this one.")] = None,
 ) -> None:
     """List the robots of the catalogue, or show one with its limits and where they come from."""
-    from api.terminal import robot_summary, robots_table, terminal
+    from api.cli.terminal import robot_summary, robots_table, terminal
     from planner.errors import PlanningError
     from planner.robots import catalogue_ids, load_robot
 
@@ -128,8 +128,8 @@ def demo(
     ] = Path("demo-output"),
 ) -> None:
     """Start the service, plan the cases of four published works over HTTP, and draw them."""
+    from api.cli.terminal import terminal
     from api.demo import run_demo
-    from api.terminal import terminal
 
     raise typer.Exit(run_demo(output, terminal()))
 
@@ -147,13 +147,9 @@ def _refuse(error: PlanningError | ServiceError) -> NoReturn:
     """Show the problem and end with status 1."""
     import orjson
 
+    from api.cli.terminal import problem_panel, terminal
     from api.errors import problem_document
-    from api.terminal import problem_panel, terminal
 
     _, document = problem_document(error, instance="")
     terminal(stderr=True).print(problem_panel(orjson.loads(document)))
     raise typer.Exit(1)
-
-
-if __name__ == "__main__":
-    app()

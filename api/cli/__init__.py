@@ -1,0 +1,3 @@
+"""The command line `planner`."""
+
+from api.cli.commands import app as app
