@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.kinematics.forward import tool_poses
 from planner.polynomials import SegmentedPolynomial, horner, quintic_hermite, shifted
+from planner.tolerances import NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -24,6 +25,10 @@ LOOKS = 3
 
 SHRINK = 0.8
 """Factor by which the way to the waypoint is cut while the blend swings out beyond its radius."""
+
+SHORT = 0.1
+"""Length of a segment, relative to what the blend at its one end takes of the segment beyond, up to which the blend
+takes all of it if its other end is none: it would have to turn within a part of so little. Of a radius, the same."""
 
 WITHIN = 0.999
 """The share of the radius that a blend uses: the rest is for what lies between the points looked at."""
@@ -57,11 +62,35 @@ class BlendedCurve(NamedTuple):
     blend_knots: np.ndarray
 
 
+class _Blends(NamedTuple):
+    """The reach of blends before and after their corners, in lengths of the curve.
+
+    Attributes:
+        before: (corners,), how far before each corner its blend begins.
+        after: (corners,), how far after it the blend ends.
+        from_waypoint: (corners,), whether it begins at the waypoint before the corner.
+        to_waypoint: (corners,), whether it ends at the waypoint after the corner.
+    """
+
+    before: FloatArray
+    after: FloatArray
+    from_waypoint: np.ndarray
+    to_waypoint: np.ndarray
+
+    def shorter(self, rows: np.ndarray) -> _Blends:
+        """Some of them (rows,) made shorter, but where they have to reach a waypoint."""
+        before, after = self.before.copy(), self.after.copy()
+        before[rows] *= np.where(self.from_waypoint[rows], 1.0, SHRINK)
+        after[rows] *= np.where(self.to_waypoint[rows], 1.0, SHRINK)
+        return self._replace(before=before, after=after)
+
+
 def cut_corners(robot: Robot, curve: SegmentedPolynomial, waypoint_knots: np.ndarray, corners: Corners) -> BlendedCurve:
     """Cut corners by quintics in joint space, with the first and second derivatives of the curve at both of their ends.
 
     Behind each corner the curve is stretched so that the tool comes and goes at the same pace: the blend begins as far
-    before the waypoint, in length of the curve, as it ends after it.
+    before the waypoint, in length of the curve, as it ends after it. Where the waypoint before is next to the corner
+    and is no corner itself, the blend begins there, and the curve keeps its pace; the same of the waypoint after.
 
     Args:
         robot: The robot, with its tool.
@@ -69,19 +98,52 @@ def cut_corners(robot: Robot, curve: SegmentedPolynomial, waypoint_knots: np.nda
         waypoint_knots: (waypoints,), index of the breakpoint of the curve where each waypoint lies.
         corners: The waypoints to blend, none of them the first or the last.
     """
-    knots = curve.breakpoints[waypoint_knots]
     behind = np.searchsorted(waypoint_knots, corners.knots)
-    lengths = np.diff(knots)
+    lengths = np.diff(curve.breakpoints[waypoint_knots])
     before, after = (
         _ways_within(robot, curve, corners, direction, MOST * lengths[segments])
         for direction, segments in ((-1.0, behind - 1), (1.0, behind))
     )
+    from_waypoint = _is_whole(robot, curve, corners, -1.0, lengths[behind - 1], after, np.isin(behind - 1, behind))
+    to_waypoint = _is_whole(robot, curve, corners, 1.0, lengths[behind], before, np.isin(behind + 1, behind))
+    before, after = (
+        np.where(from_waypoint, lengths[behind - 1], before),
+        np.where(to_waypoint, lengths[behind], after),
+    )
     ratios: FloatArray = np.ones(len(lengths))
-    ratios[behind] = before / after
+    ratios[behind] = np.where(from_waypoint | to_waypoint, 1.0, before / after)
     factors = np.cumprod(ratios)
     curve = curve.stretched(np.repeat(factors, np.diff(waypoint_knots)))
-    ways, coefficients = _blends(robot, curve, corners, before * factors[behind - 1])
-    return _joined_with(curve, waypoint_knots, corners.knots, ways, coefficients)
+    blends = _Blends(before * factors[behind - 1], after * factors[behind], from_waypoint, to_waypoint)
+    blends, coefficients = _blends(robot, curve, corners, blends)
+    return _joined_with(curve, waypoint_knots, corners.knots, blends, coefficients)
+
+
+def _is_whole(
+    robot: Robot,
+    curve: SegmentedPolynomial,
+    corners: Corners,
+    direction: float,
+    lengths: FloatArray,
+    beyond: FloatArray,
+    blended: np.ndarray,
+) -> np.ndarray:
+    """Whether (corners,) the blend takes the whole segment before (`direction` -1) or after (1) its corner.
+
+    Args:
+        robot: The robot, with its tool.
+        curve: Joint positions.
+        corners: N corners.
+        direction: Which side of the corners.
+        lengths: (corners,), of the segments on that side.
+        beyond: (corners,), how far the blends may go on the other side.
+        blended: (corners,), whether the segment ends at another corner.
+    """
+    whole: np.ndarray = (lengths <= SHORT * beyond) & ~blended
+    rows = np.flatnonzero(whole)
+    near = Corners(*(part[rows] for part in corners))
+    whole[rows] = _ways_within(robot, curve, near, direction, lengths[rows]) == lengths[rows]
+    return whole
 
 
 def _ways_within(
@@ -113,33 +175,37 @@ def _ways_within(
     return inside
 
 
-def _blends(
-    robot: Robot, curve: SegmentedPolynomial, corners: Corners, ways: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _blends(robot: Robot, curve: SegmentedPolynomial, corners: Corners, blends: _Blends) -> tuple[_Blends, FloatArray]:
     """The blends that keep the tool within the radii.
 
     Args:
         robot: The robot, with its tool.
         curve: Joint positions.
         corners: N corners.
-        ways: (corners,), over which the blends would begin before and end after the corners.
+        blends: As long as they may be.
 
     Returns:
-        The ways (corners,), shorter where a blend would swing out, and the coefficients (corners, joints, 6).
+        The blends, shorter where they would swing out, and the coefficients (corners, joints, 6).
     """
-    origins, ways = curve.breakpoints[corners.knots], ways.copy()
-    coefficients = np.zeros((len(ways), curve.coefficients.shape[1], 6))
-    rows = np.arange(len(ways))
+    origins, whole = curve.breakpoints[corners.knots], curve.breakpoints[-1]
+    coefficients = np.zeros((len(origins), curve.coefficients.shape[1], 6))
+    rows = np.arange(len(origins))
     while len(rows):  # those that swing out beyond their radius
-        spans = 2.0 * ways[rows]
-        starts, ends = (tuple(curve.evaluate(origins[rows] + side * ways[rows])) for side in (-1.0, 1.0))
-        coefficients[rows] = quintic_hermite(spans, starts, ends)
+        begins, ends = origins[rows] - blends.before[rows], origins[rows] + blends.after[rows]
+        spans = blends.before[rows] + blends.after[rows]
+        states = [curve.evaluate(np.clip(at, 0.0, whole)) for at in (begins, ends)]
+        chords = (states[1][0] - states[0][0]) / spans[:, None]
+        for own, away in zip(states, (begins, whole - ends), strict=True):
+            # From rest and into it the blend is about straight: which way its waypoint lies is of no account.
+            rests = (away <= NEGLIGIBLE_SHARE * spans)[:, None]
+            own[1], own[2] = np.where(rests, chords, own[1]), np.where(rests, 0.0, own[2])
+        coefficients[rows] = quintic_hermite(spans, *(tuple(own) for own in states))
         at = np.linspace(np.zeros_like(spans), spans, SAMPLES, axis=1)
         positions = horner(coefficients[rows][:, None], at[..., None])
         swing = _distances(robot, positions, corners.positions[rows]).max(axis=1)
         rows = rows[swing > WITHIN * corners.radii[rows]]
-        ways[rows] *= SHRINK
-    return ways, coefficients
+        blends = blends.shorter(rows)
+    return blends, coefficients
 
 
 def _distances(robot: Robot, positions: FloatArray, centers: FloatArray) -> FloatArray:
@@ -153,8 +219,8 @@ def _joined_with(
     curve: SegmentedPolynomial,
     waypoint_knots: np.ndarray,
     corners: np.ndarray,
-    ways: FloatArray,
-    blends: FloatArray,
+    blends: _Blends,
+    coefficients: FloatArray,
 ) -> BlendedCurve:
     """The curve with the blends in the place of its corners.
 
@@ -162,11 +228,15 @@ def _joined_with(
         curve: Joint positions.
         waypoint_knots: (waypoints,), index of the breakpoint where each waypoint lies.
         corners: (corners,), index of the breakpoint where each corner lies.
-        ways: (corners,), over which the blends begin before and end after them.
-        blends: (corners, joints, 6), coefficients.
+        blends: Where they begin and end.
+        coefficients: (corners, joints, 6), of the blends.
     """
-    middles = curve.breakpoints[corners]
-    begins, ends = middles - ways, middles + ways
+    knots, behind = curve.breakpoints[waypoint_knots], np.searchsorted(waypoint_knots, corners)
+    begins = np.where(blends.from_waypoint, knots[behind - 1], knots[behind] - blends.before)
+    ends = np.where(blends.to_waypoint, knots[behind + 1], knots[behind] + blends.after)
+    halves = (blends.before + blends.after) / 2.0
+    middles = np.where(blends.from_waypoint | blends.to_waypoint, begins + halves, knots[behind])
+    knots[behind] = middles
     cuts = np.union1d(curve.breakpoints, np.concatenate([begins, ends]))
     starts = cuts[:-1]
     pieces, offsets = curve.locate(starts)
@@ -175,14 +245,14 @@ def _joined_with(
     blend = np.searchsorted(begins, starts, side="right") - 1
     kept = (blend < 0) | (starts >= ends[blend])
     own = curve.coefficients[pieces]
-    coefficients = np.where((offsets > 0.0)[:, None, None], shifted(own, offsets[:, None]), own)
+    own = np.where((offsets > 0.0)[:, None, None], shifted(own, offsets[:, None]), own)
     starts = np.concatenate([starts[kept], begins, middles])
     parts = SegmentedPolynomial(
-        np.concatenate([lengths[kept], ways, ways]),
-        np.concatenate([coefficients[kept], blends, shifted(blends, ways[:, None])]),
+        np.concatenate([lengths[kept], halves, halves]),
+        np.concatenate([own[kept], coefficients, shifted(coefficients, halves[:, None])]),
         np.concatenate([curve.segments[pieces[kept]], curve.segments[corners - 1], curve.segments[corners]]),
     )
     order = np.argsort(starts)
     starts = starts[order]
-    at_waypoints = np.searchsorted(starts, curve.breakpoints[waypoint_knots])
+    at_waypoints = np.searchsorted(starts, knots)
     return BlendedCurve(parts.of(order), at_waypoints, np.searchsorted(starts, np.union1d(begins, ends)))

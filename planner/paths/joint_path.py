@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import SegmentDynamics
-from planner.paths.runs import Run, build_run, straight_run
+from planner.limits import counted_velocity
+from planner.paths.runs import Run, build_run, is_joint_motion, straight_run
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
@@ -26,6 +27,13 @@ if TYPE_CHECKING:
 SHORTEST_REST = 0.01
 """Duration of a trajectory, s, that neither moves nor is asked to rest: a length of time there has to be, and this
 is one step of a controller at 100 Hz."""
+
+SHORT = 0.03
+"""Duration at full speed, relative to the longest of the next motions, up to which a motion is too short to turn in."""
+
+SHARP = 0.3
+"""Difference of the joints' rates, relative to their velocity limits, from which on a waypoint between two motions at
+full speed is a turn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +154,8 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     dwells = np.array([waypoint.dwell for waypoint in waypoints])
     moving = _moving(np.array([waypoint.position for waypoint in solved]))
     transitions = [_transition(waypoints[before + 1 : after + 1]) for before, after in pairwise(moving.tolist())]
-    stops = [k for k, transition in enumerate(transitions, 1) if isinstance(transition, StopTransition)]
+    transitions = _with_stops_where_sharp(waypoints, solved, limits, moving, transitions)
+    stops = _stops(transitions)
     runs = tuple(
         build_run(robot, waypoints, solved, limits, moving[first:last], transitions[first : last - 1])
         for first, last in pairwise([0, *stops, len(moving)])
@@ -180,6 +189,42 @@ def _dynamics(problem: PlanningProblem) -> SegmentDynamics:
 def _moving(positions: FloatArray) -> np.ndarray:
     """Indices of the segments between joint positions (waypoints, joints) that differ."""
     return np.flatnonzero(np.diff(positions, axis=0).any(axis=1))
+
+
+def _stops(transitions: Sequence[Transition]) -> list[int]:
+    """The numbers of the segments that begin at a stop."""
+    return [k for k, transition in enumerate(transitions, 1) if isinstance(transition, StopTransition)]
+
+
+def _with_stops_where_sharp(
+    waypoints: Sequence[AnyWaypoint],
+    solved: Sequence[SolvedWaypoint],
+    limits: SegmentLimits,
+    moving: np.ndarray,
+    transitions: Sequence[Transition],
+) -> list[Transition]:
+    """Transitions (segments - 1,), with a stop in the place of those that all but stop the robot.
+
+    That is where a waypoint is passed exactly between two motions, one of them of the joints and one of them short
+    beside its neighbours, that go different ways: to turn within so little takes as long, and its curve is hard to
+    time. Waypoints that are all passed exactly by joint motions are left alone: the way between them is free.
+    """
+    result = list(transitions)
+    travels = np.diff(np.array([waypoint.position for waypoint in solved]), axis=0)[moving]
+    speeds = counted_velocity(limits.velocity[moving])
+    times = (np.abs(travels) / speeds).max(axis=1)
+    rates = travels / speeds / times[:, None]
+    turns = np.abs(np.diff(rates, axis=0)).max(axis=1, initial=0.0) > SHARP
+    for first, last in pairwise([0, *_stops(transitions), len(moving)]):
+        joint = [is_joint_motion(solved[segment + 1]) for segment in moving[first:last]]
+        passed = [isinstance(transition, ThroughTransition) for transition in transitions[first : last - 1]]
+        if all(joint) and all(passed):
+            continue
+        for k in np.flatnonzero(turns[first : last - 1] & np.array(passed, dtype=bool)).tolist():
+            around = times[first:last][max(0, k - 1) : k + 3]
+            if any(joint[k : k + 2]) and times[first + k : first + k + 2].min() <= SHORT * around.max():
+                result[first + k] = StopTransition()
+    return result
 
 
 def _transition(waypoints: Sequence[AnyWaypoint]) -> Transition:

@@ -33,6 +33,10 @@ STEEPEST = 1.25
 JOINT_TOLERANCE = 1e-6
 """Distance of a joint from its curve, rad or m, that timing may leave; less where a motion of the tool allows less."""
 
+SHORTEST_TOOL_MOTION = 1e-5
+"""Travel of the joints, rad or m, up to which a motion of the tool counts as one of the joints: it bends by less than
+1e-10, and the direction in which it goes is rounding."""
+
 RADIUS = 0.01
 """The radius of the blend that is offered where a corner cannot be passed, m."""
 
@@ -74,6 +78,15 @@ class Run:
     def knots(self) -> np.ndarray:
         """Indices of the breakpoints of the curve where waypoints lie, and where blends begin and end; ascending."""
         return np.union1d(self.waypoint_knots, self.blend_knots)
+
+
+def is_joint_motion(end: SolvedWaypoint) -> bool:
+    """Whether the joints go straight to a waypoint, or the tool goes there by so little that it is the same."""
+    if end.tool_motion is None:
+        return True
+    curve = end.tool_motion.curve
+    at = curve.evaluate(curve.breakpoints, [0])[0]
+    return float(np.abs(np.diff(at, axis=0)).sum(axis=0).max()) <= SHORTEST_TOOL_MOTION
 
 
 def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> Run:
@@ -160,9 +173,14 @@ class _Builder:
         self.positions = np.array([solved[k].position for k in (*segments, segments[-1] + 1)])
         self.speeds = counted_velocity(limits.velocity[segments])
         self.tool: dict[int, PiecewisePolynomial] = {}
+        self.short: set[int] = set()
         for k, segment in enumerate(segments):
             motion = solved[segment + 1].tool_motion
-            if motion is not None:
+            if motion is None:
+                continue
+            if is_joint_motion(solved[segment + 1]):
+                self.short.add(k)
+            else:
                 self.tool[k] = self._tool_motion(k, motion.curve)
         self.times = (np.abs(np.diff(self.positions, axis=0)) / self.speeds).max(axis=1)
 
@@ -191,12 +209,18 @@ class _Builder:
 
     def _tool_motion(self, k: int, curve: PiecewisePolynomial) -> PiecewisePolynomial:
         """A motion of the tool, as long as its joints take at full speed; one that continues another, at its pace."""
-        if k == 0 or not isinstance(self.transitions[k - 1], ThroughTransition) or k - 1 not in self.tool:
+        passed = [isinstance(transition, ThroughTransition) for transition in self.transitions]
+        last = k - 1
+        while last > 0 and passed[last] and last in self.short:
+            last -= 1
+        if k == 0 or not all(passed[last:k]) or last not in self.tool:
             at = curve.evaluate(curve.breakpoints, [0])[0]
             return curve.stretched(float((np.abs(np.diff(at, axis=0)) / self.speeds[k]).max(axis=1).sum()))
-        before = self.tool[k - 1].evaluate(self.tool[k - 1].breakpoints[-1:], [1, 2])
+        before = self.tool[last].evaluate(self.tool[last].breakpoints[-1:], [1, 2])
         after = curve.evaluate(np.zeros(1), [1, 2])
         factor = float(np.linalg.norm(after[0]) / np.linalg.norm(before[0]))
+        if last < k - 1:
+            return curve.stretched(factor)
         bends = np.abs(before[1] - after[1] / factor**2).max() > TANGENT * max(1.0, np.abs(before[1]).max())
         if bends or np.abs(before[0] - after[0] / factor).max() > TANGENT * np.abs(before[0]).max():
             message = (

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from planner.backends import BackEnd, Cubic, Quintic, Ruckig, Toppra, Trapezoidal
+from planner.kinematics import forward_kinematics
 from planner.planning import plan
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,
     CylindricalMove,
     JointWaypoint,
+    LinearMotion,
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
+    StopTransition,
     ThroughTransition,
+    Transition,
 )
 from planner.robots import load_robot
 from planner.spatial import Pose
@@ -78,3 +84,58 @@ def test_near_waypoints_are_passed_by_every_back_end(robot_id: str, distance: fl
         assert all(found.certificate.satisfied for found in plans.values())
         along, free = (plans[repr(kind)].trajectory.duration for kind in (Toppra(jerk_limited=True), Ruckig()))
         assert along <= 1.3 * free
+
+
+NEAR_UR5 = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
+
+
+def mixed(order: str, distance: float) -> tuple[list[JointWaypoint], list[JointWaypoint]]:
+    """Waypoints passed (t), blended (b) or stopped at (s), small letters beside those before; and stops at all."""
+    rng = np.random.default_rng(1)
+    waypoints = [JointWaypoint(NEAR_UR5)]
+    for letter in [*order, "S"]:
+        away = rng.uniform(-0.4, 0.4, 6) if letter.isupper() else distance * rng.choice([-1.0, 1.0], 6)
+        transition = {"t": ThroughTransition(), "b": BlendTransition(0.03), "s": StopTransition()}[letter.lower()]
+        waypoints.append(JointWaypoint(np.array(waypoints[-1].position) + away, transition=transition))
+    return waypoints, [replace(waypoint, transition=StopTransition()) for waypoint in waypoints]
+
+
+@pytest.mark.parametrize("order", ["Tb", "Bt", "b", "Bs", "Tbt", "Ttb", "Bbt", "TtB", "BtB"])
+@pytest.mark.parametrize("distance", [3e-9, 1e-4])
+def test_blends_beside_other_waypoints_are_about_as_fast_as_stops(order: str, distance: float) -> None:
+    """A blend 1e-9 rad beside a passed waypoint took 772 s, other orders up to 6 hours, or ended in an error."""
+    robot = load_robot("ur5")
+    passed, stopped = (PlanningProblem(robot, tuple(waypoints)) for waypoints in mixed(order, distance))
+    for backend in (Cubic(), Quintic(), Trapezoidal(), Ruckig(), Toppra()):
+        found = plan(passed, backend)
+        assert found.certificate.satisfied
+        assert found.trajectory.duration <= 1.5 * plan(stopped, backend).trajectory.duration
+        met = found.trajectory.evaluate(found.trajectory.arrivals, [0])[0]
+        exact = [
+            k for k, waypoint in enumerate(passed.waypoints) if not isinstance(waypoint.transition, BlendTransition)
+        ]
+        assert np.abs(met - found.path.positions)[exact].max() <= 1e-9
+
+
+@pytest.mark.parametrize("distance", [1e-8, 1e-5])
+def test_lines_of_no_length_are_passed_and_blended(distance: float) -> None:
+    """The direction of such a line was rounding, and lines that go on along it were refused for a corner."""
+    robot = load_robot("ur5")
+    (start,) = forward_kinematics(robot, [NEAR_UR5])
+
+    def line(x: float, z: float, transition: Transition) -> PoseWaypoint:
+        pose = Pose(start.position + np.array([x, 0.0, z]), start.rotation)
+        return PoseWaypoint(pose, motion=LinearMotion(), transition=transition)
+
+    through, blend, stop = ThroughTransition(), BlendTransition(0.02), StopTransition()
+    for first, second, up in ((through, blend, 0.1), (through, through, 0.0), (blend, blend, 0.1)):
+        waypoints = [
+            JointWaypoint(NEAR_UR5),
+            line(-0.1, 0.0, first),
+            line(-0.1 - distance, 0.0, second),
+            line(-0.2, up, stop),
+        ]
+        stopped = [replace(waypoint, transition=stop) for waypoint in waypoints]
+        for backend in (Toppra(), Ruckig()):
+            found, slower = (plan(PlanningProblem(robot, tuple(ways)), backend) for ways in (waypoints, stopped))
+            assert found.trajectory.duration <= 1.2 * slower.trajectory.duration
