@@ -166,6 +166,9 @@ class RobotDescription(Answer):
     """The names of the joints in the order of every joint array."""
     joints: list[JointDescription]
     """The joints, in the same order."""
+    limit_sources: dict[str, str]
+    """The document that limits come from, or the rule of an estimate, by the name of their quantity; a quantity that is
+    not there comes from the same document as the model, or from the default rule."""
     tip_frame: str
     """The name of the frame that poses are about unless a tool is given."""
     frames: list[str]

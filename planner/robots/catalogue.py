@@ -7,8 +7,9 @@ A data file has these fields:
 - the model, one of
   - `dh`: `convention`, `joints` (the fields of `DHJoint`), and where they apply `base` and `tip`, positions in m,
   - `urdf`: a file beside it, or in `example_robot_data/` a path inside that package; `tip_frame`.
-- `limits`: of a quantity its `provenance`, and unless the URDF has them the `values` (of `position`: `lower` and
-  `upper`), one a joint. What neither has is filled in by the default rule.
+- `limits`: of a quantity its `provenance`, the `source` in words (a document, or the rule of an estimate), and unless
+  the URDF has them the `values` (of `position`: `lower` and `upper`), one a joint; null for the position limits of a
+  continuous joint. What neither has is filled in by the default rule.
 - `geometry`: shapes to look at. `kind` `box` (`size`), `cylinder` (`radius`, `length`, along z) or `sphere`
   (`radius`), its centre at `position` and turned by `rpy` (rad, as in URDF) in the frame `frame`.
 """
@@ -83,8 +84,14 @@ def load_robot(id: str) -> Robot:
         raise UnknownRobot(f"there is no robot {id!r}; the robots are {', '.join(catalogue_ids())}") from None
     entry = json.loads(file.read_text(encoding="utf-8"))
     robot = _read_urdf(id, entry, folder) if "urdf" in entry else _read_dh(id, entry)
-    joints = _with_limits(robot.joints, entry["limits"], _unit(entry))
-    return replace(robot, joints=joints, geometry=robot.geometry + tuple(entry.get("geometry", ())), findings=())
+    limits = entry["limits"]
+    return replace(
+        robot,
+        joints=_with_limits(robot.joints, limits, _unit(entry)),
+        limit_sources={quantity: limit["source"] for quantity, limit in limits.items() if "source" in limit},
+        geometry=robot.geometry + tuple(entry.get("geometry", ())),
+        findings=(),
+    )
 
 
 @cache
@@ -131,11 +138,13 @@ def _with_limits(joints: tuple[Joint, ...], limits: dict[str, Any], unit: float)
     """The joints with the limits of the data file, and the default rule applied again to what it leaves open."""
     changed = []
     for i, joint in enumerate(joints):
-        factor = unit if joint.is_angle else 1.0
         known: dict[str, Any] = {name: math.inf for name, origin in joint.provenance.items() if origin == "default"}
         provenance = {name: origin for name, origin in joint.provenance.items() if origin != "default"}
         for quantity, limit in limits.items():
+            if quantity == "position" and joint.kind == "continuous":
+                continue
             sides = ("lower", "upper") if quantity == "position" else ("values",)
+            factor = unit if joint.is_angle and quantity != "torque" else 1.0
             values = {side: limit[side][i] * factor for side in sides if side in limit}
             known |= {quantity if side == "values" else side: value for side, value in values.items()}
             if values or quantity in provenance:

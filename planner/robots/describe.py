@@ -20,6 +20,7 @@ def describe(robot: Robot) -> dict[str, Any]:
         "dof": robot.dof,
         "joint_names": list(robot.joint_names),
         "joints": [_describe_joint(joint) for joint in robot.joints],
+        "limit_sources": dict(robot.limit_sources),
         "tip_frame": robot.tip_frame,
         "frames": [frame.name for frame in robot.model.frames if frame.type != pin.FrameType.FIXED_JOINT],
         "mass": robot.mass,

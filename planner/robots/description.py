@@ -92,6 +92,7 @@ class RobotDescription:
     model: pin.Model
     joints: tuple[Joint, ...]
     tip_frame: str
+    limit_sources: Mapping[str, str] = field(default_factory=dict)
     geometry: tuple[Mapping[str, Any], ...] = ()
     groups: tuple[JointGroup, ...] = ()
     disabled_collisions: tuple[DisabledCollision, ...] = ()

@@ -37,6 +37,8 @@ class Robot(RobotDescription):
         model: Pinocchio model with nq == nv == len(joints), in the order of `joints`. Not to be changed.
         joints: The degrees of freedom, in the order of every joint array.
         tip_frame: Name of the frame at the flange.
+        limit_sources: The document that limits come from, or the rule of an estimate, by the names of quantities (those
+            of `Joint.provenance`); a quantity that is not there comes from the same document as the model.
         geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
         groups: Joints that belong together, as an SRDF has them.
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.

@@ -92,8 +92,17 @@ def read_urdf(
     findings.raise_errors()
 
     model = _build(id, root, tip, arrivals, bodies, limits, findings)
-    joints_to_tip, shapes, remarks = tuple(limits.values()), tuple(geometry), tuple(findings.items)
-    return RobotDescription(id, source, model, joints_to_tip, tip, shapes, groups, disabled, remarks)
+    return RobotDescription(
+        id,
+        source,
+        model,
+        tuple(limits.values()),
+        tip,
+        geometry=tuple(geometry),
+        groups=groups,
+        disabled_collisions=disabled,
+        findings=tuple(findings.items),
+    )
 
 
 def _check_tree(links: Collection[str], joints: Sequence[UrdfJoint], findings: Findings) -> None:

@@ -19,11 +19,16 @@ from tests.planner.robots.frames import frame_pose, numeric_jacobian, product, r
 
 OWN = {
     "date_sorting_arm",
+    "fr3",
     "kuka_kr16_2",
     "kuka_kr16_l6_2",
     "ngv_refuelling_arm",
     "ngv_refuelling_arm_published",
     "three_dof_arm",
+    "ur10e",
+    "ur16e",
+    "ur3e",
+    "ur5e",
     "welding_arm",
 }
 KUKAS = {"kuka_kr16_l6_2": (0.97, 0.115, 1.911), "kuka_kr16_2": (0.67, 0.158, 1.611)}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,16 @@ TOOL_DOWN = rotation_from_rpy(np.pi, 0.0, 0.0)
 
 
 def slow_seam(speed: float) -> PlanningProblem:
-    """A line, a half circle and a line of the UR5, tangent to each other, blended within 10 mm; speed in m/s."""
+    """A line, a half circle and a line, tangent to each other, blended within 10 mm; speed in m/s.
+
+    They are those of a UR5 with the limits of the package's URDF, under which the case was met.
+    """
+    ur5 = load_robot("ur5")
+    velocity = (3.15, 3.15, 3.15, 3.2, 3.2, 3.2)
+    joints = [
+        replace(joint, velocity=v, acceleration=4.0 * v, jerk=40.0 * v)
+        for joint, v in zip(ur5.joints, velocity, strict=True)
+    ]
     blend = BlendTransition(0.01)
     waypoints = (
         PoseWaypoint(Pose(np.array([-0.45, -0.1, 0.15]), TOOL_DOWN)),
@@ -37,7 +48,7 @@ def slow_seam(speed: float) -> PlanningProblem:
         ),
         PoseWaypoint(Pose(np.array([-0.45, 0.0, 0.15]), TOOL_DOWN), motion=LinearMotion()),
     )
-    return PlanningProblem(load_robot("ur5"), waypoints, limits=Limits(tcp_linear_velocity=speed))
+    return PlanningProblem(replace(ur5, joints=tuple(joints)), waypoints, limits=Limits(tcp_linear_velocity=speed))
 
 
 def duration(problem: PlanningProblem, backend: BackEnd) -> float:
