@@ -20,6 +20,9 @@ class Settings(BaseSettings):
     """The port to listen on."""
     workers: int = Field(default_factory=lambda: len(os.sched_getaffinity(0)), ge=1, le=256)
     """The number of worker processes, each with one plan at a time; default: one a core."""
+    express_workers: int = Field(default=1, ge=0, le=256)
+    """The number of further worker processes, which take only requests that are known to be done soon: these need not
+    wait for long ones."""
     queue_size: int = Field(default=64, ge=0)
     """The number of requests that may wait for a worker; more are answered with 503."""
     max_connections: int = Field(default=1024, ge=1)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import gc
 import os
 import resource
-import signal
 import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -27,7 +26,6 @@ NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 def work(channel: socket, caps: Caps) -> None:
     """Be a worker: get ready and say so with None, then answer tasks until the server is no more."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group: the server drains, then ends us
     os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))
     limit = caps.memory_mib * 1024 * 1024
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

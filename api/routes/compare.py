@@ -22,21 +22,26 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 
 async def compare_backends(request: Request) -> Response:
     """Answer POST /v1/trajectories/compare: read the body and plan with each of its back ends."""
-    body, document, deadline, robot = await look_at_body(request)
-    kinds = _kinds(document.get("backends"))
+    asked = await look_at_body(request)
+    kinds = _kinds(asked.document.get("backends"))
     workers = asyncio.Semaphore(service_of(request).settings.workers)
 
     async def compare(index: int) -> Reply:
         async with workers:
             try:
-                return await run(request, "compare_backends", deadline, body, index=index, **robot)
+                return await run(request, "compare_backends", asked, index=index)
             except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
                 status, refusal = problem_document(error, request.url.path)
                 return Reply(status, MEDIA_TYPE, refusal)
 
     if kinds is None:  # a worker says what is wrong
         return respond(await compare(0))
-    replies = await asyncio.gather(*(compare(index) for index in range(len(kinds))))
+    try:
+        async with asyncio.TaskGroup() as group:
+            tasks = [group.create_task(compare(index)) for index in range(len(kinds))]
+    except ExceptionGroup as errors:  # the others have been cancelled
+        raise errors.exceptions[0] from None
+    replies = [task.result() for task in tasks]
     entries = []
     request.state.timings = {}
     for index, (kind, reply) in enumerate(zip(kinds, replies, strict=True)):

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import orjson
 import structlog
 from fastapi import Request, Response  # noqa: TC002 - FastAPI evaluates the annotations
+from starlette.requests import ClientDisconnect
 
 from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.messages import Task
 from api.schemas.common import DEFAULT_DEADLINE
+from api.server.costs import kind_of
 from api.server.traffic import Answer
 from api.size import has_too_many_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Mapping
 
     from api.messages import Reply
     from api.server.service import Service
@@ -48,15 +52,29 @@ def service_of(request: Request) -> Service:
 
 async def run_with_body(request: Request, operation: str, **arguments: Any) -> Reply:
     """Read the body and run the operation on it in a worker."""
-    body, _, deadline, robot = await look_at_body(request)
-    return await run(request, operation, deadline, body, **robot, **arguments)
+    asked = await look_at_body(request)
+    return await run(request, operation, asked, **arguments)
 
 
-async def look_at_body(request: Request) -> tuple[bytes, dict[str, Any], float, dict[str, Any]]:
-    """Read the body, its document, the deadline (s), and what the worker needs to know of an uploaded robot.
+@dataclass(frozen=True)
+class Asked:
+    """What the server looks at of a request; the rest is the worker's.
 
-    Only `robot`, `deadline` and the number of `backends` are looked at here: the rest is the worker's.
+    Attributes:
+        body: The body as it came.
+        document: The body as JSON, which need not follow any schema.
+        deadline: The time that the answer may take from the arrival of the request, s.
+        robot: What the worker needs to know of an uploaded robot.
     """
+
+    body: bytes = b""
+    document: Mapping[str, Any] = field(default_factory=dict)
+    deadline: float = DEFAULT_DEADLINE
+    robot: Mapping[str, Any] = field(default_factory=dict)
+
+
+async def look_at_body(request: Request) -> Asked:
+    """Read the body and what of it the server needs."""
     service = service_of(request)
     body = await _read_body(request)
     document = _parse(body, service.settings.max_body_bytes)
@@ -65,27 +83,49 @@ async def look_at_body(request: Request) -> tuple[bytes, dict[str, Any], float, 
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it
-    return body, document, min(deadline, service.settings.max_deadline), robot
+    return Asked(body, document, min(deadline, service.settings.max_deadline), robot)
 
 
-async def run(
-    request: Request, operation: str, deadline: float = DEFAULT_DEADLINE, body: bytes = b"", **arguments: Any
-) -> Reply:
-    """Run an operation in a worker; the deadline (s) counts from the arrival of the request."""
+NOTHING_ASKED = Asked()
+"""What a request without a body asks."""
+
+
+async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **arguments: Any) -> Reply:
+    """Run an operation in a worker.
+
+    Raises:
+        ClientDisconnect: The client has hung up; the work is given up, too.
+    """
     arrived: float = request.state.arrived
     task = Task(
         operation=operation,
         instance=request.url.path,
         submitted=time.monotonic(),
-        deadline=arrived + deadline,
-        body=body,
-        arguments=arguments,
+        deadline=arrived + asked.deadline,
+        body=asked.body,
+        arguments={**asked.robot, **arguments},
     )
-    reply = await service_of(request).pool.run(task, request.state.share.hold)
+    kind = kind_of(operation, asked.document, arguments.get("index", 0))
+    work = asyncio.ensure_future(service_of(request).pool.run(task, kind, request.state.share.hold))
+    hang_up = asyncio.ensure_future(_hang_up(request))
+    try:
+        await asyncio.wait((work, hang_up), return_when=asyncio.FIRST_COMPLETED)
+        if not work.done():
+            raise ClientDisconnect
+        reply = await work
+    finally:
+        hang_up.cancel()
+        work.cancel()
     request.state.timings = dict(reply.timings)
     if reply.failure is not None:
         log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
     return reply
+
+
+async def _hang_up(request: Request) -> None:
+    """Wait until the client hangs up."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
 
 
 def respond(reply: Reply) -> Response:

@@ -41,7 +41,7 @@ async def get_readiness(request: Request) -> Response:
     ready = service.pool.ready
     answer = {
         "status": "ready" if ready else "starting",
-        "workers": service.settings.workers,
+        "workers": service.pool.size,
         "warm_workers": service.pool.warm_workers,
     }
     return _json(answer, 200 if ready else 503)

@@ -15,9 +15,9 @@ from api.operations import OPERATIONS
 from api.routes import compare, robots, service
 from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
+from api.server.pool import WorkerPool
 from api.server.service import Service
 from api.server.traffic import Traffic
-from api.server.workers import WorkerPool
 from api.settings import Settings
 from api.store import InMemoryRobotStore
 from planner.errors import PlanningError

@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, NoReturn
 
 from api.logs import configure_logs
-from api.server.workers import WorkerPool
+from api.server.pool import WorkerPool
 from api.settings import Settings
 from api.worker_main import hide_main_module
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from api.server.workers import WorkerPool
+    from api.server.pool import WorkerPool
     from api.settings import Settings
     from api.store import RobotStore
 

@@ -83,7 +83,7 @@ def free_port() -> int:
 @contextmanager
 def running_service(log: Path, **settings: Any) -> Iterator[RunningService]:
     port = free_port()
-    settings = {"workers": 2, "worker_memory_mib": WORKER_MEMORY_MIB, **settings, "port": port}
+    settings = {"workers": 2, "express_workers": 0, "worker_memory_mib": WORKER_MEMORY_MIB, **settings, "port": port}
     environment = {**os.environ, **{f"PLANNER_{name.upper()}": str(value) for name, value in settings.items()}}
     with log.open("wb") as stderr:
         process = subprocess.Popen([sys.executable, "-m", "api.server"], cwd=ROOT, env=environment, stderr=stderr)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
+import socket
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -35,15 +36,15 @@ WARM_WORKER_MIB = 300
 """Resident memory of a worker that has warmed up, MiB: about 220, and more after the other tests of a session."""
 
 
-def slow_request(deadline: float = 10.0) -> dict[str, Any]:
-    """Honest work of minutes: the search gives up on each of these poses only after every start has failed."""
-    poses = [{"position": [3.0 + 0.001 * i, 0.0, 0.0], "orientation": None} for i in range(1000)]
-    return {"robot": "ngv_refuelling_arm", "poses": poses, "deadline": deadline}
+def slow_request(deadline: float = 10.0, poses: int = 1000) -> dict[str, Any]:
+    """Honest work of 15 ms a pose: the search gives up on each of them only after every start has failed."""
+    unreachable = [{"position": [3.0 + 0.001 * i, 0.0, 0.0], "orientation": None} for i in range(poses)]
+    return {"robot": "ngv_refuelling_arm", "poses": unreachable, "deadline": deadline}
 
 
 def busy(service: RunningService) -> int:
     """How many workers are computing right now."""
-    return sum(worker.cpu_percent(interval=0.1) > 30.0 for worker in service.workers())
+    return sum(worker.cpu_percent(interval=0.1) > 5.0 for worker in service.workers())
 
 
 def test_a_deadline_kills_the_work_and_the_next_request_is_served(one_worker: RunningService) -> None:
@@ -57,27 +58,43 @@ def test_a_deadline_kills_the_work_and_the_next_request_is_served(one_worker: Ru
     one_worker.wait_ready()
 
 
-def test_the_deadline_counts_the_time_in_the_queue(one_worker: RunningService) -> None:
+def test_what_waits_too_long_for_its_deadline_is_refused_at_once(one_worker: RunningService) -> None:
     with ThreadPoolExecutor() as threads:
         slow = threads.submit(one_worker.post, INVERSE, slow_request(deadline=3.0))
         wait_until(lambda: busy(one_worker) == 1)
-        queued = one_worker.post(PLAN, plan_request(deadline=0.2))
-        assert (queued.status_code, queued.json()["code"]) == (504, "deadline_exceeded")
+        refused = one_worker.post(PLAN, plan_request(deadline=0.2))
+        assert (refused.status_code, refused.json()["code"]) == (503, "overloaded")
+        assert int(refused.headers["Retry-After"]) > 0
         assert not slow.done()
         assert slow.result().status_code == 504
     assert one_worker.post(PLAN, PATIENT_REQUEST).status_code == 200
 
 
-def test_a_worker_that_dies_at_work_is_a_500_and_is_replaced(one_worker: RunningService) -> None:
+def test_the_work_of_a_killed_worker_is_repeated_once(one_worker: RunningService) -> None:
     with ThreadPoolExecutor() as threads:
-        slow = threads.submit(one_worker.post, INVERSE, slow_request())
+        repeated = threads.submit(one_worker.post, INVERSE, slow_request(deadline=60.0, poses=60))
         wait_until(lambda: busy(one_worker) == 1)
         one_worker.workers()[0].kill()
-        answer = slow.result()
-    assert (answer.status_code, answer.json()["code"]) == (500, "internal_error")
-    assert answer.headers["Content-Type"] == "application/problem+json"
+        assert repeated.result().status_code == 200
+
+
+def test_the_work_of_a_client_that_hangs_up_is_given_up(one_worker: RunningService) -> None:
+    """It went on for 22 s."""
+    before = {worker.pid for worker in one_worker.workers()}
+    with suppress(httpx.ReadTimeout):
+        one_worker.post(INVERSE, slow_request(deadline=60.0), timeout=0.3)
     assert one_worker.post(PLAN, PATIENT_REQUEST).status_code == 200
-    one_worker.wait_ready()
+    assert not before & {worker.pid for worker in one_worker.workers()}
+    assert "client_disconnected" in {line.get("failure") for line in one_worker.logged()}
+
+
+def test_workers_leave_the_signals_of_the_process_group_to_the_server(two_workers: RunningService) -> None:
+    before = {worker.pid for worker in two_workers.workers()}
+    for worker in two_workers.workers():
+        worker.terminate()
+        worker.send_signal(signal.SIGINT)
+    assert two_workers.post(PLAN, PATIENT_REQUEST).status_code == 200
+    assert {worker.pid for worker in two_workers.workers()} == before
 
 
 def test_idle_workers_that_die_are_replaced(two_workers: RunningService) -> None:
@@ -117,29 +134,42 @@ def test_stopped_workers_do_not_stop_the_service(two_workers: RunningService) ->
 
 
 def test_a_full_queue_turns_away(one_worker: RunningService) -> None:
+    """One is worked on, some may wait, as far as they have the time, and all others are refused at once."""
     with ThreadPoolExecutor(10) as threads:
         answers = list(threads.map(lambda _: one_worker.post(INVERSE, slow_request(deadline=2.0)), range(10)))
-    assert sorted(answer.status_code for answer in answers) == [503] * 6 + [504] * 4
-    for answer in answers:
-        if answer.status_code == 503:
-            assert answer.json()["code"] == "overloaded"
-            assert int(answer.headers["Retry-After"]) > 0
+    refused = [answer for answer in answers if answer.status_code == 503]
+    assert len(refused) >= 6
+    assert {answer.status_code for answer in answers} == {503, 504}
+    for answer in refused:
+        assert answer.json()["code"] == "overloaded"
+        assert int(answer.headers["Retry-After"]) > 0
     assert one_worker.post(PLAN, PATIENT_REQUEST).status_code == 200
 
 
 def test_sigterm_drains(start_service: Callable[..., RunningService]) -> None:
+    """It comes to the process group, as from a terminal; what is planned is planned to its end, bodies are hurried."""
     service = start_service(workers=1)
     workers = service.workers()
-    with ThreadPoolExecutor() as threads:
+    with ThreadPoolExecutor() as threads, unfinished_body(service) as client:
         slow = threads.submit(service.post, INVERSE, slow_request(deadline=2.0))
         wait_until(lambda: busy(service) == 1)
-        service.process.send_signal(signal.SIGTERM)
+        for process in (*workers, service.process):
+            process.send_signal(signal.SIGTERM)
         wait_until(lambda: refuses_connections(service.url))
         assert not slow.done()
         # The request in flight is worked on until its own end: here its deadline.
         assert slow.result().status_code == 504
+        assert b"overloaded" in client.recv(65536)
     assert service.process.wait(10.0) == 0
     wait_until(lambda: not any(worker.is_running() for worker in workers))
+
+
+def unfinished_body(service: RunningService) -> socket.socket:
+    """A client that has sent the first byte of a body."""
+    url = httpx.URL(service.url)
+    client = socket.create_connection((url.host, url.port or 80), 30.0)
+    client.sendall(b"POST /v1/trajectories HTTP/1.1\r\nHost: planner\r\nContent-Length: 100\r\n\r\n{")
+    return client
 
 
 def refuses_connections(url: str) -> bool:

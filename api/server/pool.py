@@ -1,0 +1,255 @@
+"""The pool of worker processes: bounded, warmed up, with deadlines that are kept by killing."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import time
+from http import HTTPStatus
+from typing import TYPE_CHECKING
+
+import structlog
+
+from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overloaded, what_to_do
+from api.messages import Caps
+from api.server.costs import Costs
+from api.server.jobs import Job, JobQueue
+from api.server.worker import Worker
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from api.messages import Reply, Task
+    from api.server.costs import Kind
+    from api.settings import Settings
+
+NO_MEMORY_FOR_A_LIBRARY = 127
+"""The exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""
+
+KILLED_FROM_OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)
+"""The exit codes of a worker that somebody else killed, such as the kernel for want of memory: its work is
+repeated once. Work that crashes its worker would crash the next one, too."""
+
+RESPAWN_DELAY = 1.0
+"""The time before a worker that could not even start is started again, s; short, yet no busy loop."""
+
+GRACE = 1.0
+"""The time that a worker has to finish what nobody waits for any more, s: about what starting another one costs. Who
+asks with deadlines that are too short, or hangs up, would otherwise have worker after worker killed."""
+
+log = structlog.get_logger()
+
+
+class WorkerPool:
+    """Runs tasks in worker processes, one at a time each, all from the event loop, which never waits for one.
+
+    Each worker has a channel of its own, so that one can be killed at any moment without harm to the others: one
+    that overruns a deadline is, and one whose task ended in an unexpected error; whichever ends is replaced. (A pool
+    with a queue that its workers share, as pebble's, breaks as a whole when one dies while idle.) Spawned, not forked:
+    a forked worker would inherit the server's sockets and signal handlers.
+
+    A worker that becomes free takes the job that has waited longest. Express workers take only work that is known to
+    be cheap: it does not wait for what takes long, however much of that there is. What cannot be answered in time, as
+    far as the times of former requests tell, is refused at once instead of wasting a worker's time.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._max_tasks = settings.worker_max_tasks
+        self._caps = Caps(
+            max_deadline=settings.max_deadline,
+            max_waypoints=settings.max_waypoints,
+            max_samples=settings.max_samples,
+            memory_mib=settings.worker_memory_mib,
+            log_level=settings.log_level,
+        )
+        self._costs = Costs()
+        self._queue = JobQueue(settings.queue_size)
+        self._been_ready = False
+        self._keepers: list[asyncio.Task[None]] = []
+        lanes = [False] * settings.workers + [True] * settings.express_workers
+        self._workers = [Worker(self._caps, only_cheap) for only_cheap in lanes]
+
+    def attach(self) -> None:
+        """Look after the workers from the running event loop."""
+        self._keepers = [asyncio.create_task(self._keep(place)) for place in range(self.size)]
+
+    async def detach(self) -> None:
+        """Look after the workers no longer."""
+        for keeper in self._keepers:
+            keeper.cancel()
+        await asyncio.gather(*self._keepers, return_exceptions=True)
+
+    def stop(self) -> None:
+        """End all workers."""
+        for worker in self._workers:
+            worker.stop()
+
+    @property
+    def size(self) -> int:
+        """The number of workers that there are to be."""
+        return len(self._workers)
+
+    @property
+    def warm_workers(self) -> int:
+        """The number of workers that are ready for tasks and alive."""
+        return sum(worker.warm and not worker.ended.is_set() for worker in self._workers)
+
+    @property
+    def ready(self) -> bool:
+        """Whether all workers have been warm, and at least one is.
+
+        One that was killed or recycled is back within a second: no reason to send the others' requests away.
+        """
+        warm = self.warm_workers
+        self._been_ready = self._been_ready or warm == self.size
+        return self._been_ready and warm > 0
+
+    async def run(self, task: Task, kind: Kind, hold: Callable[[int], None]) -> Reply:
+        """Run a task in a worker. Cancelling it takes the task away from the worker.
+
+        Args:
+            task: The task.
+            kind: What tells how long it may take.
+            hold: What counts the bytes of the answer, before they are taken in; it may raise Overloaded.
+
+        Raises:
+            Overloaded: There is no room for the request or its answer, or no time for it before its deadline.
+            DeadlineExceeded: No reply came in time; the worker, if one had begun, is killed.
+            MemoryExceeded: The worker died because there was no memory left for it.
+            InternalError: The worker died of the task.
+        """
+        late = DeadlineExceeded(
+            f"the deadline passed before there was an answer; {what_to_do(self._caps.max_deadline)}"
+        )
+        if time.monotonic() >= task.deadline:
+            raise late
+        job = Job(task, kind, self._costs.expected(kind), hold)
+        self._admit(job)
+        try:
+            async with asyncio.timeout(task.deadline - time.monotonic()):
+                return await job.reply
+        except TimeoutError:
+            raise late from None
+        finally:
+            self._leave(job)
+
+    def _admit(self, job: Job) -> None:
+        """Give a job to an idle worker, express ones first, or let it wait.
+
+        Raises:
+            Overloaded: It would wait too long, or there is no room.
+        """
+        idle = [worker for worker in reversed(self._workers) if _is_idle(worker) and worker.takes(job)]
+        wait = 0.0 if idle else self._expected_wait(job)
+        if any(worker.job for worker in self._workers if worker.takes(job)):
+            job.refuse_if_late(wait)
+        if idle:
+            _hand_over(job, idle[0])
+        else:
+            self._queue.put(job, wait)
+
+    def _expected_wait(self, job: Job) -> float:
+        """Estimate how long a job waits, s: the work that is ahead of it, shared by the workers that do it."""
+        waits = []
+        for only_cheap in {worker.only_cheap for worker in self._workers if worker.takes(job)}:
+            lane = [worker for worker in self._workers if worker.only_cheap == only_cheap]
+            under_way = sum(worker.job.remaining() for worker in lane if worker.job is not None)
+            waits.append((under_way + self._queue.work(only_cheap)) / len(lane))
+        return min(waits)
+
+    def _leave(self, job: Job) -> None:
+        """Take care of a job that its caller does not wait for any more, with or without a reply."""
+        self._queue.discard(job)
+        for worker in self._workers:
+            if worker.job is job:
+                asyncio.get_running_loop().call_later(GRACE, _kill_if_still_at, worker, job)
+
+    async def _keep(self, place: int) -> None:
+        """Keep a place in the pool filled: let its worker work, and put another there when it has ended."""
+        while True:
+            worker = self._workers[place]
+            await worker.connect()
+            await worker.warm_up()
+            if worker.warm:
+                while (job := await self._next_job(worker)) is not None:
+                    await self._work_on(job, worker)
+                worker.kill()
+            await worker.ended.wait()
+            log.info("worker_ended", pid=worker.pid, exit_code=worker.exit_code, tasks=worker.tasks)
+            if not worker.warm:
+                await asyncio.sleep(RESPAWN_DELAY)
+            self._workers[place] = Worker(self._caps, worker.only_cheap)
+
+    async def _next_job(self, worker: Worker) -> Job | None:
+        """Wait for the next job of a worker; None: it has ended, or has done enough."""
+        worker.job = None
+        if worker.ended.is_set() or worker.tasks >= self._max_tasks:
+            return None
+        worker.job = self._queue.take(worker.only_cheap)
+        if worker.job is None:
+            worker.offer = asyncio.get_running_loop().create_future()
+            worker.job = await worker.offer
+        return worker.job
+
+    async def _work_on(self, job: Job, worker: Worker) -> None:
+        """Let a worker do a job, and pass on what comes of it."""
+        if job.reply.done():  # nobody waits for it any more
+            return
+        if worker.ended.is_set():
+            self._repeat(job, worker)
+            return
+        started = job.started = time.monotonic()
+        learn = self._costs.learn_at_least
+        try:
+            reply = await worker.run(job.task, job.hold)
+        except Overloaded as refusal:
+            _fail(job, refusal)
+        except (EOFError, OSError):
+            await worker.ended.wait()
+            if worker.exit_code in KILLED_FROM_OUTSIDE and not job.was_interrupted:
+                job.was_interrupted = True
+                self._repeat(job, worker)
+            elif worker.exit_code == NO_MEMORY_FOR_A_LIBRARY:
+                _fail(job, MemoryExceeded("the request needs more memory than a worker may use"))
+            else:
+                _fail(job, InternalError("the service failed on this request"))
+        else:
+            if reply.status < HTTPStatus.MULTIPLE_CHOICES:
+                learn = self._costs.learn
+            if not job.reply.done():
+                job.reply.set_result(reply)
+            if not reply.worker_is_fit:
+                worker.kill()
+                await worker.ended.wait()
+        learn(job.kind, time.monotonic() - started)
+
+    def _repeat(self, job: Job, dead: Worker) -> None:
+        """Let another worker do the job of one that died, before all jobs that wait."""
+        dead.job = job.started = None
+        idle = [worker for worker in self._workers if _is_idle(worker) and worker.takes(job)]
+        if job.reply.done():
+            return
+        if idle:
+            _hand_over(job, idle[0])
+        else:
+            self._queue.put_back(job)
+
+
+def _is_idle(worker: Worker) -> bool:
+    return worker.offer is not None and not worker.offer.done()
+
+
+def _hand_over(job: Job, worker: Worker) -> None:
+    assert worker.offer is not None  # noqa: S101 - it is idle
+    worker.job = job
+    worker.offer.set_result(job)
+
+
+def _fail(job: Job, error: Exception) -> None:
+    if not job.reply.done():
+        job.reply.set_exception(error)
+
+
+def _kill_if_still_at(worker: Worker, job: Job) -> None:
+    if worker.job is job:
+        worker.kill()
