@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,7 +48,7 @@ def _solution(
         "position_error": distance,
         "orientation_error": angle,
         "manipulability": measure,
-        "configuration": asdict(configuration),
+        "configuration": vars(configuration),
     }
 
 

@@ -40,14 +40,15 @@ class UnitPolynomials:
     coefficients: FloatArray
     bernstein: FloatArray
 
-    def __getitem__(self, index: int) -> UnitPolynomials:
+    def __getitem__(self, index: int | slice | list[int]) -> UnitPolynomials:
+        """One of the derivatives, or some of them, where they are stacked on the first axis."""
         return UnitPolynomials(self.coefficients[index], self.bernstein[index])
 
     def minus(self, constants: FloatArray) -> UnitPolynomials:
-        """Subtract a constant (joints,) from the polynomials of each joint."""
+        """Subtract constants, which broadcast against (..., pieces, joints)."""
         coefficients = self.coefficients.copy()
         coefficients[..., 0] -= constants
-        return UnitPolynomials(coefficients, self.bernstein - constants[:, None])
+        return UnitPolynomials(coefficients, self.bernstein - constants[..., None])
 
     @property
     def starts(self) -> FloatArray:
@@ -80,7 +81,7 @@ class Extrema(NamedTuple):
     """The extremum of each group of pieces.
 
     Attributes:
-        pieces: (groups,), index of the piece.
+        pieces: (groups,), index of the piece; of derivatives that are stacked the index among all their pieces.
         joints: (groups,), index of the joint.
         units: (groups,), unit time on the piece.
         values: (groups,), value of the polynomial there.
@@ -109,12 +110,14 @@ def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tupl
 def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups: np.ndarray) -> Extrema:
     """Find where |p| / measure is largest over the pieces and joints of each group, exactly.
 
+    Many groups at once, such as each derivative of a motion, cost little more than one.
+
     Args:
-        polynomials: The polynomials of every piece and joint.
-        measure: (pieces, joints), positive; infinite entries never win against finite ones.
-        groups: (pieces,), from 0 on without gaps.
+        polynomials: The polynomials of every piece and joint, or derivatives of them, stacked.
+        measure: (..., pieces, joints), positive; infinite entries never win against finite ones.
+        groups: (..., pieces), from 0 on without gaps.
     """
-    joints, order = polynomials.bernstein.shape[1:]
+    joints, order = polynomials.bernstein.shape[-2:]
     group_of_row = np.repeat(groups, joints)
     best = np.full(int(groups.max()) + 1, -1.0)
     at_row, at_unit = np.zeros(len(best), dtype=int), np.zeros(len(best))
@@ -139,8 +142,8 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
         rows = np.repeat(rows[open_ones], PARTS)
         signed = (signed[open_ones] @ _cut(order)).reshape(-1, order)
         ratios = np.abs(signed) / measure.reshape(-1)[rows, None]
-    pieces, of_joints = np.divmod(at_row, joints)
-    return Extrema(pieces, of_joints, at_unit, horner(polynomials.coefficients[pieces, of_joints], at_unit))
+    values = horner(polynomials.coefficients.reshape(-1, order)[at_row], at_unit)
+    return Extrema(*np.divmod(at_row, joints), at_unit, values)
 
 
 @lru_cache(maxsize=16)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeGuard
 
 import numpy as np
 
@@ -58,7 +58,6 @@ class EndStates:
         return bool(self.final_velocity.any())
 
 
-@runtime_checkable
 class MovesAtItsEnds(Protocol):
     """A back end whose trajectory may begin and end in motion, as asked by these options; None: at rest."""
 
@@ -67,7 +66,6 @@ class MovesAtItsEnds(Protocol):
     final_velocity: tuple[float, ...] | None
 
 
-@runtime_checkable
 class LeavesStraightMotions(Protocol):
     """A back end that is free to leave the straight joint motion between two stops, by so much; None: by any way."""
 
@@ -78,7 +76,17 @@ END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
 """Names of the options of a back end whose trajectory may begin and end in motion, in the order of `EndStates`."""
 
 
+def moves_at_its_ends(backend: object) -> TypeGuard[MovesAtItsEnds]:
+    """Tell whether a back end has these options: `isinstance` would take longer than what is then asked of them."""
+    return all(hasattr(backend, name) for name in END_OPTIONS)
+
+
+def leaves_straight_motions(backend: object) -> TypeGuard[LeavesStraightMotions]:
+    """Tell whether a back end has this option."""
+    return hasattr(backend, "max_deviation")
+
+
 def end_states(backend: object, joints: int) -> EndStates:
     """Read from a back end's options which motion is asked at the ends; a back end without such options is at rest."""
-    asked = [getattr(backend, name) if isinstance(backend, MovesAtItsEnds) else None for name in END_OPTIONS]
+    asked = [getattr(backend, name, None) for name in END_OPTIONS]
     return EndStates(*(np.zeros(joints) if rates is None else np.array(rates) for rates in asked))

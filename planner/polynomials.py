@@ -66,8 +66,11 @@ class PiecewisePolynomial:
 
     def padded(self, order: int) -> Self:
         """Write the same curve with `order` coefficients a piece, the highest of them zero."""
-        missing = order - self.coefficients.shape[2]
-        return replace(self, coefficients=np.pad(self.coefficients, ((0, 0), (0, 0), (0, missing))))
+        *shape, own = self.coefficients.shape
+        if own == order:
+            return self
+        coefficients = np.concatenate([self.coefficients, np.zeros((*shape, order - own))], axis=2)
+        return replace(self, coefficients=coefficients)
 
     def split(self, parts: np.ndarray) -> Self:
         """The same curve with each piece cut into a number (pieces,) of equal parts."""

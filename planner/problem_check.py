@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END, KIND
-from planner.guarantees import END_OPTIONS, MovesAtItsEnds, end_states
+from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
 from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problem import BlendTransition, JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, StopTransition
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.fields import FieldPath
+    from planner.guarantees import MovesAtItsEnds
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.limits import Limits
     from planner.problem import AnyWaypoint, PlanningProblem
@@ -50,13 +51,13 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
         LimitsUnsatisfiable: The motion asked at the ends breaks a limit.
     """
     faults = list(_faults(problem))
-    if isinstance(backend, MovesAtItsEnds):
+    if moves_at_its_ends(backend):
         faults += _end_faults(problem, backend)
     if faults:
         raise InvalidProblem(faults)
     if not any(problem.payloads):
         refuse_unknown_torques(problem.robot, problem.all_limits)
-    if isinstance(backend, MovesAtItsEnds):
+    if moves_at_its_ends(backend):
         _refuse_impossible_ends(problem, backend)
 
 

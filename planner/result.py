@@ -13,10 +13,10 @@ from planner.certificate.limits import certificate_of
 from planner.certificate.tool_path import certify_tool_path
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, Guarantee, LeavesStraightMotions, MovesAtItsEnds, end_states
+from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import JOINT_QUANTITIES
-from planner.problem import JointWaypoint
 from planner.trajectory import PlanWarning
+from planner.waypoints.solve import given_positions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -79,7 +79,7 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
 
 def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
     """The trajectory where nothing moves, which no back end has to put time on."""
-    if isinstance(backend, MovesAtItsEnds):
+    if moves_at_its_ends(backend):
         moving = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
         if moving:
             message = "all waypoints are one joint position: the robot rests there"
@@ -91,7 +91,7 @@ def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, tr
     wanted = path.positions.copy()
     wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
     checks = certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints)
-    if isinstance(backend, LeavesStraightMotions):
+    if leaves_straight_motions(backend):
         checks += certify_joint_motions(
             trajectory, path.robot, problem.waypoints, path.positions, backend.max_deviation
         )
@@ -130,17 +130,13 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
 
 def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
     """What is said of joint positions that are outside of their limits by no more than the tolerance."""
-    lower, upper = problem.robot.limit("lower"), problem.robot.limit("upper")
-    for k, waypoint in enumerate(problem.waypoints):
-        if not isinstance(waypoint, JointWaypoint):
-            continue
-        position = np.array(waypoint.position)
-        within = np.clip(position, lower, upper)
-        for joint in np.flatnonzero(position != within).tolist():
-            asked, limit = distinct(position[joint], within[joint])
-            name = problem.robot.joint_names[joint]
-            message = f"waypoint {k} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
-            yield PlanWarning("position_snapped", message)
+    given, positions = given_positions(problem.robot, problem.waypoints)
+    within = np.clip(positions, problem.robot.limit("lower"), problem.robot.limit("upper"))
+    for row, joint in np.argwhere(positions != within).tolist():
+        asked, limit = distinct(positions[row, joint], within[row, joint])
+        name = problem.robot.joint_names[joint]
+        message = f"waypoint {given[row]} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
+        yield PlanWarning("position_snapped", message)
 
 
 def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
@@ -158,7 +154,7 @@ def _warnings(
 ) -> Iterator[PlanWarning]:
     robot = problem.robot
     yield from _snapped(problem)
-    repeated = np.setdiff1d(np.arange(len(path.durations)), path.moving) + 1
+    repeated = path.still + 1
     if len(repeated):
         named = ", ".join(map(str, repeated[:MOST_NAMED].tolist()))
         more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""

@@ -17,7 +17,7 @@ import numpy as np
 
 from planner.certificate.checks import Certificate, Check
 from planner.dynamics import SegmentDynamics, inverse_dynamics
-from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitude
+from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import tool_speeds
 from planner.polynomials import horner
@@ -66,10 +66,7 @@ def certificate_of(
     still = np.zeros(robot.dof)
     smooth = _continuity(derivatives, ends or EndStates(still, still, still))
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
-    checks = [
-        _polynomial_check(trajectory, derivatives, robot, limits, quantity, enforced[quantity], smooth)
-        for quantity in JOINT_DERIVATIVES
-    ]
+    checks = _polynomial_checks(trajectory, derivatives, robot, limits, enforced, smooth)
     dynamics = dynamics or SegmentDynamics.unchanged(robot)
     checks += _sampled_checks(trajectory, derivatives, dynamics, limits, enforced)
     checks += more_checks
@@ -98,44 +95,45 @@ def _continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
     return MOST_CONTINUOUS
 
 
-def _polynomial_check(
+def _polynomial_checks(
     trajectory: Trajectory,
     derivatives: UnitPolynomials,
     robot: Robot,
     limits: SegmentLimits,
-    quantity: str,
-    enforced: bool,
+    enforced: Mapping[str, bool],
     smooth: int,
-) -> Check:
-    """The check of a joint's position or of one of its derivatives, by exact extrema."""
-    order = JOINT_DERIVATIVES.index(quantity)
-    polynomials, middle = derivatives[order], np.zeros(robot.dof)
-    if quantity == "position":
-        limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)
-        lower, upper = np.where(limited, limits.lower, 0.0), np.where(limited, limits.upper, 0.0)
-        middle = (lower + upper) / 2.0
-        polynomials = polynomials.minus(middle)
-        half = np.maximum((upper - lower) / 2.0, POSITION_TOLERANCE)  # of a joint without room to move in: rounding
-        limit = np.tile(np.where(limited, half, np.inf), (len(trajectory.lengths), 1))
-    else:
-        limit = getattr(limits, quantity)[trajectory.segments]
+) -> list[Check]:
+    """The checks of the joints' positions and of their derivatives, by exact extrema."""
+    limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)
+    lower, upper = np.where(limited, limits.lower, 0.0), np.where(limited, limits.upper, 0.0)
+    half = np.maximum((upper - lower) / 2.0, POSITION_TOLERANCE)  # of a joint without room to move in: rounding
+    pieces, count = len(trajectory.lengths), len(JOINT_DERIVATIVES)
+    bounds, middles = np.empty((count, pieces, robot.dof)), np.zeros((count, 1, robot.dof))
+    bounds[0], middles[0] = np.where(limited, half, np.inf), (lower + upper) / 2.0
+    for order, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
+        bounds[order] = getattr(limits, quantity)[trajectory.segments]
     # Without any limit the largest value is still worth knowing: measure every joint by 1.
-    measure = limit if np.isfinite(limit).any() else np.ones_like(limit)
-    piece, joint, u, value = largest_magnitude(polynomials, measure)
-    bound, offset = float(limit[piece, joint]), float(middle[joint])
-    has_limit, bounded = np.isfinite(bound), smooth >= order - 1
-    is_position = quantity == "position"
-    return Check(
-        quantity=quantity,
-        joint=robot.joint_names[joint],
-        peak=value + offset if is_position else abs(value),
-        limit=None if not has_limit else copysign(bound, value) + offset if is_position else bound,
-        ratio=abs(value) / bound if has_limit and bounded else None,
-        time=float(trajectory.breakpoints[piece] + u * trajectory.lengths[piece]),
-        method="exact",
-        enforced=enforced,
-        bounded=bounded,
-    )
+    measure = np.where(np.isfinite(bounds).any(axis=(1, 2), keepdims=True), bounds, 1.0)
+    of_pieces = np.repeat(np.arange(count), pieces)
+    found = largest_magnitudes(derivatives[:count].minus(middles), measure, of_pieces)
+    checks = []
+    for order, (row, joint, u, value) in enumerate(zip(*(values.tolist() for values in found), strict=True)):
+        quantity, piece = JOINT_DERIVATIVES[order], row % pieces
+        bound, offset = float(bounds[order, piece, joint]), float(middles[order, 0, joint])
+        has_limit, bounded = np.isfinite(bound), smooth >= order - 1
+        check = Check(
+            quantity=quantity,
+            joint=robot.joint_names[joint],
+            peak=value + offset if order == 0 else abs(value),
+            limit=None if not has_limit else copysign(bound, value) + offset if order == 0 else bound,
+            ratio=abs(value) / bound if has_limit and bounded else None,
+            time=float(trajectory.breakpoints[piece] + u * trajectory.lengths[piece]),
+            method="exact",
+            enforced=enforced[quantity],
+            bounded=bounded,
+        )
+        checks.append(check)
+    return checks
 
 
 def _sampled_checks(

@@ -93,6 +93,9 @@ def _deviations(
     trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
 ) -> Iterator[_Deviation]:
     """The worst of each kind: near blended waypoints, and along all lines and all circles, with and without turns."""
+    with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
+    if not (with_tool or any(isinstance(waypoint.transition, BlendTransition) for waypoint in waypoints)):
+        return
     centers = np.array([waypoint.pose.position for waypoint in solved])
     radii = np.array([w.transition.radius if isinstance(w.transition, BlendTransition) else -1.0 for w in waypoints])
     blended = np.flatnonzero(radii > 0.0)
@@ -100,7 +103,6 @@ def _deviations(
         times = trajectory.arrivals[blended]
         tools = tool_poses(robot, trajectory.evaluate(times, [0])[0])[0]
         yield _worst("blend_deviation", np.linalg.norm(tools - centers[blended], axis=1), radii[blended], times)
-    with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
     segments, times, positions, rotations = _tool_poses(trajectory, robot, with_tool)
     kept = np.ones(len(times), dtype=bool)
     for end in (segments, segments + 1):

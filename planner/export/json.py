@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import orjson
@@ -81,7 +80,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "solutions": waypoint.solutions,
                 "solution": waypoint.solution,
                 "choice": waypoint.choice,
-                "configuration": asdict(configuration),
+                "configuration": vars(configuration),
                 "manipulability": manipulabilities[i],
             }
             for i, (waypoint, configuration) in enumerate(

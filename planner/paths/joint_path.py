@@ -102,6 +102,13 @@ class JointPath:
         """Indices of the segments that have a length, ascending."""
         return _moving(self.positions)
 
+    @cached_property
+    def still(self) -> np.ndarray:
+        """Indices of the segments that have none, ascending."""
+        still = np.ones(len(self.durations), dtype=bool)
+        still[self.moving] = False
+        return np.flatnonzero(still)
+
     def positions_of(self, run: Run) -> FloatArray:
         """The joint positions (segments + 1, joints) of the waypoints of a run, rad or m, each of them once."""
         positions: FloatArray = self.positions[np.append(run.segments, run.segments[-1] + 1)]
@@ -116,9 +123,8 @@ class JointPath:
     @cached_property
     def straight(self) -> StraightMotions:
         """The segments that have a length and belong to no run."""
-        in_runs = [run.segments for run in self.runs]
-        segments = np.setdiff1d(self.moving, np.concatenate(in_runs)) if in_runs else self.moving
-        return self.straight_motions(segments)
+        in_runs = {segment for run in self.runs for segment in run.segments.tolist()}
+        return self.straight_motions(np.array([k for k in self.moving.tolist() if k not in in_runs], dtype=int))
 
     def straight_motions(self, segments: np.ndarray) -> StraightMotions:
         """Joint motions straight from waypoint to waypoint, and rest at both."""

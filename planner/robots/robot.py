@@ -135,6 +135,11 @@ class Robot(RobotDescription):
         """Whether each joint turns rather than slides, (joints,)."""
         return np.array([joint.is_angle for joint in self.joints])
 
+    @cached_property
+    def is_continuous(self) -> np.ndarray:
+        """Whether each joint turns without position limits, for ever, (joints,)."""
+        return np.array([joint.kind == "continuous" for joint in self.joints])
+
     def limit(self, quantity: str) -> FloatArray:
         """One limit of all joints, (joints,), infinite where there is none.
 

@@ -180,6 +180,8 @@ class _Search:
         if stop.index > 0:  # what is one joint position but for rounding becomes the same
             same = (np.abs(reached - origin) <= POSITION_TOLERANCE).all(axis=-1, keepdims=True)
             reached = np.where(same, origin, reached)
+        if stop.asked is None and reached.shape[:2] == (1, 1):  # no choice: what all ways cost does not matter
+            return _Stage(reached[0], stage.costs, np.zeros(1, dtype=np.intp))
         costs = self._motion_costs(origin, reached)
         if stop.asked is None:
             weight = self.weight if len(self.stages) == 1 else 1.0

@@ -161,13 +161,12 @@ class _Sequence:
 
     def _may_turn(self, index: int) -> np.ndarray:
         """The joints (joints,), bool, that take the short way to a joint waypoint."""
-        robot, motion = self.robot, self.waypoints[index].motion
+        may_turn, motion = self.robot.is_continuous, self.waypoints[index].motion
         if index == 0 or not isinstance(motion, JointMotion) or motion.turns == "as_given":
-            return np.zeros(robot.dof, dtype=bool)
-        may_turn = np.array([joint.kind == "continuous" for joint in robot.joints])
+            return np.zeros_like(may_turn)
         for waypoint in self.waypoints[index - 1 : index + 1]:
             if isinstance(waypoint, JointWaypoint):
-                may_turn &= np.abs(waypoint.position) <= TURN / 2.0 + POSITION_TOLERANCE
+                may_turn = may_turn & (np.abs(waypoint.position) <= TURN / 2.0 + POSITION_TOLERANCE)
         return may_turn
 
     def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
@@ -200,9 +199,11 @@ class _Sequence:
         position, motion = passage
         robot, waypoint, wanted = self.robot, self.waypoints[stop.index], self.wanted[stop.index]
         assert wanted is not None  # noqa: S101 - filled in by _stops
-        pose = tool_pose(robot, position)
         if stop.layer.is_given:
+            known = wanted.rotation is not None and bool((position == stop.layer.positions[0]).all())
+            pose = wanted if known else tool_pose(robot, position)
             return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, "given", motion)
+        pose = tool_pose(robot, position)
         errors = pose_errors(wanted, pose)
         count, taken = _rank(robot, stop.layer, before, position)
         choice: Choice = "continued" if motion else "only" if count == 1 else "shortest_way"
@@ -233,16 +234,19 @@ def _given_position(robot: Robot, index: int, waypoint: JointWaypoint) -> FloatA
 
 def within_limits(robot: Robot, waypoints: Sequence[AnyWaypoint], tolerance: float) -> tuple[AnyWaypoint, ...]:
     """The waypoints, joint positions at most `tolerance` (rad or m) outside of the position limits put onto these."""
-    lower, upper = robot.limit("lower"), robot.limit("upper")
-    within: list[AnyWaypoint] = []
-    for waypoint in waypoints:
-        if isinstance(waypoint, JointWaypoint):
-            q = np.array(waypoint.position)
-            clipped = np.clip(q, lower, upper)
-            if 0.0 < np.abs(q - clipped).max() <= tolerance:
-                waypoint = replace(waypoint, position=clipped)
-        within.append(waypoint)
+    within = list(waypoints)
+    given, positions = given_positions(robot, waypoints)
+    clipped = np.clip(positions, robot.limit("lower"), robot.limit("upper"))
+    away = np.abs(positions - clipped).max(axis=1)
+    for row in np.flatnonzero((away > 0.0) & (away <= tolerance)).tolist():
+        within[given[row]] = replace(within[given[row]], position=clipped[row])
     return tuple(within)
+
+
+def given_positions(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> tuple[list[int], FloatArray]:
+    """The joint waypoints: their indices, and their positions (waypoints, joints) as given."""
+    given = {i: waypoint.position for i, waypoint in enumerate(waypoints) if isinstance(waypoint, JointWaypoint)}
+    return list(given), np.array([*given.values()]).reshape(-1, robot.dof)
 
 
 def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:

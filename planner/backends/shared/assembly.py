@@ -52,8 +52,7 @@ def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajector
     # A dwell belongs to the segment that ends there, the first to segment 0, which it precedes.
     ends = np.arange(len(path.dwells)) - 1
     dwells = SegmentedPolynomial(path.dwells, path.positions[:, :, None], ends)
-    asked = np.flatnonzero(~np.isnan(path.durations))
-    still = np.setdiff1d(asked, path.moving)
+    still = path.still[~np.isnan(path.durations[path.still])]
     rests = SegmentedPolynomial(path.durations[still], path.positions[still][:, :, None], still)
     motion = joined([*parts, rests])
     motion = motion.of(np.argsort(motion.segments, kind="stable"))

@@ -59,12 +59,13 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 
     orders = [order for order, quantity in enumerate(JOINT_DERIVATIVES) if order and quantity in guarantees]
     derivatives = derivatives_on_unit_time(pieces, len(JOINT_DERIVATIVES))
-    for order in orders:
-        limit = getattr(path.limits, JOINT_DERIVATIVES[order])[pieces.segments]
-        found = largest_magnitudes(derivatives[order], limit, groups)
-        factors = (np.abs(found.values) / limit[found.pieces, found.joints]) ** (1.0 / order)
-        for group, (factor, joint) in enumerate(zip(factors.tolist(), found.joints.tolist(), strict=True)):
-            note(group, factor, BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
+    limit = np.array([getattr(path.limits, JOINT_DERIVATIVES[order])[pieces.segments] for order in orders])
+    of_pieces = np.add.outer(len(segments) * np.arange(len(orders)), groups)
+    found = largest_magnitudes(derivatives[orders], limit, of_pieces)
+    ratios = np.abs(found.values) / limit.reshape(-1, limit.shape[2])[found.pieces, found.joints]
+    for k, (ratio, joint) in enumerate(zip(ratios.tolist(), found.joints.tolist(), strict=True)):
+        order, group = orders[k // len(segments)], k % len(segments)
+        note(group, ratio ** (1.0 / order), BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
     sampled = SampledLimits(path.dynamics, path.limits)
     if sampled.limited[segments].any():
         stretches = sampled.stretch(pieces, pieces.segments, groups)
