@@ -50,6 +50,10 @@ class UnitPolynomials:
         coefficients[..., 0] -= constants
         return UnitPolynomials(coefficients, self.bernstein - constants[..., None])
 
+    def evaluate(self, pieces: np.ndarray, units: FloatArray) -> FloatArray:
+        """The values (..., N, joints) at unit times (N,) of pieces (N,)."""
+        return horner(self.coefficients[..., pieces, :, :], units[:, None])
+
     @property
     def starts(self) -> FloatArray:
         """The values (..., pieces, joints) at the start of each piece."""

@@ -52,8 +52,11 @@ KNOWN_TO = 1e-4
 BROKEN = 1.0 + LIMIT_TOLERANCE
 """Use of a limit from which on it counts as broken; where it might be, finer samples decide."""
 
-MOST_HALVINGS = 20
-"""Times that steps are halved: from the coarsest, a millionth of them is left."""
+FINER = 4
+"""Parts that a step is cut into where samples have to be finer: fewer need more rounds, more need more samples."""
+
+MOST_ROUNDS = 10
+"""Times that steps are cut: from the coarsest, a millionth of them is left."""
 
 
 class Peaks(NamedTuple):
@@ -98,6 +101,7 @@ def sampled_peaks(
     groups: np.ndarray,
     known_to: float = KNOWN_TO,
     decided_at: float = np.inf,
+    above: FloatArray | float = 0.0,
 ) -> Peaks:
     """Find the largest magnitude of each quantity over the pieces of each group.
 
@@ -105,10 +109,11 @@ def sampled_peaks(
         use: Functions of piece (N,) and unit time (N,), (N, columns), signed, as shares of their limits; smooth on each
             piece.
         parts: (pieces,), that a piece has: as many as make the functions about parabolas on a part (`parts_of`).
-        quantities: (columns,), index of the quantity that each function belongs to, from 0 on without gaps.
+        quantities: (columns,), index of the quantity that each function belongs to, ascending from 0 without gaps.
         groups: (pieces,), index of the group of each piece, from 0 on without gaps.
         known_to: Relative amount by which a true peak may exceed the one that is found.
         decided_at: Whether a peak exceeds this is found out however near it comes.
+        above: Peaks up to this, one number or (groups,), do not matter: what is found of them may be less.
     """
     coarse = -(-parts // COARSER)
     counts = 2 * coarse + 1
@@ -116,50 +121,52 @@ def sampled_peaks(
     number = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)
     units = number / (counts - 1)[pieces]
     values = use(pieces, units)
-    shape = int(groups.max()) + 1, int(quantities.max()) + 1
-    at_rest, nowhere = np.zeros(shape), np.zeros(shape, dtype=int)
-    peaks = _raised(Peaks(at_rest, nowhere, at_rest, nowhere), values, pieces, units, quantities, groups)
-    scale = np.abs(values).max(axis=0)
+    samples = [(pieces, units, np.abs(values))]
+    best = np.zeros((int(groups.max()) + 1, int(quantities[-1]) + 1))
+    first_columns = np.flatnonzero(np.diff(quantities, prepend=-1))
+    scale = samples[0][2].max(axis=0)
     first = np.flatnonzero((number % 2 == 0) & (number < counts[pieces] - 1))
     triples = np.stack([values[first], values[first + 1], values[first + 2]])
     pieces, units, step = pieces[first], units[first], 0.5 / coarse[pieces[first]]
     fine = 0.5 / parts
-    for _ in range(MOST_HALVINGS):
-        best = peaks.use[groups[pieces]][:, quantities]
+    between = np.flatnonzero(np.arange(2 * FINER) % FINER)
+    for rounds in range(MOST_ROUNDS + 1):
+        seen, _, magnitudes = samples[-1]
+        np.maximum.at(best, groups[seen], np.maximum.reduceat(magnitudes, first_columns, axis=1))
+        enough = np.maximum(best * (1.0 + known_to), np.reshape(above, (-1, 1)))
+        enough = np.where(best <= decided_at, np.minimum(enough, decided_at), enough)
         bends = np.abs(triples[0] - 2.0 * triples[1] + triples[2])
         off = OFF_PARABOLA * np.maximum((step / fine[pieces]) ** 3 - 1.0, 0.0)
         room = np.abs(triples).max(axis=0) + CAUTION * (bends / 8.0 + off[:, None] * scale)
-        undecided = (room > decided_at) & (best <= decided_at)
-        rows = np.flatnonzero((undecided | (room > best * (1.0 + known_to))).any(axis=1))
-        if not len(rows):
+        rows = np.flatnonzero((room > enough[groups[pieces]][:, quantities]).any(axis=1))
+        if not len(rows) or rounds == MOST_ROUNDS:
             break
-        pieces, units, step, triples = pieces[rows], units[rows], step[rows] / 2.0, triples[:, rows]
-        between, twice = np.concatenate([units + step, units + 3.0 * step]), np.tile(pieces, 2)
-        values = use(twice, between)
-        peaks = _raised(peaks, values, twice, between, quantities, groups)
-        left, right = values[: len(pieces)], values[len(pieces) :]
-        triples = np.concatenate([[triples[0], left, triples[1]], [triples[1], right, triples[2]]], axis=1)
-        units = np.concatenate([units, units + 2.0 * step])
-        pieces, step = twice, np.tile(step, 2)
-    return peaks
+        pieces, units, step = pieces[rows], units[rows], step[rows] / FINER
+        seen, times = np.tile(pieces, len(between)), (units + between[:, None] * step).ravel()
+        values = use(seen, times)
+        samples.append((seen, times, np.abs(values)))
+        grid = np.empty((2 * FINER + 1, len(rows), len(quantities)))
+        grid[::FINER], grid[between] = triples[:, rows], values.reshape(len(between), len(rows), -1)
+        triples = np.stack([grid[:-2:2], grid[1::2], grid[2::2]]).reshape(3, -1, len(quantities))
+        units = (units + 2.0 * np.arange(FINER)[:, None] * step).ravel()
+        pieces, step = np.tile(pieces, FINER), np.tile(step, FINER)
+    return _located(samples, best, quantities, groups)
 
 
-def _raised(
-    peaks: Peaks, values: FloatArray, pieces: np.ndarray, units: FloatArray, quantities: np.ndarray, groups: np.ndarray
+def _located(
+    samples: list[tuple[np.ndarray, FloatArray, FloatArray]],
+    best: FloatArray,
+    quantities: np.ndarray,
+    groups: np.ndarray,
 ) -> Peaks:
-    """The peaks, replaced where samples are larger."""
-    use, at, when, which = (part.copy() for part in peaks)
-    groups_of_samples, magnitudes = groups[pieces], np.abs(values)
-    for quantity in range(use.shape[1]):
-        columns = np.flatnonzero(quantities == quantity)
-        own = magnitudes[:, columns]
-        column = own.argmax(axis=1)
-        largest = own[np.arange(len(own)), column]
-        order = np.argsort(largest, kind="stable")
-        last = np.full(len(use), -1)
-        last[groups_of_samples[order]] = order  # of each group the largest, which is written last
-        better = np.flatnonzero((last >= 0) & (largest[last] > use[:, quantity]))
-        row = last[better]
-        use[better, quantity], at[better, quantity] = largest[row], pieces[row]
-        when[better, quantity], which[better, quantity] = units[row], columns[column[row]]
-    return Peaks(use, at, when, which)
+    """Find where the largest magnitudes (groups, quantities) are, of samples: pieces, unit times and magnitudes."""
+    pieces, units, magnitudes = (np.concatenate(arrays) for arrays in zip(*samples, strict=True))
+    own = groups[pieces]
+    rows, columns = np.zeros((2, *best.shape), dtype=int)
+    for quantity in range(best.shape[1]):
+        there = np.flatnonzero(quantities == quantity)
+        column = magnitudes[:, there].argmax(axis=1)
+        largest = magnitudes[np.arange(len(own)), there[column]]
+        hits = np.flatnonzero(largest == best[own, quantity])[::-1]  # the first is written last
+        rows[own[hits], quantity], columns[own[hits], quantity] = hits, there[column[hits]]
+    return Peaks(best, pieces[rows], units[rows], columns)

@@ -20,7 +20,6 @@ from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
 from planner.kinematics.forward import tool_speeds
-from planner.polynomials import horner
 from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 
@@ -152,30 +151,28 @@ def _sampled_checks(
         return []
     torque, tool = "torque" in limited, limited != ["torque"]
     columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
-
-    def limit_of(pieces: np.ndarray) -> FloatArray:
-        """The limits (N, columns) on pieces (N,)."""
-        rows = trajectory.segments[pieces]
-        return np.hstack([getattr(limits, quantity)[rows].reshape(len(rows), -1) for quantity in limited])
+    segments, motion = trajectory.segments, derivatives[:3]
+    bounds = np.hstack([getattr(limits, quantity)[segments].reshape(len(segments), -1) for quantity in limited])
 
     def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
         """The shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
-        q, dq, ddq = (horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3))
+        q, dq, ddq = motion.evaluate(pieces, units)
         values: dict[str, FloatArray] = {}
         if torque:
-            values["torque"] = dynamics.torques(trajectory.segments[pieces], q, dq, ddq)
+            values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq)
         if tool:
             linear, angular = tool_speeds(robot, q, dq)
             values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
-        return np.hstack([values[quantity] for quantity in limited]) / limit_of(pieces)
+        shares: FloatArray = np.hstack([values[quantity] for quantity in limited]) / bounds[pieces]
+        return shares
 
     quantities = np.array([limited.index(quantity) for quantity in columns])
     checks = []
-    whole = np.zeros(len(trajectory.lengths), dtype=int)
+    whole = np.zeros_like(segments)
     parts = parts_of(derivatives, trajectory.lengths)
     peaks = sampled_peaks(use, parts, quantities, whole, decided_at=BROKEN)
     for quantity, ratio, piece, unit, column in zip(limited, *(part[0].tolist() for part in peaks), strict=True):
-        limit = float(limit_of(np.array([piece]))[0, column])
+        limit = float(bounds[piece, column])
         known = np.isfinite(limit)  # if not, nothing is used anywhere that is limited
         check = Check(
             quantity=quantity,

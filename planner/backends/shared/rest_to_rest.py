@@ -142,7 +142,7 @@ def _stretched(
         rows = np.flatnonzero(sampled.limited)
         there = sampled.limited[laws.segments]
         own, pieces = laws.segments[there], _moved(motions, laws, durations).of(there)
-        factors, limits = sampled.stretch(pieces, own, np.searchsorted(rows, own))
+        factors, limits = sampled.stretch(pieces, own, np.searchsorted(rows, own), above=1.0)
         limited = factors > 1.0 + DURATION_TOLERANCE
         binding |= {row: sampled.each[limit] for row, limit in zip(rows[limited], limits[limited], strict=True)}
         durations[rows[limited]] *= factors[limited]

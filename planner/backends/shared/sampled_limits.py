@@ -11,7 +11,6 @@ from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_e
 from planner.extrema import derivatives_on_unit_time
 from planner.kinematics.forward import tool_speeds
 from planner.limits import TCP_QUANTITIES
-from planner.polynomials import horner
 from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
@@ -22,8 +21,8 @@ if TYPE_CHECKING:
     from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
 
-SAMPLED_MARGIN = 1.0005
-"""Factor on durations that torque or tool speed set, for what lies between samples."""
+SAMPLED_MARGIN = 1.0002
+"""Factor on durations that torque or tool speed set, for what lies between samples: twice what they leave open."""
 
 
 class SampledLimits:
@@ -49,6 +48,7 @@ class SampledLimits:
         pieces: SegmentedPolynomial,
         rows: np.ndarray,
         groups: np.ndarray,
+        above: FloatArray | float = 0.0,
     ) -> tuple[FloatArray, np.ndarray]:
         """Find the factors on time with which groups of pieces just keep these limits.
 
@@ -56,6 +56,7 @@ class SampledLimits:
             pieces: The motion, in pieces of positive length.
             rows: Row (pieces,) of the limits that each piece has to keep.
             groups: Group (pieces,) of each piece, from 0 on without gaps.
+            above: Factors up to this, one for all or (groups,), do not matter: what is found may be less.
 
         Returns:
             The factors (groups,), less than 1 where a group could be faster, and the index (groups,) in `each` of the
@@ -70,7 +71,7 @@ class SampledLimits:
             torque = partial(self._stretch_for_torque, segments=pieces.segments[at], q=q, v=v, a=a)
             return self._of_samples(rows[at], q, v, torque)
 
-        return _peaks(needed, pieces, groups)
+        return _peaks(needed, pieces, groups, above)
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """The largest share (pieces,) of one of these limits that each piece uses.
@@ -105,9 +106,10 @@ class SampledLimits:
     ) -> FloatArray:
         """The factors (N, joints) on time T: the torque of q(t / T) is g + b / T^2, b that of T = 1 without gravity."""
         still = np.zeros_like(q)
-        gravity = self.dynamics.torques(segments, q, still, still)
+        states = ([q, q], [still, v], [still, a])
+        gravity, torque = self.dynamics.torques(segments, *map(np.array, states))
         refuse_what_gravity_exceeds(self.robot, segments, gravity, limit)
-        inertial = self.dynamics.torques(segments, q, v, a) - gravity
+        inertial = torque - gravity
         headroom = limit - np.sign(inertial) * gravity
         factors: FloatArray = np.sqrt(np.abs(inertial) / headroom)
         return factors
@@ -117,6 +119,7 @@ def _peaks(
     of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], FloatArray],
     motion: SegmentedPolynomial,
     groups: np.ndarray,
+    above: FloatArray | float = 0.0,
 ) -> tuple[FloatArray, np.ndarray]:
     """Find the largest values (groups,) over the pieces of each group, with the margin, and in which column each is.
 
@@ -124,14 +127,16 @@ def _peaks(
         of_samples: Values (N, columns) of piece (N,), position, velocity and acceleration (N, joints).
         motion: The motion, in pieces of positive length.
         groups: Group (pieces,) of each piece, from 0 on without gaps.
+        above: Values up to this, one for all or (groups,), do not matter: what is found may be less.
     """
     derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
+    states = derivatives[:3]
 
     def values(pieces: np.ndarray, units: FloatArray) -> FloatArray:
         """The values (N, columns) at unit times (N,) of pieces (N,)."""
-        return of_samples(pieces, *(horner(derivatives.coefficients[k][pieces], units[:, None]) for k in range(3)))
+        return of_samples(pieces, *states.evaluate(pieces, units))
 
     columns = motion.coefficients.shape[1] + len(TCP_QUANTITIES)
     parts, one = parts_of(derivatives, motion.lengths), np.zeros(columns, dtype=int)
-    peaks = sampled_peaks(values, parts, one, groups, known_to=SAMPLED_MARGIN - 1.0)
+    peaks = sampled_peaks(values, parts, one, groups, above=above / SAMPLED_MARGIN)
     return peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]

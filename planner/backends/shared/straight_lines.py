@@ -57,7 +57,7 @@ def time_lines(
         return [closed_form(motions)]  # the refusal is to know all limits
     pieces = pieces.of(pieces.lengths > 0.0)
     rows = np.searchsorted(motions.segments, pieces.segments)
-    factors, binding = sampled.stretch(pieces, rows, rows)
+    factors, binding = sampled.stretch(pieces, rows, rows, above=1.0)
     free = np.isnan(motions.durations)
     slowed = factors > np.where(free, noticed, 1.0 + DURATION_TOLERANCE)
     whole = pieces.stretched(np.where(free, np.maximum(factors, 1.0), 1.0)[rows])

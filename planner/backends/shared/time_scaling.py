@@ -58,17 +58,19 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
             worst[group] = TimeScaling(factor, binding)
 
     orders = [order for order, quantity in enumerate(JOINT_DERIVATIVES) if order and quantity in guarantees]
-    derivatives = derivatives_on_unit_time(pieces, len(JOINT_DERIVATIVES))
-    limit = np.array([getattr(path.limits, JOINT_DERIVATIVES[order])[pieces.segments] for order in orders])
-    of_pieces = np.add.outer(len(segments) * np.arange(len(orders)), groups)
-    found = largest_magnitudes(derivatives[orders], limit, of_pieces)
-    ratios = np.abs(found.values) / limit.reshape(-1, limit.shape[2])[found.pieces, found.joints]
-    for k, (ratio, joint) in enumerate(zip(ratios.tolist(), found.joints.tolist(), strict=True)):
-        order, group = orders[k // len(segments)], k % len(segments)
-        note(group, ratio ** (1.0 / order), BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
+    if orders:
+        limit = np.array([getattr(path.limits, JOINT_DERIVATIVES[order])[pieces.segments] for order in orders])
+        of_pieces = np.add.outer(len(segments) * np.arange(len(orders)), groups)
+        derivatives = derivatives_on_unit_time(pieces, len(JOINT_DERIVATIVES))
+        found = largest_magnitudes(derivatives[orders], limit, of_pieces)
+        ratios = np.abs(found.values) / limit.reshape(-1, limit.shape[2])[found.pieces, found.joints]
+        for k, (ratio, joint) in enumerate(zip(ratios.tolist(), found.joints.tolist(), strict=True)):
+            order, group = orders[k // len(segments)], k % len(segments)
+            note(group, ratio ** (1.0 / order), BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))
     sampled = SampledLimits(path.dynamics, path.limits)
     if sampled.limited[segments].any():
-        stretches = sampled.stretch(pieces, pieces.segments, groups)
+        known = np.array([scaling.factor for scaling in worst])
+        stretches = sampled.stretch(pieces, pieces.segments, groups, above=known)
         for group, (factor, limit) in enumerate(zip(*(values.tolist() for values in stretches), strict=True)):
             note(group, factor, sampled.each[limit])
     return dict(zip(segments.tolist(), worst, strict=True))
