@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import pose_errors
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 from planner.tolerances import SAME_CONFIGURATION
+from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, RANK, handedness, inverse_step, null_space
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -69,13 +69,6 @@ STEEPEST = 1e7
 
 SOLVED_NEAR_SINGULARITY = 1e-14
 """The error, m and rad, at which a knot near a singularity is solved: there a joint moves far for a small error."""
-
-NEAR_SINGULARITY = 1e-3
-"""The smallest singular value of the Jacobian, as a share of the largest, below which it is inverted with care."""
-
-RANK = 1e-6
-"""Singular values of the Jacobian below this share of the largest are zero: that direction of the tool is lost. By
-inverting a larger one, rounding moves a joint by less than 1e-8 rad."""
 
 ALONG_LOST = 1e-5
 """The share of its speed with which the tool may go in a lost direction: more, and a joint would have to jump."""
@@ -223,7 +216,7 @@ class _Follower:
         for _ in range(CROSSING_STEPS):
             u = 0.5 * (before + after)
             q = horner(coefficients, np.array(u - start.u))
-            is_before = _handedness(self._augmented(q)) == start.handedness
+            is_before = handedness(self._augmented(q)) == start.handedness
             before, after = (u, after) if is_before else (before, u)
         for _ in range(MOST_ITERATIONS):
             missing = self._missing(u, q)
@@ -251,7 +244,7 @@ class _Follower:
             error = np.abs(missing).max()
             if error < SOLVED_NEAR_SINGULARITY:
                 return q
-            step, is_near_singularity = _inverse(J, missing, self.rank)
+            step, is_near_singularity = inverse_step(J, missing, self.rank)
             if error < SOLVED and not is_near_singularity:
                 return q
             q = q + step
@@ -287,7 +280,7 @@ class _Follower:
         before, after = self._rate(u - ahead, q - ahead * first), self._rate(u + ahead, q + ahead * first)
         if before is None or after is None:
             return None
-        return _Knot(u, q, first, (after - before) / (2.0 * ahead), _handedness(J))
+        return _Knot(u, q, first, (after - before) / (2.0 * ahead), handedness(J))
 
     def _second_at_singularity(self, u: float, q: FloatArray, first: FloatArray) -> FloatArray | None:
         """The second derivative (joints,) by u from joint positions solved where the arm is singular no more."""
@@ -303,7 +296,7 @@ class _Follower:
         """The joints' derivative by u (joints,) at q; None: the tool goes where no joint can take it."""
         J = self._augmented(q) if J is None else J
         change = self._change(u)
-        rate, is_near_singularity = _inverse(J, change, self.rank)
+        rate, is_near_singularity = inverse_step(J, change, self.rank)
         if not is_near_singularity:
             return rate
         directions, values, joint_directions = np.linalg.svd(J)
@@ -355,42 +348,6 @@ class _Follower:
 
     def _jacobian(self, q: FloatArray) -> FloatArray:
         return jacobian(self.robot, q)[: self.rows]
-
-
-def _inverse(J: FloatArray, change: FloatArray, zero: float) -> tuple[FloatArray, bool]:
-    """The smallest joint step (joints,) that makes a small change of the tool, and whether J is all but singular.
-
-    How far the joints go for some other change, with a share in every direction, tells how near J is to singular.
-    Singular values below the share `zero` of the largest are taken for none.
-    """
-    rows, joints = J.shape
-    if rows == joints:
-        try:
-            step, probe = np.linalg.solve(J, np.array([change, _probe(joints)]).T).T
-        except np.linalg.LinAlgError:
-            probe = np.array([np.inf])
-        if np.abs(probe).max() < 1.0 / NEAR_SINGULARITY:
-            return step, False
-    step, _, rank, _ = np.linalg.lstsq(J, change, rcond=zero)
-    return np.asarray(step, dtype=np.float64), bool(rows == joints or rank < joints)
-
-
-@cache
-def _probe(joints: int) -> FloatArray:
-    return np.cos(np.arange(joints))
-
-
-def _handedness(J: FloatArray) -> float:
-    if J.shape[0] != J.shape[1]:
-        return 0.0
-    return float(np.linalg.slogdet(J)[0])
-
-
-def null_space(J: FloatArray) -> FloatArray:
-    """An orthonormal basis (n, joints) of the null space; empty where the joints can only move the tool."""
-    _, values, directions = np.linalg.svd(J)
-    basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]
-    return basis
 
 
 def _curve(knots: list[_Knot]) -> PiecewisePolynomial:

@@ -16,12 +16,11 @@ from planner.tool_motions.follow import (
     AHEAD,
     LONGEST_STEP,
     MOST_CORRECTION,
-    NEAR_SINGULARITY,
     PROBES,
     SHARE_OF_TOLERANCE,
     SOLVED,
-    null_space,
 )
+from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, null_space
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,0 +1,55 @@
+"""The inverse of the Jacobian, with care near singularities, and its null space."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+NEAR_SINGULARITY = 1e-3
+"""The smallest singular value of the Jacobian, as a share of the largest, below which it is inverted with care."""
+
+RANK = 1e-6
+"""Singular values of the Jacobian below this share of the largest are zero: that direction of the tool is lost. By
+inverting a larger one, rounding moves a joint by less than 1e-8 rad."""
+
+
+def inverse_step(J: FloatArray, change: FloatArray, zero: float) -> tuple[FloatArray, bool]:
+    """The smallest joint step (joints,) that makes a small change of the tool, and whether J is all but singular.
+
+    How far the joints go for some other change, with a share in every direction, tells how near J is to singular.
+    Singular values below the share `zero` of the largest are taken for none.
+    """
+    rows, joints = J.shape
+    if rows == joints:
+        try:
+            step, probe = np.linalg.solve(J, np.array([change, _probe(joints)]).T).T
+        except np.linalg.LinAlgError:
+            probe = np.array([np.inf])
+        if np.abs(probe).max() < 1.0 / NEAR_SINGULARITY:
+            return step, False
+    step, _, rank, _ = np.linalg.lstsq(J, change, rcond=zero)
+    return np.asarray(step, dtype=np.float64), bool(rows == joints or rank < joints)
+
+
+@cache
+def _probe(joints: int) -> FloatArray:
+    return np.cos(np.arange(joints))
+
+
+def handedness(J: FloatArray) -> float:
+    """The sign of the determinant, which changes from branch to branch; 0 where J is singular or not square."""
+    if J.shape[0] != J.shape[1]:
+        return 0.0
+    return float(np.linalg.slogdet(J)[0])
+
+
+def null_space(J: FloatArray) -> FloatArray:
+    """An orthonormal basis (n, joints) of the null space; empty where the joints can only move the tool."""
+    _, values, directions = np.linalg.svd(J)
+    basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]
+    return basis
