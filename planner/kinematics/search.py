@@ -162,6 +162,14 @@ def search_all(searches: Sequence[Search], reference: FloatArray, *, thorough: b
     return [found[search] for search in searches]
 
 
+def wide_spread(search: Search) -> list[FloatArray]:
+    """A wider spread of a continuum than `search_all` gives, from many descents: 20 ms of computing."""
+    starts = np.vstack([search.table_starts(MORE_STARTS), search.blind_starts(MORE_STARTS)])
+    reached = _descend([search], [starts])[search]
+    distinct = _distinct(search.robot, list(nearest_turn(search.robot, reached, search.robot.middle)), SPREAD)
+    return [q for end in distinct if (q := search.solve(end, **STEADY)) is not None]
+
+
 def is_isolated(robot: Robot, pose: Pose, position: FloatArray) -> bool:
     """Whether no motion of the joints leaves the tool where it is asked to be."""
     J = jacobian(robot, position)[: 3 if pose.rotation is None else 6]

@@ -1,4 +1,4 @@
-"""The search for the point where a curve in joint space leaves the position limits."""
+"""How near joint positions are to the position limits, and the point where a curve in joint space leaves them."""
 
 from __future__ import annotations
 
@@ -45,3 +45,21 @@ def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, Float
         start, end = (start, u) if (np.abs(position - middle) > half).any() else (u, end)
     position = curve.evaluate(np.array([end]), [0])[0][0]
     return end, position, joint
+
+
+def shares_of_range(robot: Robot, positions: FloatArray) -> FloatArray:
+    """How far joints are from the middle of their limits, as a share of half the range: from -1 to 1 at the limits.
+
+    A joint without limits is never near one, and neither is a joint that has no room to move in: they count 0.
+
+    Args:
+        robot: The arm.
+        positions: (..., joints), rad or m.
+
+    Returns:
+        (..., joints).
+    """
+    lower, upper = robot.limit("lower"), robot.limit("upper")
+    has_room = np.isfinite(upper - lower) & (upper - lower > POSITION_TOLERANCE)
+    shares: FloatArray = (positions - robot.middle) / np.where(has_room, (upper - lower) / 2.0, np.inf)
+    return shares

@@ -247,7 +247,12 @@ def _followed(
             through = follow(robot, deviated, start, given, (motion.tolerance_position, rest))
             if not isinstance(through, Lost):
                 return through, deviated.angle
-    return follow(robot, path, start, given, tolerance, STEEPEST if motion.singularity == "slow" else STEEP), 0.0
+    steepest = STEEPEST if motion.singularity == "slow" else STEEP
+    result = follow(robot, path, start, given, tolerance, steepest)
+    is_redundant = robot.dof > len(path.twist(0.0))
+    if is_redundant and (isinstance(result, Lost) or first_beyond(robot, result) is not None):
+        result = follow(robot, path, start, given, tolerance, steepest, by_smallest_steps=True)
+    return result, 0.0
 
 
 def _warning(asked: AskedMotion, path: PosePath, curve: PiecewisePolynomial, deviation: float) -> PlanWarning | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.limits import counted_velocity
 from planner.tolerances import POSITION_TOLERANCE
+from planner.tool_motions.position_limits import shares_of_range
 from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_chain, follow_motion, start_of_motion
 
 if TYPE_CHECKING:
@@ -149,12 +150,7 @@ def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArra
 
 class _Search:
     def __init__(self, robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float, follow: Follow) -> None:
-        lower, upper = robot.limit("lower"), robot.limit("upper")
-        self.robot = robot
-        # A joint without limits is never near one, and neither is a joint that has no room to move in.
-        limited = np.isfinite(upper - lower) & (upper - lower > POSITION_TOLERANCE)
-        self.half_range = np.where(limited, (upper - lower) / 2.0, np.inf)
-        self.stops, self.weight, self.follow = stops, weight, follow
+        self.robot, self.stops, self.weight, self.follow = robot, stops, weight, follow
         self.stages = [_Stage(start[None], np.zeros(1), np.zeros(1, dtype=np.intp))]
         self.followed: dict[tuple[int, tuple[float, ...]], ToolMotion | RefusedMotion] = {}
         self.refused: RefusedMotion | None = None
@@ -205,7 +201,7 @@ class _Search:
         return costs
 
     def _penalties(self, positions: FloatArray, conditioning: FloatArray) -> FloatArray:
-        nearness = (np.abs(positions - self.robot.middle) / self.half_range).max(axis=1)
+        nearness = np.abs(shares_of_range(self.robot, positions)).max(axis=1)
         penalties: FloatArray = LIMIT_PENALTY * nearness + CONDITIONING_PENALTY * (1.0 - conditioning)
         return penalties
 

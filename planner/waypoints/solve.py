@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from planner.errors import JointPositionLimit, NearestPose, PlanningError, Remed
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
-from planner.kinematics.search import is_isolated, pose_errors
+from planner.kinematics.search import Search, is_isolated, pose_errors, wide_spread
 from planner.kinematics.turns import TURN
 from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
@@ -126,6 +127,8 @@ class _Sequence:
         for end in ends:
             stops = self._stops(solved, end, position)
             way = shortest_way(self.robot, stops, position, weight, self.follow)
+            if isinstance(way, RefusedMotion) and (wider := self._with_wider_choice(stops)) != stops:
+                way = shortest_way(self.robot, wider, position, weight, self.follow)
             if isinstance(way, RefusedMotion):
                 way.error.remedies = tuple(motion_remedies(way, self.waypoints[way.asked.index - 1]))
                 raise way.error
@@ -158,6 +161,17 @@ class _Sequence:
                 layer = self._layer(index, wanted[index], layers[index], near)
             stops.append(Stop(index, layer, self._asked_motion(index)))
         return with_starts_of_motions(self.robot, stops)
+
+    def _with_wider_choice(self, stops: list[Stop]) -> list[Stop]:
+        """The stops, with more solutions of a redundant arm where motions of the tool begin."""
+        wider = list(stops)
+        for k, (stop, after) in enumerate(pairwise(stops)):
+            pose = self.wanted[stop.index]
+            is_start = stop.layer.descend is not None and stop.asked is None and after.asked is not None
+            if pose is not None and is_start and self.robot.dof > (3 if pose.rotation is None else 6):
+                found = wide_spread(Search(self.robot, pose, self.options))
+                wider[k] = replace(stop, layer=stop.layer.with_solutions(self.robot, found))
+        return wider
 
     def _may_turn(self, index: int) -> np.ndarray:
         """The joints (joints,), bool, that take the short way to a joint waypoint."""

@@ -1,0 +1,100 @@
+"""Straight lines of an arm with seven joints that it can drive only by way of self-motions, with a traced truth."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from planner.paths.joint_path import solve_path
+from planner.problem import AnyWaypoint, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.robots import Robot, catalogue_ids, load_robot
+from planner.spatial import FloatArray, Pose
+from planner.tool_motions.follow import STEEP, Lost, follow
+from planner.tool_motions.pose_paths import Line
+from planner.tool_motions.position_limits import first_beyond
+from tests.jobs.tracing import on_line, tool_at, trace
+
+pytestmark = pytest.mark.skipif("panda" not in catalogue_ids(), reason="example-robot-data is not installed")
+
+TOLERANCE = (1e-4, 1e-3)
+LINE = LinearMotion()
+
+# The start, and the move. With the component in the null space of the start kept, joint 6, 1 or 2 leaves its limits; or
+# the arm gets stuck where only that component and the tool together leave the joints no way on.
+LINES: list[tuple[list[float], list[float]]] = [
+    ([0.3, -0.8, 2.2, -2.8, 1.0, 3.2, -1.6], [0.2, 0.2, -0.3]),
+    ([-2.5, -0.8, 1.9, -2.5, -0.3, 2.5, -0.5], [0.1, 0.0, -0.2]),
+    ([-0.1, -0.1, 2.2, -1.7, 0.8, 0.9, -1.8], [0.3, -0.1, 0.1]),
+    ([0.5, -0.5, 0.4, -2.2, -1.2, 2.5, -0.4], [0.0, 0.2, -0.3]),
+    ([-1.3, -0.1, 1.2, -1.9, -0.7, 0.7, 0.4], [0.1, -0.2, -0.1]),
+]
+
+
+def line(robot: Robot, start: FloatArray, move: list[float]) -> tuple[Pose, Pose]:
+    before = tool_at(robot, start)
+    return before, Pose(before.position + move, before.rotation)
+
+
+def keeps_to_line(robot: Robot, waypoints: list[AnyWaypoint], before: Pose, after: Pose) -> FloatArray:
+    """The joint position in which the line ends, after a look at all of it."""
+    motion = solve_path(PlanningProblem(robot, tuple(waypoints))).waypoints[1].tool_motion
+    assert motion is not None
+    positions = motion.curve.evaluate(np.linspace(0.0, 1.0, 201), [0])[0]
+    assert (positions >= robot.limit("lower") - 1e-9).all()
+    assert (positions <= robot.limit("upper") + 1e-9).all()
+    way = after.position - before.position
+    assert before.rotation is not None
+    for q in positions:
+        tool = tool_at(robot, q)
+        assert tool.rotation is not None
+        away = tool.position - before.position
+        assert np.linalg.norm(away - (away @ way) / (way @ way) * way) < TOLERANCE[0]
+        assert np.abs(tool.rotation - before.rotation).max() < TOLERANCE[1]
+    end: FloatArray = positions[-1]
+    return end
+
+
+@pytest.mark.parametrize(("start", "move"), LINES)
+def test_a_line_is_driven_by_self_motions(start: list[float], move: list[float]) -> None:
+    """It exists, though not with the component in the null space kept; and it can end where the traced one does."""
+    robot, q = load_robot("panda"), np.array(start)
+    before, after = line(robot, q, move)
+    kept = follow(robot, Line(before, after), q, None, TOLERANCE, STEEP)
+    assert isinstance(kept, Lost) or first_beyond(robot, kept) is not None
+    chain = trace(robot, on_line(before, after, 0.002), q)
+    assert chain is not None
+    end = keeps_to_line(robot, [JointWaypoint(q), PoseWaypoint(pose=after, motion=LINE)], before, after)
+    assert np.linalg.norm(tool_at(robot, end).position - after.position) < 1e-6
+    given = keeps_to_line(robot, [JointWaypoint(q), JointWaypoint(chain[-1], motion=LINE)], before, after)
+    assert given == pytest.approx(chain[-1], abs=1e-9)
+
+
+# Joint positions at the poses of lists of lines: of the solutions at the first pose, few lead through all of them.
+LISTS: list[list[list[float]]] = [
+    [
+        [2.38, 1.54, -1.55, -0.89, -2.72, 2.79, -2.46],
+        [2.26, 1.58, -1.53, -0.78, -2.65, 2.75, -2.52],
+        [2.82, 1.69, -1.71, -1.3, -2.17, 3.2, -2.62],
+    ],
+    [
+        [0.02, -1.51, -1.96, -2.89, 1.32, 0.16, 2.41],
+        [0.68, -1.38, -1.29, -1.99, 2.19, 0.8, 2.27],
+        [0.57, -1.36, -1.12, -2.0, 2.3, 0.94, 2.26],
+        [0.18, -1.06, -1.26, -2.1, 2.11, 0.98, 1.74],
+        [0.03, -0.9, -1.1, -2.9, 1.61, 0.63, 0.79],
+    ],
+]
+
+
+@pytest.mark.parametrize("positions", LISTS)
+def test_a_narrow_choice_of_starts_is_found(positions: list[list[float]]) -> None:
+    robot = load_robot("panda")
+    poses, q = [tool_at(robot, np.array(position)) for position in positions], np.array(positions[0])
+    for before, after in pairwise(poses):
+        chain = trace(robot, on_line(before, after, 0.005), q)
+        assert chain is not None
+        q = chain[-1]
+    ways = [PoseWaypoint(pose=pose, motion=LINE) for pose in poses[1:]]
+    solve_path(PlanningProblem(robot, (PoseWaypoint(pose=poses[0]), *ways)))
