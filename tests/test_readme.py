@@ -39,7 +39,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 def test_the_readme_has_its_examples() -> None:
     assert len(CURL) == 2
-    assert len(COMMANDS) == 4
+    assert len(COMMANDS) == 6
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
@@ -52,13 +52,14 @@ def test_curl_gets_the_answer_shown(example: str, address: str) -> None:
     assert_shown(_parse(answer), json.loads(real))
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_command_lines_run(command: str, tmp_path: Path) -> None:
+def test_command_lines_run(tmp_path: Path) -> None:
+    """In the order in which they stand: one reads what another has written."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    arguments = command.split()[1:]
-    subprocess.run([sys.executable, "-m", "api.cli", *arguments], cwd=tmp_path, env=ENVIRONMENT, check=True)
-    if "-o" in arguments:
-        assert (tmp_path / arguments[-1]).read_text().startswith("time,segment,position.joint_1")
+    for command in COMMANDS:
+        arguments = [sys.executable, "-m", "api.cli", *command.split()[1:]]
+        subprocess.run(arguments, cwd=tmp_path, env=ENVIRONMENT, check=True)
+    assert (tmp_path / "refuelling.csv").read_text().startswith("time,segment,position.joint_1")
+    assert "<svg" in (tmp_path / "refuelling.html").read_text()
 
 
 def test_python_prints_what_is_shown() -> None:

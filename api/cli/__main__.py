@@ -1,5 +1,5 @@
 """`python -m api.cli` is `planner`."""
 
-from api.cli import app
+from api.cli import main
 
-app()
+main()

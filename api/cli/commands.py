@@ -4,22 +4,68 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from api.errors import ServiceError
-    from planner.errors import PlanningError
+    from collections.abc import Iterator
+
+    from rich.console import Console
+
+    from api.cli.robot_files import NamedRobot
 
 app = typer.Typer(
     name="planner",
     help="Waypoints in, certified joint trajectory out.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+def _robot_ids(incomplete: str) -> list[str]:
+    """List the robots of the catalogue that a word may become."""
+    from planner.robots import catalogue_ids
+
+    return [robot_id for robot_id in catalogue_ids() if robot_id.startswith(incomplete)]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        print(version("trajectory-planner"))  # noqa: T201 - what was asked for
+        raise typer.Exit
+
+
+RobotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot",
+        metavar="ROBOT",
+        help="Robot in place of the request's: one of the catalogue, or a URDF file.",
+        autocompletion=_robot_ids,
+    ),
+]
+SrdfOption = Annotated[
+    Path | None,
+    typer.Option("--srdf", metavar="FILE", help="SRDF file that goes with a URDF file.", exists=True, dir_okay=False),
+]
+TipOption = Annotated[
+    str | None,
+    typer.Option("--tip", metavar="LINK", help="Link of a URDF file that poses are about.", show_default="its end"),
+]
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Waypoints in, certified joint trajectory out."""
 
 
 @app.command()
@@ -62,62 +108,161 @@ def plan(
         str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")
     ],
     output: Annotated[
-        Path | None,
+        str | None,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="Write the trajectory here; the suffix chooses the format."
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write the trajectory here; - writes it to stdout. The suffix chooses the format.",
         ),
+    ] = None,
+    format_: Annotated[
+        str | None, typer.Option("--format", metavar="NAME", help="Format of the trajectory.", show_default="json")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the plan into a .png, .svg or .html file.")
     ] = None,
     backend: Annotated[
         str | None, typer.Option(metavar="KIND", help="Back end in place of the request's, with its default options.")
     ] = None,
+    robot: RobotOption = None,
+    srdf: SrdfOption = None,
+    tip: TipOption = None,
 ) -> None:
     """Plan a request here, without a service, and show what came out."""
     from api.cli.local_plan import format_of, plan_request, read_request, render
+    from api.cli.plots import SUFFIXES, draw
     from api.cli.terminal import plan_summary, terminal
-    from api.errors import ServiceError
     from planner.backends import BACKENDS
-    from planner.errors import PlanningError
     from planner.export import FORMATS
 
-    form = None if output is None else format_of(output.name)
-    if output is not None and form is None:
+    form = FORMATS.get(format_ or "json") if output == "-" or format_ is not None else format_of(output or ".json")
+    if form is None and format_ is not None:
+        raise typer.BadParameter(f"the formats are {', '.join(FORMATS)}", param_hint="--format")
+    if form is None:
         suffixes = ", ".join(known.suffix for known in FORMATS.values())
         raise typer.BadParameter(f"the file's suffix must be one of {suffixes}", param_hint="--output")
+    if plot is not None and plot.suffix not in SUFFIXES:
+        raise typer.BadParameter(f"the file's suffix must be one of {', '.join(SUFFIXES)}", param_hint="--plot")
     if backend is not None and backend not in BACKENDS:
         raise typer.BadParameter(f"the back ends are {', '.join(BACKENDS)}", param_hint="--backend")
     text = _read(request)
-    try:
-        asked = read_request(text, backend)
+    with _refusals():
+        named = None if robot is None else _robot(robot, srdf, tip)
+        asked = read_request(text, backend, None if named is None else named.id)
         start = time.perf_counter()
-        solved = plan_request(asked)
+        solved = plan_request(asked, None if named is None else named.load())
         seconds = time.perf_counter() - start
-        written = None if form is None else render(solved, asked, form)
-    except (PlanningError, ServiceError) as error:
-        _refuse(error)
-    console = terminal()
+        written = b"" if output is None else render(solved, asked, form, None if named is None else named.definition)
+    console = terminal(stderr=output == "-")
     console.print(plan_summary(solved, seconds))
-    if output is not None and written is not None:
-        output.write_bytes(written)
-        console.print(f"wrote {output} ({len(written) / 1e3:.0f} kB)")
+    if output == "-":
+        sys.stdout.buffer.write(written)
+    elif output is not None:
+        _write(Path(output), written, console)
+    if plot is not None:
+        title = Path(request).stem.replace("_", " ") if request != "-" else "Plan"
+        _write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
+
+
+@app.command()
+def ik(
+    robot: Annotated[
+        str, typer.Argument(metavar="ROBOT", help="Robot of the catalogue, or a URDF file.", autocompletion=_robot_ids)
+    ],
+    position: Annotated[
+        tuple[float, float, float], typer.Option(metavar="X Y Z", help="Position of the tool in the base frame, m.")
+    ],
+    rpy: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(metavar="R P Y", help="Orientation: roll, pitch and yaw, rad.", show_default="any"),
+    ] = None,
+    srdf: SrdfOption = None,
+    tip: TipOption = None,
+) -> None:
+    """List the joint positions that bring the tool to a pose."""
+    import numpy as np
+
+    from api.cli.terminal import solutions_table, terminal
+    from planner.kinematics import all_solutions
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.problem import PoseWaypoint
+    from planner.spatial import Pose, rotation_from_rpy
+    from planner.waypoints.reachability import reachability
+
+    with _refusals():
+        model = _robot(robot, srdf, tip).load()
+        pose = Pose(np.array(position), None if rpy is None else rotation_from_rpy(*rpy))
+        (reached,) = reachability(model, [PoseWaypoint(pose)], InverseKinematicsOptions())
+        if reached.error is not None:
+            raise reached.error
+        solutions = all_solutions(model, pose)
+    terminal().print(solutions_table(model, solutions))
+
+
+@app.command()
+def validate(
+    trajectory: Annotated[
+        str,
+        typer.Argument(
+            metavar="TRAJECTORY",
+            help="CSV, an answer of planner plan, or a request of POST /v1/trajectories/validate; - reads stdin.",
+        ),
+    ],
+    interpolation: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAW",
+            help="What the controller runs: linear, cubic, quintic or polynomials.",
+            show_default="what the columns allow",
+        ),
+    ] = None,
+    robot: RobotOption = None,
+    srdf: SrdfOption = None,
+    tip: TipOption = None,
+) -> None:
+    """Hold a trajectory of any origin against the limits of its robot; ends with 1 if it breaks one."""
+    from api.cli.robot_files import NamedRobot
+    from api.cli.terminal import certificate_table, terminal
+    from api.cli.trajectory_files import read_trajectory
+    from api.tasks.trajectories import certified
+
+    text = _read(trajectory, "TRAJECTORY")
+    with _refusals():
+        named = None if robot is None else _robot(robot, srdf, tip)
+        asked = read_trajectory(text, None if named is None else named.id, interpolation)
+        model = (named or NamedRobot(asked.robot)).load()
+        law, certificate = certified(asked, model)
+    console = terminal()
+    console.print(certificate_table(certificate, model))
+    console.print(f"interpolation: {law}")
+    if not certificate.satisfied:
+        raise typer.Exit(1)
 
 
 @app.command()
 def robots(
-    robot: Annotated[str | None, typer.Argument(metavar="[ID]", help="Show the joints and limits of this one.")] = None,
+    robot: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[ROBOT]",
+            help="Show the joints and limits of this one, of the catalogue or in a URDF file.",
+            autocompletion=_robot_ids,
+        ),
+    ] = None,
+    srdf: SrdfOption = None,
+    tip: TipOption = None,
 ) -> None:
     """List the robots of the catalogue, or show one with its limits and where they come from."""
     from api.cli.terminal import robot_summary, robots_table, terminal
-    from planner.errors import PlanningError
     from planner.robots import catalogue_ids, load_robot
 
-    try:
+    with _refusals():
         shown = (
             robots_table([load_robot(robot_id) for robot_id in catalogue_ids()])
             if robot is None
-            else robot_summary(load_robot(robot))
+            else robot_summary(_robot(robot, srdf, tip).load())
         )
-    except PlanningError as error:
-        _refuse(error)
     terminal().print(shown)
 
 
@@ -134,22 +279,57 @@ def demo(
     raise typer.Exit(run_demo(output, terminal()))
 
 
-def _read(name: str) -> bytes:
+def _read(name: str, parameter: str = "REQUEST") -> bytes:
     if name == "-":
         return sys.stdin.buffer.read()
     try:
         return Path(name).read_bytes()
     except OSError as error:
-        raise typer.BadParameter(f"{name}: {error.strerror}", param_hint="REQUEST") from None
+        raise typer.BadParameter(f"{name}: {error.strerror}", param_hint=parameter) from None
 
 
-def _refuse(error: PlanningError | ServiceError) -> NoReturn:
-    """Show the problem and end with status 1."""
+def _write(path: Path, content: bytes, console: Console) -> None:
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise typer.BadParameter(f"{path}: {error.strerror}", param_hint="FILE") from None
+    console.print(f"wrote {path} ({len(content) / 1e3:.0f} kB)")
+
+
+def _robot(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
+    from api.cli.robot_files import named_robot
+
+    try:
+        return named_robot(name, srdf, tip)
+    except OSError as error:
+        raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="ROBOT") from None
+    except UnicodeDecodeError as error:
+        raise typer.BadParameter(f"no text in UTF-8: {error}", param_hint="ROBOT") from None
+
+
+def main() -> None:
+    """Run the command line; a fault of its own ends with status 70 (sysexits) and one line, without values."""
+    from api.failures import where_from
+
+    try:
+        app()
+    except Exception as error:  # noqa: BLE001 - nobody is shown a traceback
+        print(f"planner failed, which is a fault of its own: {where_from(error)}", file=sys.stderr)  # noqa: T201
+        sys.exit(70)
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """Show the problem where there is one, and end with status 1."""
     import orjson
 
     from api.cli.terminal import problem_panel, terminal
-    from api.errors import problem_document
+    from api.errors import ServiceError, problem_document
+    from planner.errors import PlanningError
 
-    _, document = problem_document(error, instance="")
-    terminal(stderr=True).print(problem_panel(orjson.loads(document)))
-    raise typer.Exit(1)
+    try:
+        yield
+    except (PlanningError, ServiceError) as error:
+        _, document = problem_document(error, instance="")
+        terminal(stderr=True).print(problem_panel(orjson.loads(document)))
+        raise typer.Exit(1) from None

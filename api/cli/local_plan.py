@@ -13,18 +13,19 @@ from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
 from planner.export import FORMATS, ExportOptions, Format
 from planner.planning import plan
-from planner.robots import load_robot
+from planner.robots import Robot, load_robot
 
 if TYPE_CHECKING:
     from planner.result import Plan
 
 
-def read_request(text: bytes, backend: str | None = None) -> PlanRequest:
+def read_request(text: bytes, backend: str | None = None, robot: str | None = None) -> PlanRequest:
     """Read the request in a document of POST /v1/trajectories.
 
     Args:
         text: The document as JSON.
         backend: The kind of back end in place of the document's, with its default options; None: the document's.
+        robot: The id of the robot in place of the document's; None: the document's.
 
     Raises:
         InvalidRequest: With everything that is wrong with it.
@@ -33,21 +34,27 @@ def read_request(text: bytes, backend: str | None = None) -> PlanRequest:
         document: Any = orjson.loads(text)
     except orjson.JSONDecodeError as error:
         raise invalid([{"pointer": "", "message": f"not JSON: {error}"}]) from None
-    if backend is not None and isinstance(document, dict):
-        document["backend"] = {"kind": backend}
+    if isinstance(document, dict):
+        document |= {} if backend is None else {"backend": {"kind": backend}}
+        document |= {} if robot is None else {"robot": robot}
     try:
         return PlanRequest.model_validate_json(orjson.dumps(document))
     except ValidationError as error:
         raise invalid_request(error, document) from None
 
 
-def plan_request(request: PlanRequest) -> Plan:
+def plan_request(request: PlanRequest, robot: Robot | None = None) -> Plan:
     """Plan a request.
+
+    Args:
+        request: What is asked.
+        robot: The robot; None: the one of the catalogue that the request names.
 
     Raises:
         PlanningError: Of the kind that says why there is none.
     """
-    return plan(to_planning_problem(request, load_robot(request.robot)), to_backend(request.backend))
+    robot = robot or load_robot(request.robot)
+    return plan(to_planning_problem(request, robot), to_backend(request.backend))
 
 
 def format_of(name: str) -> Format | None:
@@ -56,7 +63,14 @@ def format_of(name: str) -> Format | None:
     return max(fitting, key=lambda form: len(form.suffix), default=None)
 
 
-def render(solved: Plan, request: PlanRequest, form: Format) -> bytes:
-    """Write the plan in that format, sampled as the request asks."""
-    options = ExportOptions(request.sample_period, frozenset(request.include), request_hash(request))
+def render(solved: Plan, request: PlanRequest, form: Format, definition: bytes | None = None) -> bytes:
+    """Write the plan in that format, sampled as the request asks.
+
+    Args:
+        solved: The plan.
+        request: What was asked.
+        form: The format.
+        definition: The model of a robot that is not of the catalogue, as canonical JSON.
+    """
+    options = ExportOptions(request.sample_period, frozenset(request.include), request_hash(request, definition))
     return form.render(solved, options)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import orjson
 from rich import box
 from rich.console import Console, Group
@@ -12,6 +14,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from planner.kinematics import configurations
 from planner.robots.description import LIMITED_QUANTITIES
 
 if TYPE_CHECKING:
@@ -19,7 +22,8 @@ if TYPE_CHECKING:
 
     from rich.console import RenderableType
 
-    from planner.certificate.checks import Check
+    from planner.certificate.checks import Certificate, Check
+    from planner.kinematics import FloatArray
     from planner.result import Plan
     from planner.robots import Joint, Robot
 
@@ -92,7 +96,16 @@ def plan_summary(plan: Plan, seconds: float) -> Group:
         (f"   planned in {seconds * 1e3:.1f} ms", "dim"),
     )
     warnings = [Text.assemble(("warning  ", "yellow"), warning.message) for warning in plan.warnings]
-    return Group(Text(), head, *warnings, Text(), _waypoint_table(plan), Text(), _certificate_table(plan), Text())
+    return Group(
+        Text(),
+        head,
+        *warnings,
+        Text(),
+        _waypoint_table(plan),
+        Text(),
+        certificate_table(plan.certificate, plan.path.robot),
+        Text(),
+    )
 
 
 def problem_panel(document: Mapping[str, Any]) -> Panel:
@@ -126,6 +139,16 @@ def problem_panel(document: Mapping[str, Any]) -> Panel:
         border_style="red",
         padding=(1, 2),
     )
+
+
+def solutions_table(robot: Robot, solutions: Sequence[FloatArray]) -> Table:
+    """List joint positions that reach a pose, with the configurations that they are."""
+    units = " or ".join(sorted({"rad" if joint.is_angle else "m" for joint in robot.joints}, reverse=True))
+    table = plain_table("", *robot.joint_names, "configuration", right=robot.joint_names, title=f"Solutions ({units})")
+    for i, (position, named) in enumerate(zip(solutions, configurations(robot, np.array(solutions)), strict=True), 1):
+        names = ", ".join(name for name in asdict(named).values() if name is not None)
+        table.add_row(str(i), *(f"{value:z.5f}" for value in position), names or "-")
+    return table
 
 
 def robots_table(robots: Sequence[Robot]) -> Table:
@@ -167,8 +190,8 @@ def _waypoint_table(plan: Plan) -> Table:
     return table
 
 
-def _certificate_table(plan: Plan) -> Table:
-    certificate, robot = plan.certificate, plan.path.robot
+def certificate_table(certificate: Certificate, robot: Robot) -> Table:
+    """Show how much of each limit is used, and where."""
     title = Text.assemble(
         "Certificate: ",
         ("every enforced limit is kept", "green") if certificate.satisfied else ("violated", "red"),

@@ -56,7 +56,7 @@ def run_demo(folder: Path, console: Console) -> int:
 
 def _plan_all(client: httpx.Client, folder: Path, console: Console) -> int:
     # Matplotlib is slow to import: by now the service is up.
-    from api.demo.pictures import save_picture
+    from api.cli.pictures import picture
 
     table, refused = plain_table(*COLUMNS, right=NUMBERS), 0
     with console.status("planning and drawing") as status:
@@ -71,7 +71,7 @@ def _plan_all(client: httpx.Client, folder: Path, console: Console) -> int:
             answer = response.json()
             table.add_row(*_row(case, request, answer, response.headers["Server-Timing"]))
             robot = client.get(f"/v1/robots/{answer['robot']}").raise_for_status().json()
-            save_picture(folder / f"{case.name}.png", case.title, request, answer, robot)
+            (folder / f"{case.name}.png").write_bytes(picture(case.title, request, answer, robot))
     console.print(table)
     console.print(Text(LEGEND, style="dim"))
     console.print(f"the pictures and the service's log are in {folder}/")

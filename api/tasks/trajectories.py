@@ -17,8 +17,10 @@ from planner.errors import PlanningError
 
 if TYPE_CHECKING:
     from api.tasks.work import Work
+    from planner.certificate.checks import Certificate
     from planner.export import ExportOptions
     from planner.result import Plan
+    from planner.robots import Robot
 
 
 def plan_trajectory(work: Work) -> Reply:
@@ -68,43 +70,51 @@ def compare_backend(work: Work) -> Reply:
 
 def validate_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/validate."""
+    with work.stage("validate"):
+        request = work.request(requests.ValidateRequest)
+        robot = work.robot(request)
+    with work.stage("plan"):
+        interpolation, certificate = certified(request, robot)
+    return work.reply({"interpolation": interpolation, **certificate.as_dict()})
+
+
+def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests.Interpolation, Certificate]:
+    """Hold the trajectory of a request against limits, by the interpolation that it asks for or its columns allow.
+
+    Raises:
+        InvalidRequest: It lacks what is to be checked.
+        InvalidProblem: The samples or polynomials make no trajectory of the robot.
+    """
     from api.conversion import to_end_states, to_limits, to_matrix, to_trajectory
     from planner.certificate.samples import certify_samples, interpolation_of
     from planner.certificate.trajectories import certify_polynomials
 
-    with work.stage("validate"):
-        request = work.request(requests.ValidateRequest)
-        robot, samples, interpolation = work.robot(request), request.samples, request.interpolation
-        limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
-        if interpolation is None and samples is not None:
-            interpolation = interpolation_of(samples.velocity is not None, samples.acceleration is not None)
-        elif interpolation is None:
-            interpolation = "polynomials"
-        needed = "polynomials" if interpolation == "polynomials" else "samples"
-        if getattr(request, needed) is None:
-            raise invalid([{"pointer": f"/{needed}", "message": f"{needed} are needed to check them"}])
+    samples, interpolation = request.samples, request.interpolation
+    limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
+    if interpolation is None and samples is not None:
+        interpolation = interpolation_of(samples.velocity is not None, samples.acceleration is not None)
+    elif interpolation is None:
+        interpolation = "polynomials"
     if interpolation == "polynomials":
-        with work.stage("plan"):
-            trajectory = to_trajectory(request.polynomials, robot.joint_names)
-            certificate = certify_polynomials(robot, trajectory, limits=limits, ends=ends)
-    else:
-        with work.stage("plan"):
-            position = to_matrix(samples.position, robot.dof, ("samples", "position"))
-            velocity, acceleration = (
-                None if values is None else to_matrix(values, robot.dof, ("samples", name))
-                for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
-            )
-            certificate = certify_samples(
-                robot,
-                samples.time,
-                position,
-                velocity,
-                acceleration,
-                limits,
-                interpolation=interpolation,
-                ends=ends,
-            )
-    return work.reply({"interpolation": interpolation, **certificate.as_dict()})
+        if request.polynomials is None:
+            raise _needed("polynomials")
+        trajectory = to_trajectory(request.polynomials, robot.joint_names)
+        return interpolation, certify_polynomials(robot, trajectory, limits=limits, ends=ends)
+    if samples is None:
+        raise _needed("samples")
+    velocity, acceleration = (
+        None if values is None else to_matrix(values, robot.dof, ("samples", name))
+        for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
+    )
+    position = to_matrix(samples.position, robot.dof, ("samples", "position"))
+    certificate = certify_samples(
+        robot, samples.time, position, velocity, acceleration, limits, interpolation=interpolation, ends=ends
+    )
+    return interpolation, certificate
+
+
+def _needed(what: str) -> InvalidRequest:
+    return invalid([{"pointer": f"/{what}", "message": f"{what} are needed to check them"}])
 
 
 def list_backends(work: Work) -> Reply:

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
 from typer.testing import CliRunner, Result
 
-from api.cli import app
+from api.cli import app, commands
+from planner.kinematics import forward_kinematics
+from planner.robots import load_robot
 from tests.api.conftest import RunningService
 from tests.locations import ROOT
 
@@ -127,6 +132,10 @@ def test_a_bad_request_is_a_problem_too(text: str, said: str) -> None:
         ["plan", "no-such-file.json"],
         ["plan", str(EXAMPLES / "welding.json"), "-o", "out.xlsx"],
         ["plan", str(EXAMPLES / "welding.json"), "--backend", "magic"],
+        ["plan", str(EXAMPLES / "welding.json"), "--format", "xlsx"],
+        ["plan", str(EXAMPLES / "welding.json"), "--plot", "out.doc"],
+        ["plan", str(EXAMPLES / "welding.json"), "--srdf", "no-such-file.srdf"],
+        ["ik", "kuka_kr16_2"],
         ["serve", "--port", "70000"],
         ["dance"],
     ],
@@ -160,3 +169,137 @@ def test_an_unknown_robot_is_a_problem() -> None:
     result = planner("robots", "nobody")
     assert result.exit_code == 1
     assert "unknown_robot" in result.stderr
+
+
+def test_a_plan_is_written_to_stdout(request_file: Path) -> None:
+    result = planner("plan", request_file, "-o", "-", "--format", "csv")
+    assert result.exit_code == 0
+    rows = list(csv.DictReader(result.stdout.splitlines()))
+    assert [float(row["time"]) for row in rows] == [0.0, 0.5, 1.0, 1.5, 2.0]
+    assert "every enforced limit is kept" in result.stderr
+
+
+def test_a_robot_of_a_file_is_planned_for(tmp_path: Path) -> None:
+    """The catalogue's KUKA is a URDF file with limits of its own: the plan takes the same time with either."""
+    urdf = tmp_path / "my arm (left).urdf"
+    urdf.write_text((ROOT / "planner/robots/data/kuka_kr16_2.urdf").read_text())
+    ends = ([0.0, -1.0, 1.0, 0.0, 0.5, 0.0], [0.5, -1.0, 1.0, 0.0, 0.5, 0.3])
+    request = {"robot": "x", "waypoints": [{"kind": "joint", "position": position} for position in ends]}
+    limits = {"limits": {"velocity": [1.0] * 6, "acceleration": [3.0] * 6, "jerk": [20.0] * 6}}
+    answers = []
+    for robot in (urdf, "kuka_kr16_2"):
+        result = planner("plan", "-", "--robot", robot, "-o", tmp_path / "out.json", stdin=json.dumps(request | limits))
+        assert result.exit_code == 0, result.stderr
+        answers.append(json.loads((tmp_path / "out.json").read_text()))
+    assert answers[0]["robot"] == "my_arm_left_"
+    assert answers[0]["duration"] == pytest.approx(answers[1]["duration"], rel=1e-12)
+    assert answers[0]["request_hash"] != answers[1]["request_hash"]
+
+
+def test_a_srdf_names_the_tip(tmp_path: Path) -> None:
+    urdf, srdf = tmp_path / "arm.urdf", tmp_path / "arm.srdf"
+    text = (ROOT / "planner/robots/data/kuka_kr16_2.urdf").read_text()
+    links = re.findall(r'<link name="([^"]+)"', text)
+    urdf.write_text(text)
+    chain = f'<group name="arm"><chain base_link="{links[0]}" tip_link="{links[3]}"/></group>'
+    srdf.write_text(f'<robot name="r">{chain}</robot>')
+    assert f"tip frame {links[3]}" in planner("robots", urdf, "--srdf", srdf).stdout
+    assert f"tip frame {links[2]}" in planner("robots", urdf, "--tip", links[2]).stdout
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "html"])
+def test_a_plan_is_drawn(request_file: Path, tmp_path: Path, suffix: str) -> None:
+    drawn = tmp_path / f"out.{suffix}"
+    assert planner("plan", request_file, "--plot", drawn).exit_code == 0
+    content = drawn.read_bytes()
+    assert len(content) > 20_000
+    if suffix == "png":
+        assert content.startswith(b"\x89PNG")
+        return
+    assert b"<svg" in content
+    if suffix == "html":
+        assert b"every enforced limit is kept" in content
+        assert not re.search(rb'(src|href)="https?:', content)
+
+
+def test_ik_lists_joint_positions_that_reach_the_pose() -> None:
+    """By forward kinematics of what is printed."""
+    robot = load_robot("kuka_kr16_2")
+    result = planner("ik", "kuka_kr16_2", "--position", "1.2", "0.1", "0.8", "--rpy", "3.0", "-0.2", "0.1")
+    assert result.exit_code == 0
+    found = [line.split()[1:7] for line in result.stdout.splitlines() if re.match(r"\s*\d+ ", line)]
+    assert len(found) >= 2
+    positions = np.array(found, dtype=float)
+    for pose in forward_kinematics(robot, positions):
+        assert np.linalg.norm(pose.position - [1.2, 0.1, 0.8]) <= 1e-4
+        assert pose.rotation is not None
+        assert np.abs(pin.rpy.matrixToRpy(pose.rotation) - [3.0, -0.2, 0.1]).max() <= 1e-4
+    assert len(np.unique(positions.round(3), axis=0)) == len(positions)
+
+
+def test_ik_says_why_there_is_no_solution() -> None:
+    result = planner("ik", "three_dof_arm", "--position", "9", "0", "0")
+    assert result.exit_code == 1
+    assert "unreachable_waypoint" in result.stderr
+    assert "nearest" in result.stderr
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json"])
+def test_a_plan_is_validated(request_file: Path, tmp_path: Path, suffix: str) -> None:
+    """A cubic of 0.5 rad in 2 s has its peak of velocity, 0.375 rad/s, in the middle, between two samples."""
+    file = tmp_path / f"out.{suffix}"
+    assert planner("plan", request_file, "-o", file).exit_code == 0
+    result = planner("validate", file, "--interpolation", "cubic", "--robot", "three_dof_arm")
+    assert result.exit_code == 0, result.stdout + result.stderr
+    (velocity,) = (line for line in result.stdout.splitlines() if line.startswith("velocity"))
+    assert velocity.split()[2] == "0.375"
+
+
+def test_a_request_that_breaks_a_limit_ends_with_1(tmp_path: Path) -> None:
+    """Straight lines of 0.25 rad in 0.5 s: 0.5 rad/s where 0.3 are allowed."""
+    file = tmp_path / "asked.json"
+    samples = {"time": [0.0, 0.5], "position": [[0.0, 0.0, 0.0], [0.25, 0.0, 0.0]]}
+    file.write_text(json.dumps({"robot": "three_dof_arm", "samples": samples, "limits": {"velocity": [0.3] * 3}}))
+    result = planner("validate", file)
+    assert result.exit_code == 1
+    (velocity,) = (line for line in result.stdout.splitlines() if line.startswith("velocity"))
+    assert velocity.split()[1:6] == ["joint_1", "0.5", "0.3", "rad/s", "166.7"]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "time\n", "a,b\n1,2\n", "time,position.a\n0,x\n", "[]", "{}", "time,position.a\n0\n"]
+)
+def test_what_is_no_trajectory_is_a_problem(text: str) -> None:
+    result = planner("validate", "-", "--robot", "three_dof_arm", stdin=text)
+    assert result.exit_code == 1
+    assert "invalid_request" in result.stderr
+
+
+def test_a_file_that_cannot_be_written_ends_with_2(request_file: Path, tmp_path: Path) -> None:
+    result = planner("plan", request_file, "-o", tmp_path / "no-such-folder/out.csv")
+    assert result.exit_code == 2
+    assert "No such file or directory" in result.stderr
+
+
+def test_the_version_is_shown() -> None:
+    assert re.fullmatch(r"\d+\.\d+\.\d+\S*\n", planner("--version").stdout)
+
+
+def test_robots_are_completed() -> None:
+    assert [*commands._robot_ids("kuka")] == ["kuka_kr16_2", "kuka_kr16_l6_2"]
+
+
+def test_a_fault_of_the_command_line_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def fail() -> None:
+        raise ZeroDivisionError("secret")
+
+    monkeypatch.setattr(commands, "app", fail)
+    with pytest.raises(SystemExit) as ended:
+        commands.main()
+    assert ended.value.code == 70
+    told = capfd.readouterr().err
+    assert "ZeroDivisionError" in told
+    assert "secret" not in told
+    assert told.count("\n") == 1

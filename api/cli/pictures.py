@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -13,8 +14,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -63,18 +62,22 @@ class Drawn:
     upper: FloatArray
 
 
-def save_picture(
-    path: Path, title: str, request: dict[str, Any], answer: dict[str, Any], robot: dict[str, Any]
-) -> None:
+def picture(
+    title: str, request: dict[str, Any], answer: dict[str, Any], robot: dict[str, Any], form: str = "png"
+) -> bytes:
     """Draw an answer of POST /v1/trajectories.
 
     Args:
-        path: Of the PNG file.
-        title: Of the picture.
+        title: The title of the picture.
         request: What was asked; its limits narrow the robot's.
-        answer: With samples.
+        answer: The answer, with samples.
         robot: The answer of GET /v1/robots/{id}.
+        form: The file format: `png` or `svg`.
+
+    Returns:
+        The content of the file.
     """
+    file = BytesIO()
     turns = np.array([joint["kind"] != "prismatic" for joint in robot["joints"]])
     drawn = [_drawn(quantity, request, answer, robot, turns) for quantity in QUANTITIES]
     kinds = [kind for kind in (True, False) if (turns == kind).any()]
@@ -99,8 +102,9 @@ def save_picture(
             axis.tick_params(labelbottom=False)
         axes[0, -1].set_title("use of the limits", fontsize=9, color="#444444", loc="left")
         _entitle(figure, title, answer)
-        figure.savefig(path, dpi=100)
+        figure.savefig(file, dpi=100, format=form)
         plt.close(figure)
+    return file.getvalue()
 
 
 def _drawn(

@@ -1,0 +1,75 @@
+"""The robot that a command line names: one of the catalogue, or a URDF file."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from api.conversion import to_robot
+from api.digests import canonical
+from api.errors import invalid
+from api.schemas.robots import UrdfModel
+from planner.robots import load_robot
+
+if TYPE_CHECKING:
+    from planner.robots import Robot
+
+LONGEST_ID = 64
+"""The most characters of a robot's id."""
+
+
+@dataclass(frozen=True)
+class NamedRobot:
+    """The robot of a command line.
+
+    Attributes:
+        id: Its id; that of a file is the file's name without its suffix.
+        model: The model in a file; None: the id is one of the catalogue.
+    """
+
+    id: str
+    model: UrdfModel | None = None
+
+    def load(self) -> Robot:
+        """Make the robot.
+
+        Raises:
+            UnknownRobot: There is none with this id.
+            InvalidRobotModel: The file's model cannot be used.
+        """
+        return load_robot(self.id) if self.model is None else to_robot(self.model, self.id)
+
+    @property
+    def definition(self) -> bytes | None:
+        """The model as the service keeps it, as canonical JSON; None: the service has the robot in its catalogue."""
+        return None if self.model is None else canonical(self.model)
+
+
+def named_robot(name: str, srdf: Path | None = None, tip_frame: str | None = None) -> NamedRobot:
+    """Find what a name stands for: a URDF file if there is one, or else a robot of the catalogue.
+
+    Args:
+        name: The path of a URDF file, or an id.
+        srdf: The SRDF file that goes with a URDF file.
+        tip_frame: The link of a URDF file that poses are about; None: the one at the end of the arm.
+
+    Raises:
+        OSError: A file cannot be read.
+        UnicodeDecodeError: A file is no text.
+        InvalidRequest: An SRDF file or a tip frame goes with a robot of the catalogue.
+    """
+    path = Path(name)
+    if not path.is_file():
+        if srdf is not None or tip_frame is not None:
+            raise invalid([{"pointer": "/robot", "message": f"an SRDF or a tip goes with a URDF file; {name} is none"}])
+        return NamedRobot(name)
+    robot_id = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem).lstrip("_.-")[:LONGEST_ID] or "robot"
+    model = UrdfModel(
+        kind="urdf",
+        urdf=path.read_text(encoding="utf-8"),
+        srdf=None if srdf is None else srdf.read_text(encoding="utf-8"),
+        tip_frame=tip_frame,
+    )
+    return NamedRobot(robot_id, model)

@@ -1,0 +1,76 @@
+"""Files of trajectories that `planner validate` reads: requests, answers of plans, and CSV."""
+
+from __future__ import annotations
+
+import csv
+from io import StringIO
+from typing import Any
+
+import orjson
+from pydantic import ValidationError
+
+from api.errors import invalid, invalid_request
+from api.schemas.requests import ValidateRequest
+
+CHECKED_COLUMNS = ("position", "velocity", "acceleration")
+"""The quantities of a CSV file that are checked; others may stand beside them."""
+
+
+def read_trajectory(text: bytes, robot: str | None = None, interpolation: str | None = None) -> ValidateRequest:
+    """Read what is to be held against limits.
+
+    Args:
+        text: A request of POST /v1/trajectories/validate, an answer of POST /v1/trajectories, or CSV with the columns
+            `time`, `position.<joint>` and perhaps `velocity.<joint>` and `acceleration.<joint>`.
+        robot: The id of the robot in place of the document's; CSV names none.
+        interpolation: What the controller runs, in place of the document's.
+
+    Raises:
+        InvalidRequest: With everything that is wrong with it.
+    """
+    document = _document(text)
+    if isinstance(document, dict):
+        document |= {} if robot is None else {"robot": robot}
+        document |= {} if interpolation is None else {"interpolation": interpolation}
+    try:
+        return ValidateRequest.model_validate_json(orjson.dumps(document))
+    except ValidationError as error:
+        raise invalid_request(error, document) from None
+
+
+def _document(text: bytes) -> Any:
+    if not text.lstrip().startswith((b"{", b"[")):
+        return {"samples": _columns(text)}
+    try:
+        document = orjson.loads(text)
+    except orjson.JSONDecodeError as error:
+        raise invalid([{"pointer": "", "message": f"not JSON: {error}"}]) from None
+    return _of_answer(document) if isinstance(document, dict) and "certificate" in document else document
+
+
+def _of_answer(answer: dict[str, Any]) -> dict[str, Any]:
+    """Take from an answer what is checked of it."""
+    parts = {"robot": answer.get("robot"), "samples": answer.get("samples"), "polynomials": answer.get("polynomials")}
+    if isinstance(parts["samples"], dict):
+        parts["samples"] = {name: parts["samples"].get(name) for name in ("time", *CHECKED_COLUMNS)}
+    if parts["polynomials"] is not None:
+        parts["interpolation"] = "polynomials"
+    return parts
+
+
+def _columns(text: bytes) -> dict[str, Any]:
+    """Read the columns of a CSV file by quantity, those of the joints in the order in which they stand."""
+    try:
+        rows = list(csv.reader(StringIO(text.decode("utf-8-sig"), newline="")))
+        header, values = rows[0], [[float(cell) for cell in row] for row in rows[1:] if row]
+        time = header.index("time")
+    except (UnicodeDecodeError, csv.Error, IndexError, ValueError) as error:
+        raise invalid([{"pointer": "", "message": f"neither JSON nor CSV with a column `time`: {error}"}]) from None
+    if any(len(row) != len(header) for row in values):
+        raise invalid([{"pointer": "", "message": f"a row of the CSV has not the {len(header)} cells of its header"}])
+    samples: dict[str, Any] = {"time": [row[time] for row in values]}
+    for quantity in CHECKED_COLUMNS:
+        columns = [k for k, name in enumerate(header) if name.startswith(f"{quantity}.")]
+        if columns:
+            samples[quantity] = [[row[k] for k in columns] for row in values]
+    return samples
