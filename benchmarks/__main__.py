@@ -33,6 +33,19 @@ def http(
 
 
 @app.command()
+def load(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    seconds: Annotated[float, typer.Option(help="Length of each load, s.", min=1.0)] = 30.0,
+) -> None:
+    """Overload: up to ten times as many requests as the service can answer; goodput, refusals, cheap requests."""
+    from benchmarks.load import measure
+    from benchmarks.load_report import print_json, print_table
+
+    figures = measure(seconds)
+    print_json(figures) if json else print_table(figures)
+
+
+@app.command()
 def ik(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     poses: Annotated[int, typer.Option(help="Random reachable poses of each arm.", min=10)] = 2000,

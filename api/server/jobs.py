@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from api.messages import Reply, Task
     from api.server.costs import Cost, Kind
 
+PRUDENCE = 1.5
+"""The times by which a wait may turn out longer than expected. A shorter queue keeps the workers as busy as a long one,
+and what is let into it is answered."""
+
 LONGEST_RETRY_AFTER = 60
 """The longest time after which a caller is told to try again, s."""
 
@@ -66,17 +70,17 @@ class Job:
         return elapsed if is_overdue else max(0.0, cost - elapsed)
 
     def refuse_if_late(self, wait: float) -> None:
-        """Refuse the job if it cannot be answered in time after a wait, s.
+        """Refuse the job if it may not be answered in time after a wait that is expected to take so long, s.
 
         Raises:
             Overloaded: With the time after which it may be tried again.
         """
         left = self.task.deadline - time.monotonic()
-        cost = 0.0 if self.cost is None else self.cost.mean
-        if wait + cost > left:
+        cost = 0.0 if self.cost is None else self.cost.most
+        if PRUDENCE * wait + cost > left:
             raise overloaded(
-                f"a wait of about {wait:.1f} s and work of about {cost:.1f} s are more than the {max(0.0, left):.1f} s "
-                "that the deadline leaves; try again later, or with a longer deadline",
+                f"a wait of about {wait:.1f} s and work of up to {cost:.1f} s may take longer than the "
+                f"{max(0.0, left):.1f} s that the deadline leaves; try again later, or with a longer deadline",
                 wait,
             )
 

@@ -15,59 +15,13 @@ from api.server import pool as pool_module
 from api.server.costs import CHEAP, Cost, Costs, Kind, kind_of
 from api.server.pool import WorkerPool
 from api.settings import Settings
+from tests.api.made_up_workers import MadeUpWorker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
-    from api.messages import Caps
-    from api.server.jobs import Job
 
 SLOW, QUICK, NEW = (Kind((name,), 1) for name in ("slow", "quick", "new"))
-
-
-class MadeUpWorker:
-    """A worker whose tasks take until the test says so."""
-
-    def __init__(self, caps: Caps, only_cheap: bool = False) -> None:
-        self.only_cheap = only_cheap
-        self.pid = self.tasks = 0
-        self.warm = False
-        self.exit_code: int | None = None
-        self.job: Job | None = None
-        self.offer: asyncio.Future[Job | None] | None = None
-        self.ended = asyncio.Event()
-        self.begun: list[str] = []
-        self.work: asyncio.Future[Reply] | None = None
-
-    async def connect(self) -> None:
-        """There is nothing to connect to."""
-
-    async def warm_up(self) -> None:
-        self.warm = True
-
-    async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
-        self.begun.append(task.operation)
-        self.work = asyncio.get_running_loop().create_future()
-        return await self.work
-
-    def takes(self, job: Job) -> bool:
-        return job.is_cheap or not self.only_cheap
-
-    def finish(self, status: int = 200) -> None:
-        assert self.work is not None
-        self.work.set_result(Reply(status, "text/plain", b""))
-
-    def die(self, exit_code: int) -> None:
-        self.exit_code = exit_code
-        self.ended.set()
-        if self.work is not None and not self.work.done():
-            self.work.set_exception(EOFError())
-
-    def kill(self) -> None:
-        if not self.ended.is_set():
-            self.die(-signal.SIGKILL)
-
-    stop = kill
 
 
 class Running:
@@ -154,8 +108,8 @@ def test_what_cannot_be_answered_in_time_is_refused_at_once() -> None:
         with pytest.raises(Overloaded) as refused:
             await second
         assert int(refused.value.headers["Retry-After"]) == 2  # when the worker is expected to be free
-        patient = await running.ask("patient", SLOW, deadline=5.0)
-        quick = await running.ask("quick", QUICK, deadline=5.0)
+        patient = await running.ask("patient", SLOW, deadline=8.0)
+        quick = await running.ask("quick", QUICK, deadline=8.0)
         assert not patient.done()
         assert not quick.done()
         for _ in range(3):
@@ -185,7 +139,7 @@ def test_what_became_hopeless_while_it_waited_makes_room_for_others() -> None:
     async def test(running: Running) -> None:
         worker = running.worker()
         first = await running.ask("first", QUICK)  # it takes longer than expected
-        late, other = await running.ask("late", SLOW, deadline=2.1), await running.ask("other")
+        late, other = await running.ask("late", SLOW, deadline=4.1), await running.ask("other")
         await asyncio.sleep(0.15)
         worker.finish()
         await settle()

@@ -1,0 +1,74 @@
+"""The figures of overload for a person, beside what was aimed at."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import orjson
+from rich.text import Text
+
+from api.cli.terminal import plain_table, terminal
+from benchmarks.report import print_machine
+
+GOODPUT = 0.9
+"""Least share of the capacity, or of what was asked if that is less, that is answered."""
+
+REFUSAL = 10e-3
+"""s, within which 99 of 100 refusals come."""
+
+SLOWER = 5.0
+"""Times what it is alone that the p99 of cheap requests may be beside others."""
+
+
+def print_json(figures: dict[str, Any]) -> None:
+    aims = {"goodput": GOODPUT, "refusal_p99": REFUSAL, "cheap_p99_ratio": SLOWER}
+    sys.stdout.write(orjson.dumps(figures | {"aims": aims}, option=orjson.OPT_INDENT_2).decode() + "\n")
+
+
+def print_table(figures: dict[str, Any]) -> None:
+    console = terminal()
+    print_machine(console, figures["machine"])
+    alone = figures["cheap_alone"]["latency"]
+    title = (
+        f"Arrivals for {figures['seconds']:g} s each; p99 in ms (cheap requests alone: {alone['p99'] * 1e3:.1f})\n"
+        f"aims: goodput {GOODPUT:.0%} of the capacity, refusals within {REFUSAL * 1e3:g} ms, cheap {SLOWER:g} times"
+    )
+    numbers = [
+        "times capacity",
+        "asked/s",
+        "goodput",
+        "answered",
+        "refused",
+        "else",
+        "p99",
+        "refusal",
+        "cheap",
+        "times",
+    ]
+    table = plain_table("requests", *numbers, right=numbers, title=title)
+    for load in figures["loads"]:
+        cheap = load["cheap_beside"]["latency"]
+        slower = cheap["p99"] / alone["p99"] if cheap else None
+        table.add_row(
+            load["requests"],
+            f"{load['rate']:g}",
+            f"{load['asked'] / figures['seconds']:.1f}",
+            _judged(load["goodput"], load["goodput"] >= GOODPUT, "{:.0%}"),
+            *(str(load[name]) for name in ("answered", "refused", "otherwise")),
+            _milliseconds(load["latency"]),
+            _milliseconds(load["refusal"], REFUSAL),
+            _milliseconds(cheap),
+            "" if slower is None else _judged(slower, slower <= SLOWER, "{:.1f}"),
+        )
+    console.print(table, "")
+
+
+def _milliseconds(times: dict[str, float] | None, aim: float | None = None) -> Text:
+    if times is None:
+        return Text("")
+    return _judged(times["p99"] * 1e3, aim is None or times["p99"] <= aim, "{:.1f}")
+
+
+def _judged(value: float, is_good: bool, form: str) -> Text:
+    return Text(form.format(value), style="" if is_good else "yellow")

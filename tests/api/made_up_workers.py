@@ -1,0 +1,60 @@
+"""Workers that are made up, so that tests of the pool depend on no machine."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from typing import TYPE_CHECKING
+
+from api.messages import Reply, Task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from api.messages import Caps
+    from api.server.jobs import Job
+
+
+class MadeUpWorker:
+    """A worker whose tasks take until the test says so."""
+
+    def __init__(self, caps: Caps, only_cheap: bool = False) -> None:
+        self.only_cheap = only_cheap
+        self.pid = self.tasks = 0
+        self.warm = False
+        self.exit_code: int | None = None
+        self.job: Job | None = None
+        self.offer: asyncio.Future[Job | None] | None = None
+        self.ended = asyncio.Event()
+        self.begun: list[str] = []
+        self.work: asyncio.Future[Reply] | None = None
+
+    async def connect(self) -> None:
+        """There is nothing to connect to."""
+
+    async def warm_up(self) -> None:
+        self.warm = True
+
+    async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
+        self.begun.append(task.operation)
+        self.work = asyncio.get_running_loop().create_future()
+        return await self.work
+
+    def takes(self, job: Job) -> bool:
+        return job.is_cheap or not self.only_cheap
+
+    def finish(self, status: int = 200) -> None:
+        assert self.work is not None
+        self.work.set_result(Reply(status, "text/plain", b""))
+
+    def die(self, exit_code: int) -> None:
+        self.exit_code = exit_code
+        self.ended.set()
+        if self.work is not None and not self.work.done():
+            self.work.set_exception(EOFError())
+
+    def kill(self) -> None:
+        if not self.ended.is_set():
+            self.die(-signal.SIGKILL)
+
+    stop = kill

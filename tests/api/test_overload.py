@@ -1,0 +1,177 @@
+"""Overload in simulated time: workers that only pretend to work, arrivals at random, minutes in a moment."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import selectors
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from api.errors import ServiceError
+from api.messages import Reply, Task
+from api.server import jobs as jobs_module
+from api.server import pool as pool_module
+from api.server.costs import Kind
+from api.server.pool import WorkerPool
+from api.settings import Settings
+from tests.api.made_up_workers import MadeUpWorker
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+WORKERS = 2
+SLOW, CHEAP = Kind(("min_effort",), 2), Kind(("cubic",), 2)
+START = 3.0
+"""The time that a worker takes to start, s."""
+
+
+class SimulatedTime(asyncio.SelectorEventLoop):
+    """An event loop whose clock jumps to what happens next."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+        selector = selectors.DefaultSelector()
+        wait = selector.select
+
+        def select(timeout: float | None = None) -> Any:
+            self._now += timeout or 0.0
+            return wait(0.0)
+
+        selector.select = select  # type: ignore[method-assign]
+        super().__init__(selector)
+
+    def time(self) -> float:
+        return self._now
+
+
+class PretendingWorker(MadeUpWorker):
+    """A worker that takes as long as the body of its task says, s."""
+
+    async def warm_up(self) -> None:
+        await asyncio.sleep(START)
+        self.warm = True
+
+    async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
+        work = super().run(task, hold)
+        assert asyncio.get_running_loop().call_later(float(task.body), self.finish)
+        return await work
+
+    def finish(self, status: int = 200) -> None:
+        if self.work is not None and not self.work.done():
+            super().finish(status)
+
+
+class Outcome(NamedTuple):
+    """What became of a request, when it arrived, and how long that took, s."""
+
+    arrived: float
+    name: str
+    latency: float
+
+
+@pytest.fixture
+def simulate(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[WorkerPool], Awaitable[Any]]], Any]:
+    def run(test: Callable[[WorkerPool], Awaitable[Any]]) -> Any:
+        loop = SimulatedTime()
+        for module in (jobs_module, pool_module):
+            monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=loop.time))
+        monkeypatch.setattr(pool_module, "Worker", PretendingWorker)
+
+        async def with_pool() -> Any:
+            pool = WorkerPool(Settings(workers=WORKERS, express_workers=1))
+            pool.attach()
+            await asyncio.sleep(2.0 * START)
+            result = await test(pool)
+            await pool.detach()
+            return result
+
+        try:
+            return loop.run_until_complete(with_pool())
+        finally:
+            loop.close()
+
+    return run
+
+
+async def arrivals(
+    pool: WorkerPool, kind: Kind, rate: float, seconds: float, takes: Callable[[np.random.Generator], float]
+) -> list[Outcome]:
+    """Ask at random times, so many times a second, with the deadline that requests have unless they name one."""
+    rng, loop = np.random.default_rng(0), asyncio.get_running_loop()
+
+    async def ask(body: bytes) -> Outcome:
+        now = loop.time()
+        try:
+            await pool.run(Task("plan", "/", now, now + 10.0, body), kind, lambda size: None)
+        except ServiceError as error:
+            return Outcome(now, error.code, loop.time() - now)
+        return Outcome(now, "answered", loop.time() - now)
+
+    end, tasks = loop.time() + seconds, []
+    while loop.time() < end:
+        tasks.append(asyncio.create_task(ask(str(takes(rng)).encode())))
+        await asyncio.sleep(rng.exponential(1.0 / rate))
+    return list(await asyncio.gather(*tasks))
+
+
+def latencies(outcomes: list[Outcome], name: str) -> Any:
+    return np.array([outcome.latency for outcome in outcomes if outcome.name == name])
+
+
+def lognormal(mean: float, spread: float = 0.5) -> Callable[[np.random.Generator], float]:
+    return lambda rng: rng.lognormal(math.log(mean) - spread**2 / 2.0, spread)
+
+
+@pytest.mark.parametrize(
+    ("times", "goodput"),
+    [(0.5, 0.9), (1.0, 0.8), (2.0, 0.9), (5.0, 0.9), (10.0, 0.9)],
+    ids=lambda value: str(value),
+)
+def test_workers_do_what_can_be_done_and_the_rest_is_refused_at_once(
+    simulate: Any, times: float, goodput: float
+) -> None:
+    """20 clients of `min_effort` got half of what the workers can do, and a cheap client beside them nothing.
+
+    Random arrivals at just the capacity leave workers idle at times, and refuse some at others: of queues with two
+    workers and nine places, which is what the deadline leaves room for, 92 % at best.
+    """
+    mean, seconds, cheap_takes = 1.8, 200.0, 0.004
+    capacity = WORKERS / mean
+
+    async def test(pool: WorkerPool) -> Any:
+        await arrivals(pool, CHEAP, 5.0, 10.0, lambda _: cheap_takes)
+        return await asyncio.gather(
+            arrivals(pool, SLOW, times * capacity, seconds, lognormal(mean)),
+            arrivals(pool, CHEAP, 5.0, seconds, lambda _: cheap_takes),
+        )
+
+    slow, cheap = simulate(test)
+    assert len(latencies(slow, "answered")) >= goodput * min(len(slow), capacity * seconds)
+    assert len(latencies(slow, "deadline_exceeded")) <= 0.01 * len(slow)
+    refused = latencies(slow, "overloaded")
+    if times > 1.0:
+        assert np.percentile(refused, 99) < 0.01
+    assert len(latencies(cheap, "answered")) == len(cheap)
+    assert np.percentile(latencies(cheap, "answered"), 99) <= 5.0 * cheap_takes
+
+
+def test_plans_that_take_longer_than_their_deadline_do_not_keep_the_workers_from_others(simulate: Any) -> None:
+    """Every worker was killed in the middle of its work, again and again, and nobody got an answer."""
+    seconds = 200.0
+
+    async def test(pool: WorkerPool) -> Any:
+        await arrivals(pool, CHEAP, 5.0, 10.0, lambda _: 0.004)
+        return await asyncio.gather(
+            arrivals(pool, Kind(("toppra",), 8), 1.0, seconds, lognormal(13.7, 0.1)),
+            arrivals(pool, SLOW, 0.5 * WORKERS / 1.8, seconds, lognormal(1.8)),
+            arrivals(pool, CHEAP, 5.0, seconds, lambda _: 0.004),
+        )
+
+    hopeless, slow, cheap = simulate(test)
+    for o in (hopeless, slow, cheap):
+        print({n: len(latencies(o, n)) for n in {x.name for x in o}})
+    assert len(latencies(cheap, "answered")) == len(cheap)
