@@ -1,10 +1,14 @@
 """How much the tests try: `TEST_SIZE` is `quick` (for people), `large` (for CI) or `soak` (for a release).
 
-The tests whose size this is are those with the marks `hypothesis` or `random`; `LARGER` selects them.
+The tests whose size this is are those with the marks `hypothesis` or `sized`; `LARGER` selects them.
 """
 
 import os
-from typing import NamedTuple
+from collections.abc import Iterable
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
 
 
 class Size(NamedTuple):
@@ -14,16 +18,23 @@ class Size(NamedTuple):
         requests: Random requests a back end that its promises are held against, a tenth of them along paths.
         examples: Cases of every other property, unless the test names a number of its own.
         http: Made-up HTTP requests an operation.
-        jobs_every: Of how many jobs of the corpus' suite one is planned.
+        one_in: Of how many jobs of the corpus' suite, and cases of long tables, one is tried.
     """
 
     requests: int
     examples: int
     http: int
-    jobs_every: int
+    one_in: int
 
 
-SIZES = {"quick": Size(100, 100, 15, 3), "large": Size(1_000, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
+SIZES = {"quick": Size(60, 60, 15, 4), "large": Size(1_000, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
-LARGER = "hypothesis or random"
+LARGER = "hypothesis or sized"
+
+
+def some(*columns: Iterable[Any]) -> list[Any]:
+    """The rows of a long table, all combinations of its columns: one in `one_in` at random, the same ones each time."""
+    rows = list(product(*columns)) if len(columns) > 1 else list(columns[0])
+    chosen = np.random.default_rng(len(rows)).permutation(len(rows))[: -(-len(rows) // SIZE.one_in)]
+    return [rows[k] for k in sorted(chosen)]

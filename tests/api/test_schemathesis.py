@@ -35,7 +35,7 @@ def openapi(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         yield schemathesis.openapi.from_url(f"{service.url}/openapi.json")
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize(
     ("operation", "mode"), CASES, ids=[f"{operation.id}-{mode.value}" for operation, mode in CASES]
 )

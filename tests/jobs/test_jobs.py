@@ -47,7 +47,7 @@ def back_ends(k: int) -> tuple[str, ...]:
 def cases() -> list[object]:
     causes = {entry: cause for cause, entries in KNOWN_FAILURES.items() for entry in entries}
     made = []
-    for k in range(0, len(SUITE), SIZE.jobs_every):
+    for k in range(0, len(SUITE), SIZE.one_in):
         name = SUITE[k]
         for kind in back_ends(k):
             cause = causes.get(name) or causes.get(f"{name} {kind}")
@@ -56,7 +56,7 @@ def cases() -> list[object]:
     return made
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize(("name", "kind"), cases())
 def test_job(name: str, kind: str) -> None:
     """Planned within its promises and in the time that is known, or refused for the reason that is known."""

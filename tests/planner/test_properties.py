@@ -19,7 +19,7 @@ from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_samp
 CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effort": 2, "ruckig": 2, "auto": 2}
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 def test_every_plan_keeps_its_promises(kind: str, part: int) -> None:

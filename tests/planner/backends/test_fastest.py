@@ -14,6 +14,7 @@ from planner.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.spatial import FloatArray
 from tests.planner.backends.ruckig.ruckig_problems import passing
+from tests.sizes import some
 
 SLOWER = 1.001
 """Factor by which a duration may be longer than another that it is to be no longer than."""
@@ -76,9 +77,12 @@ def of_one_joint(rng: np.random.Generator, joints: int) -> FloatArray:
     return positions
 
 
-@pytest.mark.parametrize("limits", [Limits(), Limits(tcp_linear_velocity=0.2)], ids=["joints", "tool"])
-@pytest.mark.parametrize("shape", [scattered, dense, on_a_line, of_one_joint])
-@pytest.mark.parametrize("robot_id", ["ur5", "welding_arm"])
+LIMITS = (Limits(), Limits(tcp_linear_velocity=0.2))
+SHAPES = (scattered, dense, on_a_line, of_one_joint)
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize(("robot_id", "shape", "limits"), some(["ur5", "welding_arm"], SHAPES, LIMITS))
 def test_auto_is_no_slower_than_what_keeps_all_limits(robot_id: str, shape: Shape, limits: Limits) -> None:
     robot, rng = load_robot(robot_id), np.random.default_rng([len(robot_id), len(shape.__name__)])
     for _ in range(2):

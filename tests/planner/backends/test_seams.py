@@ -111,7 +111,7 @@ def test_case_trapezoidal_seam() -> None:
     assert plan(problem, Trapezoidal()).trajectory.duration == pytest.approx(41.7, rel=0.005)
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_seam_takes_its_length_by_the_speed(kind: str) -> None:
     rng, tried = np.random.default_rng(0), 0

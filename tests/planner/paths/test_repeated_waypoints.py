@@ -33,6 +33,7 @@ from planner.result import Plan
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.planner.problems import backend_of
+from tests.sizes import some
 
 ROBOT = load_robot("kuka_kr16_2")
 HOME = np.array([0.1, -1.2, 1.4, 0.2, 0.6, -0.3])
@@ -91,13 +92,11 @@ def planned(name: str, apart: float, kind: str) -> Twice:
     return Twice(*(plan(PlanningProblem(ROBOT, ways), backend_of(kind)) for ways in (waypoints, once)))
 
 
-def cases() -> list[object]:
-    """All lists, distances and back ends."""
-    kinds = [kind for kind in BACKENDS if kind != "min_effort"]
-    return [(name, apart, kind) for name in lists(0.0) for apart in APART for kind in kinds]
+KINDS = [kind for kind in BACKENDS if kind != "min_effort"]
 
 
-@pytest.mark.parametrize(("name", "apart", "kind"), cases())
+@pytest.mark.sized
+@pytest.mark.parametrize(("name", "apart", "kind"), some(lists(0.0), APART, KINDS))
 def test_a_waypoint_given_twice_is_planned(name: str, apart: float, kind: str) -> None:
     both = planned(name, apart, kind)
     found = both.repeated.trajectory

@@ -56,7 +56,7 @@ def _asked(robot: Robot, pose: Pose) -> Pose:
     return Pose(pose.position) if robot.dof == 3 else pose
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize("arm", ARMS)
 def test_lines_that_exist_are_planned(arm: str) -> None:
     """From the first pose in any configuration, and from the joint position where the traced chain starts."""

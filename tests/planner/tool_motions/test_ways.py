@@ -4,20 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
-from planner.kinematics import FloatArray, forward_kinematics
 from planner.polynomials import PiecewisePolynomial
-from planner.robots import Robot, load_robot
+from planner.robots import load_robot
 from planner.tool_motions.ways import CHORDS, farthest_from_way
 from tests.planner.problems import ARMS, random_position
-
-DENSE = np.linspace(0.0, 1.0, 20_001)
-"""Shares of a motion at which the brute force looks."""
-
-
-def tool_positions(robot: Robot, joints: FloatArray) -> FloatArray:
-    return np.array([pose.position for pose in forward_kinematics(robot, joints)])
+from tests.planner.tool_motions.dense_ways import StraightWay
 
 
 @pytest.mark.parametrize("robot_id", ARMS)
@@ -32,14 +24,14 @@ def test_it_is_the_largest_distance_or_a_little_more(robot_id: str, seed: int) -
     coefficients = np.outer(ends[1] - ends[0], law) + 16.0 * (np.outer(bulge[0], bump) + np.outer(bulge[1], wave))
     coefficients[:, 0] += ends[0]
     whole = PiecewisePolynomial(np.ones(1), coefficients[None])
-    way = cKDTree(tool_positions(robot, ends[0] + DENSE[:, None] * (ends[1] - ends[0])))
-    true = float(way.query(tool_positions(robot, whole.evaluate(DENSE, [0])[0]))[0].max())
+    way = StraightWay(robot, ends)
+    true = way.farthest(whole)
     for motion in (whole, whole.split(np.array([7])), whole.stretched(1e3)):
         last = float(motion.breakpoints[-1])
         found, time = farthest_from_way(robot, motion, 0.0, last, np.linspace(*ends, CHORDS + 1))
         assert true - 1e-6 <= found <= true * 1.005 + 2e-4
         there = motion.evaluate(np.array([time]), [0])[0]
-        assert way.query(tool_positions(robot, there))[0][0] >= 0.98 * true - 2e-4
+        assert way.distances(there)[0] >= 0.98 * true - 2e-4
 
 
 def test_a_straight_motion_is_hardly_off_itself() -> None:

@@ -82,7 +82,7 @@ def random_seam(rng: np.random.Generator) -> PlanningProblem:
     return PlanningProblem(load_robot("ur5"), tuple(waypoints), limits=limits)
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize("part", range(4))
 def test_a_slow_seam_takes_little_more_than_without_jerk_limits(part: int) -> None:
     """By two independent timings along the same path."""

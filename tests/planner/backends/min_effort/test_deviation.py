@@ -15,7 +15,7 @@ from planner.problem import BlendTransition, JointWaypoint, PlanningProblem, Thr
 from planner.result import Plan
 from planner.robots import load_robot
 from tests.planner.problems import problem_of
-from tests.planner.tool_motions.test_ways import brute_force
+from tests.planner.tool_motions.dense_ways import StraightWay
 
 ROBOT = load_robot("kuka_kr16_l6_2")
 REACHING = PlanningProblem(
@@ -32,7 +32,7 @@ def deviation(planned: Plan) -> Check:
 
 def true_deviation(planned: Plan) -> float:
     """m, of the only segment."""
-    return brute_force(ROBOT, planned.trajectory, planned.path.positions)
+    return StraightWay(ROBOT, planned.path.positions).farthest(planned.trajectory)
 
 
 @pytest.mark.parametrize("most", [None, 0.3, 0.1, 0.02, 0.001])

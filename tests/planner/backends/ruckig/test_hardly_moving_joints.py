@@ -15,7 +15,7 @@ from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, passing
-from tests.sizes import SIZE
+from tests.sizes import SIZE, some
 
 TOOL_DOWN = rotation_from_rpy(0.0, np.pi, 0.0)
 
@@ -59,7 +59,7 @@ def test_case_ruckig_1e_15() -> None:
     assert duration == pytest.approx(assert_planned(through_joints(robot, np.array(positions))), rel=1e-6)
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_2", "ur5"])
 @pytest.mark.parametrize("part", range(4))
 def test_tool_down_lists_are_planned(robot_id: str, part: int) -> None:
@@ -79,8 +79,11 @@ def test_tool_down_lists_are_planned(robot_id: str, part: int) -> None:
         planned += 1
 
 
-@pytest.mark.parametrize("travel", [1e-16, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5])
-@pytest.mark.parametrize("still", ["one", "half", "all but one"])
+TRAVELS = (1e-16, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5)
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize(("still", "travel"), some(["one", "half", "all but one"], TRAVELS))
 def test_how_little_a_joint_moves_does_not_matter(still: str, travel: float) -> None:
     """Some joints move by about `travel`, the others as far as they like."""
     for seed, robot_id in enumerate(("ur5", "kuka_kr16_2", "three_dof_arm")):

@@ -31,6 +31,7 @@ from tests.planner.backends.ruckig.ruckig_problems import (
     with_durations,
 )
 from tests.planner.problems import ARMS, problem_of
+from tests.sizes import some
 
 
 @pytest.mark.parametrize("scale", [1e-4, 0.03, 1.0])
@@ -175,9 +176,11 @@ def test_waypoints_on_the_way_cost_hardly_anything() -> None:
     assert all(a < b for a, b in pairwise(trajectory.arrivals))
 
 
-@pytest.mark.parametrize("speed", [0.1, 0.5])
-@pytest.mark.parametrize("synchronization", ["phase", "time"])
-@pytest.mark.parametrize("robot_id", ["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"])
+@pytest.mark.sized
+@pytest.mark.parametrize(
+    ("robot_id", "synchronization", "speed"),
+    some(["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"], ["phase", "time"], [0.1, 0.5]),
+)
 def test_where_the_tools_speed_is_limited(robot_id: str, synchronization: Synchronization, speed: float) -> None:
     """Never slower than stopping, nor than the best law along the smooth curve that toppra finds."""
     for seed in range(2):

@@ -62,7 +62,7 @@ def passing(draw: st.DrawFn) -> PlanningProblem:
     return replace(problem, waypoints=(problem.waypoints[0], *inner, problem.waypoints[-1]), limits=limits)
 
 
-@pytest.mark.random
+@pytest.mark.sized
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("kind", ["straight", "passing", "tool"])
 def test_no_slower_than_any_other_on_the_same_path(kind: str, part: int) -> None:
