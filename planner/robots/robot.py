@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
-from planner.robots.urdf import read_urdf
+from planner.robots.urdf.reader import read_urdf
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

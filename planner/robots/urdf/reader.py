@@ -26,16 +26,16 @@ from planner.robots.checks import (
     shown,
 )
 from planner.robots.description import RobotDescription
-from planner.robots.srdf import read_srdf
-from planner.robots.urdf_elements import UrdfReader
-from planner.robots.xml_document import parse_robot_document
+from planner.robots.urdf.elements import UrdfReader
+from planner.robots.urdf.srdf import read_srdf
+from planner.robots.urdf.xml_document import parse_robot_document
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from planner.robots.build import Body
     from planner.robots.description import DisabledCollision, Joint, JointGroup
-    from planner.robots.urdf_elements import UrdfJoint
+    from planner.robots.urdf.elements import UrdfJoint
 
 
 def read_urdf(

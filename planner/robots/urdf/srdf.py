@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from planner.robots.checks import check_names, shown
 from planner.robots.description import DisabledCollision, JointGroup
-from planner.robots.xml_document import parse_robot_document
+from planner.robots.urdf.xml_document import parse_robot_document
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from xml.etree.ElementTree import Element
 
     from planner.robots.checks import Findings
-    from planner.robots.urdf_elements import UrdfJoint
+    from planner.robots.urdf.elements import UrdfJoint
 
 MAX_GROUPS = 64
 """Number of joint groups that a document may have."""

@@ -1,0 +1,1 @@
+"""Robots read from URDF and SRDF, documents that nobody trusts."""
