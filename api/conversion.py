@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.polynomials import powers
-from planner.robots import DHJoint, Robot
+from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import (
     FloatArray,
@@ -110,6 +111,27 @@ def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
                 id=robot_id,
                 source="uploaded Denavit-Hartenberg table",
             )
+        case robots.DerivedModel():
+            return _to_derived_robot(definition, robot_id)
+
+
+def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
+    """Make the robot that a client derives from another.
+
+    Raises:
+        InvalidRobotModel: What is asked contradicts the other robot.
+        UnknownRobot: There is no other robot.
+    """
+    base = load_robot(model.base or "") if model.definition is None else to_robot(model.definition, "an added robot")
+    robot = base.derived(
+        id=robot_id,
+        limits={name: limits.model_dump(exclude_none=True) for name, limits in model.limits.items()},
+        locked=model.locked,
+        tool=None if model.tool is None else to_pose(model.tool),
+        mounting=None if model.mounting is None else to_pose(model.mounting),
+        named_positions=model.named_positions,
+    )
+    return replace(robot, source=f"derived from {base.id}: {base.source}")
 
 
 def to_trajectory(polynomials: Sequence[requests.JointCurve], joint_names: Sequence[str]) -> Trajectory:

@@ -16,7 +16,7 @@ def sha256(content: bytes) -> str:
 
 def canonical(request: BaseModel, exclude: set[str] | None = None) -> bytes:
     """Write the request with all defaults and its keys in the schema's order: notation makes no difference."""
-    return request.model_dump_json(exclude=exclude).encode()
+    return request.model_dump_json(exclude=exclude, by_alias=True).encode()
 
 
 def request_hash(request: BaseModel, robot: bytes | None = None) -> str:

@@ -64,7 +64,7 @@ class Asked:
         body: The body as it came.
         document: The body as JSON, which need not follow any schema.
         deadline: The time that the answer may take from the arrival of the request, s.
-        robot: What the worker needs to know of an uploaded robot.
+        robot: What the worker needs to know of an uploaded robot: the one to use, or to derive another `from`.
     """
 
     body: bytes = b""
@@ -78,7 +78,8 @@ async def look_at_body(request: Request) -> Asked:
     service = service_of(request)
     body = await _read_body(request)
     document = _parse(body, service.settings.max_body_bytes)
-    content = service.robots.get(document["robot"]) if isinstance(document.get("robot"), str) else None
+    named = document.get("robot", document.get("from"))
+    content = service.robots.get(named) if isinstance(named, str) else None
     robot = {} if content is None else {"definition": content.definition}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:

@@ -7,7 +7,19 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 from typing_extensions import TypeAliasType
 
-from api.schemas.common import LARGEST, Answer, Number, Pose, Positive, RobotId, Schema, Vector3
+from api.schemas.common import (
+    LARGEST,
+    Answer,
+    JointVector,
+    Limit,
+    Number,
+    Pose,
+    Positive,
+    Quaternion,
+    RobotId,
+    Schema,
+    Vector3,
+)
 from api.schemas.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
 
 FrameName = Annotated[str, Field(min_length=1, max_length=200)]
@@ -95,12 +107,69 @@ class DhRobot(DhModel):
     """The id that the robot gets; omitted: one that is made from the content."""
 
 
+class OwnLimits(Schema):
+    """Limits of one joint by the robot's owner; what is omitted stays as it is."""
+
+    lower: Number | None = None
+    """The lower position limit, rad or m."""
+    upper: Number | None = None
+    """The upper position limit, rad or m."""
+    velocity: Limit | None = None
+    """The velocity limit, rad/s or m/s."""
+    acceleration: Limit | None = None
+    """The acceleration limit, rad/s^2 or m/s^2."""
+    jerk: Limit | None = None
+    """The jerk limit, rad/s^3 or m/s^3."""
+    torque: Limit | None = None
+    """The torque limit, N m or N."""
+
+
+class Changes(Schema):
+    """What the owner of a robot makes of another one."""
+
+    kind: Literal["derived"]
+    """The kind of model: another robot, with changes."""
+    limits: Annotated[dict[FrameName, OwnLimits], Field(max_length=64)] = Field(default_factory=dict)
+    """The owner's limits by the names of joints. They may be wider than the other robot's only where the provenance of
+    those is `default` or `estimate`, which a warning among the `findings` says. A continuous joint with position limits
+    becomes a revolute one."""
+    locked: Annotated[dict[FrameName, Number], Field(max_length=64)] = Field(default_factory=dict)
+    """The positions (rad or m), by the names of joints, at which these are held: they are no joints of the robot."""
+    tool: Pose | None = None
+    """The pose of the tool centre point in the tip frame (m), for requests that name no tool; omitted: the other
+    robot's."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m), whose z axis points up: gravity follows it, poses stay in the base frame.
+    Omitted: the other robot's."""
+    named_positions: Annotated[dict[FrameName, JointVector], Field(max_length=64)] = Field(default_factory=dict)
+    """Joint positions by name, one value for each joint that is not locked, rad or m, beside the other robot's."""
+
+
+class DerivedRobot(Changes):
+    """A robot made from another one, with limits, a tool and a mounting of its owner."""
+
+    id: RobotId
+    """The id that the robot gets."""
+    base: RobotId = Field(alias="from")
+    """The id of the other robot, of the catalogue or added; deleting that one changes nothing here."""
+
+
+class DerivedModel(Changes):
+    """A derived robot without a name, as the service keeps it: with the definition of the other robot."""
+
+    base: RobotId | None = Field(alias="from")
+    """The id of the robot of the catalogue that it is made from; null: an added one."""
+    definition: RobotModel | None
+    """The definition of the added robot that it is made from; null: one of the catalogue."""
+
+
 RobotModel = TypeAliasType(
-    "RobotModel", Annotated[UrdfModel | DhModel, Field(discriminator="kind", description="A robot without a name.")]
+    "RobotModel",
+    Annotated[UrdfModel | DhModel | DerivedModel, Field(discriminator="kind", description="A robot without a name.")],
 )
 RobotDefinition = TypeAliasType(
     "RobotDefinition",
-    Annotated[UrdfRobot | DhRobot, Field(discriminator="kind", description="A robot to add.")],
+    Annotated[UrdfRobot | DhRobot | DerivedRobot, Field(discriminator="kind", description="A robot to add.")],
 )
 
 
@@ -123,9 +192,9 @@ class JointDescription(Answer):
     """The jerk limit, rad/s^3 or m/s^3; null: none."""
     torque: float | None
     """The torque limit, N m or N; null: none."""
-    provenance: dict[str, Literal["published", "datasheet", "estimate", "default"]]
+    provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """Where each limit comes from, by the name of its quantity: `published` with the robot, its `datasheet`, an
-    `estimate`, or a `default` that the service filled in."""
+    `estimate`, a `default` that the service filled in, or its `owner`."""
 
 
 class JointGroup(Answer):
@@ -148,6 +217,15 @@ class DisabledCollision(Answer):
     """The name of the second link."""
     reason: str | None
     """Why they need none, in the words of the SRDF; null: it does not say."""
+
+
+class Placement(Answer):
+    """Where a frame stands in another one."""
+
+    position: Vector3
+    """The origin x, y, z, m."""
+    quaternion_xyzw: Quaternion
+    """The orientation as a quaternion of norm 1 without unit: the vector part x, y, z, then the scalar part w."""
 
 
 class RobotDescription(Answer):
@@ -173,6 +251,12 @@ class RobotDescription(Answer):
     """The name of the frame that poses are about unless a tool is given."""
     frames: list[str]
     """The names of all frames of the model."""
+    tool: Placement
+    """The tool centre point in the tip frame, for requests that name no tool."""
+    mounting: Placement | None
+    """The base in the world, whose z axis points up; null: gravity is as the model has it."""
+    named_positions: dict[str, list[float]]
+    """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
     mass: float
     """The mass of everything that moves, kg; 0: unknown."""
     geometry: list[Any] = Field(

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import orjson
 
 from api.digests import canonical, sha256
-from api.errors import CatalogueRobot
+from api.errors import CatalogueRobot, invalid
 from api.schemas import robots as schemas
 from api.store import RobotContent
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
-from api.tasks.work import to_json
+from api.tasks.work import model_of, to_json
 from planner.errors import UnknownRobot
 
 if TYPE_CHECKING:
     from api.messages import Reply
     from api.tasks.work import Work
+
+MOST_DERIVATIONS = 8
+"""The most robots that a robot is derived from one after the other."""
 
 
 def list_robots(work: Work) -> Reply:
@@ -48,18 +51,43 @@ def add_robot(work: Work) -> Reply:
 
     with work.stage("validate"):
         named = work.request(schemas.RobotDefinition)
-        definition = canonical(named, exclude={"id"})
+        model = _without_name(named, work.arguments.get("definition"))
+        definition = canonical(model, exclude={"id"})
         digest = sha256(definition)
         robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
         if robot_id in catalogue_ids():
             raise CatalogueRobot(f"{robot_id} is a robot of the catalogue; choose another id")
     with work.stage("plan"):
-        robot = to_robot(named, robot_id)
+        robot = to_robot(model, robot_id)
     description = describe(robot) | {"content": digest}
     answer = description | {"findings": [asdict(finding) for finding in robot.findings]}
     del description["id"]
     content = RobotContent(digest, definition, to_json(description))
     return work.reply(answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, content))
+
+
+def _without_name(named: Any, base: bytes | None) -> Any:
+    """The robot without its name; a derived one with the definition of the robot that it is made from.
+
+    Args:
+        named: The robot to add.
+        base: The definition of the added robot that it names; None: it names none, or one of the catalogue.
+
+    Raises:
+        InvalidRequest: It is derived too many times over.
+    """
+    if not isinstance(named, schemas.DerivedRobot):
+        return named
+    changes: dict[str, Any] = {name: getattr(named, name) for name in schemas.Changes.model_fields}
+    if base is None:
+        return schemas.DerivedModel(**changes | {"from": named.base, "definition": None})
+    definition = inner = model_of(base)
+    for _ in range(MOST_DERIVATIONS):
+        if not isinstance(inner, schemas.DerivedModel):
+            return schemas.DerivedModel(**changes | {"from": None, "definition": definition})
+        inner = inner.definition
+    message = f"the robot {named.base} is derived {MOST_DERIVATIONS} times over; derive from one before it"
+    raise invalid([{"pointer": "/from", "message": message}])
 
 
 def delete_robot(work: Work) -> Reply:
@@ -108,13 +136,20 @@ OPERATIONS = (
         method="POST",
         path="/v1/robots",
         tag="robots",
-        summary="Add a robot from a URDF document or a Denavit-Hartenberg table.",
+        summary="Add a robot from a URDF document, a Denavit-Hartenberg table, or another robot.",
         run=add_robot,
         request=schemas.RobotDefinition,
         answer=schemas.AddedRobot,
         status=201,
         also={200: "The same robot was there already."},
-        codes=(*BODY_CODES, "invalid_robot_model", "robot_exists", "catalogue_robot", "too_many_robots"),
+        codes=(
+            *BODY_CODES,
+            "invalid_robot_model",
+            "unknown_robot",
+            "robot_exists",
+            "catalogue_robot",
+            "too_many_robots",
+        ),
         examples={
             "two_joint_table": {
                 "kind": "dh",
@@ -124,6 +159,14 @@ OPERATIONS = (
                     {"kind": "revolute", "theta": 0.0, "d": 0.0, "a": 0.4, "alpha": 0.0, "velocity": 2.0},
                     {"kind": "revolute", "theta": 0.0, "d": 0.0, "a": 0.3, "alpha": 0.0, "velocity": 2.0},
                 ],
+            },
+            "own_limits": {
+                "kind": "derived",
+                "id": "kuka_in_cell_4",
+                "from": "kuka_kr16_2",
+                "limits": {"joint_a1": {"lower": -1.5, "upper": 1.5, "velocity": 1.2}, "joint_a4": {"jerk": 150.0}},
+                "tool": {"position": [0.0, 0.0, 0.2]},
+                "named_positions": {"home": [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]},
             },
         },
     ),

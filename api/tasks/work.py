@@ -107,6 +107,11 @@ def to_json(value: Any) -> bytes:
     return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY)
 
 
+def model_of(definition: bytes) -> Any:
+    """Read the model of an added robot from its definition."""
+    return _adapter(RobotModel).validate_json(definition)
+
+
 @cache
 def _adapter(schema: Any) -> TypeAdapter[Any]:
     return TypeAdapter(schema)
@@ -123,4 +128,4 @@ def _built(definition: bytes) -> Robot:
     """Make the robot of a definition. It is kept by the definition itself: no id brings back another robot's model."""
     from api.conversion import to_robot
 
-    return to_robot(_adapter(RobotModel).validate_json(definition), sha256(definition))
+    return to_robot(model_of(definition), sha256(definition))

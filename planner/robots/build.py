@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from planner.spatial import rotation_z
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.robots.description import Joint
     from planner.spatial import FloatArray
@@ -84,6 +86,35 @@ def _add_links(model: pin.Model, joint: int, links: Sequence[Link]) -> None:
             inertia = pin.Inertia(link.body.mass, link.body.center_of_mass, link.body.inertia)
             model.appendBodyToJoint(joint, inertia, link.placement)
         model.addFrame(pin.Frame(link.name, joint, 0, link.placement, pin.FrameType.BODY))
+
+
+def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
+    """A model made by `build_model`, without the joints that are held still.
+
+    What they carried moves with the joint before them.
+
+    Args:
+        model: The serial chain.
+        held: Positions by the names of joints, rad or m.
+    """
+    locked = pin.Model()
+    locked.name, locked.gravity = model.name, model.gravity
+    carriers = [(0, pin.SE3.Identity())]  # of each joint: the one that it moves with now, and its placement there
+    for number in range(1, model.njoints):
+        name, (parent, placement) = model.names[number], carriers[model.parents[number]]
+        placement = placement * model.jointPlacements[number]
+        if name not in held:
+            carriers.append((locked.addJoint(parent, model.joints[number], placement, name), pin.SE3.Identity()))
+        elif model.joints[number].shortname() == pin.JointModelPZ().shortname():
+            carriers.append((parent, placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, held[name]]))))
+        else:
+            carriers.append((parent, placement * pin.SE3(rotation_z(held[name]), np.zeros(3))))
+    for (joint, placement), inertia in zip(carriers, model.inertias.tolist(), strict=True):
+        locked.appendBodyToJoint(joint, inertia, placement)
+    for frame in model.frames.tolist()[1:]:
+        joint, placement = carriers[frame.parentJoint]
+        locked.addFrame(pin.Frame(frame.name, joint, 0, placement * frame.placement, frame.type))
+    return locked
 
 
 def rotation_with_z_along(axis: FloatArray) -> FloatArray:

@@ -5,15 +5,20 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pinocchio as pin
+
+from planner.spatial import quaternion
 
 if TYPE_CHECKING:
     from planner.robots.description import Joint
     from planner.robots.robot import Robot
+    from planner.spatial import FloatArray
 
 
 def describe(robot: Robot) -> dict[str, Any]:
     """The robot as a dictionary of plain values; None where there is no limit. SI units."""
+    mounting, tool = robot.mounting, robot.tool_in_tip
     return {
         "id": robot.id,
         "source": robot.source,
@@ -23,11 +28,20 @@ def describe(robot: Robot) -> dict[str, Any]:
         "limit_sources": dict(robot.limit_sources),
         "tip_frame": robot.tip_frame,
         "frames": [frame.name for frame in robot.model.frames if frame.type != pin.FrameType.FIXED_JOINT],
+        "tool": _describe_pose(tool.translation, tool.rotation),
+        "mounting": None
+        if mounting is None
+        else _describe_pose(mounting.position, np.eye(3) if mounting.rotation is None else mounting.rotation),
+        "named_positions": {name: list(position) for name, position in robot.named_positions.items()},
         "mass": robot.mass,
         "geometry": [dict(shape) for shape in robot.geometry],
         "groups": [dict(vars(group)) for group in robot.groups],
         "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],
     }
+
+
+def _describe_pose(position: FloatArray, rotation: FloatArray) -> dict[str, list[float]]:
+    return {"position": position.tolist(), "quaternion_xyzw": quaternion(rotation).tolist()}
 
 
 def _describe_joint(joint: Joint) -> dict[str, Any]:

@@ -13,9 +13,10 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from planner.errors import Finding
+    from planner.spatial import Pose
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
-Provenance = Literal["published", "datasheet", "estimate", "default"]
+Provenance = Literal["published", "datasheet", "estimate", "default", "owner"]
 LIMITED_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
 """Names of the quantities of a joint that a document may limit."""
 
@@ -93,6 +94,8 @@ class RobotDescription:
     joints: tuple[Joint, ...]
     tip_frame: str
     limit_sources: Mapping[str, str] = field(default_factory=dict)
+    mounting: Pose | None = None
+    named_positions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     geometry: tuple[Mapping[str, Any], ...] = ()
     groups: tuple[JointGroup, ...] = ()
     disabled_collisions: tuple[DisabledCollision, ...] = ()

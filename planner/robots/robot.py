@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from planner.robots.build import model_with_locked
+from planner.robots.checks import Findings, shown
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
+from planner.robots.own_limits import checked_positions, is_within, with_own_limits
 from planner.robots.urdf.reader import read_urdf
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping, Sequence
 
     from planner.robots.dh import Convention, DHJoint
     from planner.robots.payload import Payload
@@ -24,12 +27,15 @@ if TYPE_CHECKING:
 TOOL_FRAME = "tool"
 """Name of the frame that carries the tool, when there is one."""
 
+STANDARD_GRAVITY = 9.81
+"""The acceleration of free fall that all models have, m/s^2: Pinocchio's own."""
+
 
 @dataclass(frozen=True, eq=False)
 class Robot(RobotDescription):
     """A robot arm whose configuration is one number per joint, continuous joints included.
 
-    Robots are immutable: `with_tool`, `with_payload` and `dataclasses.replace` make others.
+    Robots are immutable: `derived`, `with_tool`, `with_payload` and `dataclasses.replace` make others.
 
     Attributes:
         id: The robot's name.
@@ -39,6 +45,9 @@ class Robot(RobotDescription):
         tip_frame: Name of the frame at the flange.
         limit_sources: The document that limits come from, or the rule of an estimate, by the names of quantities (those
             of `Joint.provenance`); a quantity that is not there comes from the same document as the model.
+        mounting: Pose of the base in the world, whose z axis points up; None: gravity is as the model has it. Poses are
+            in the base frame nonetheless.
+        named_positions: Joint positions by name, one value per joint, rad or m.
         geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
         groups: Joints that belong together, as an SRDF has them.
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
@@ -104,6 +113,75 @@ class Robot(RobotDescription):
             InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
         """
         return cls(**vars(read_dh(DHModel(convention, tuple(joints), base, tip), id=id, source=source)))
+
+    def derived(
+        self,
+        *,
+        id: str | None = None,
+        limits: Mapping[str, Mapping[str, float]] | None = None,
+        locked: Mapping[str, float] | None = None,
+        tool: Pose | None = None,
+        mounting: Pose | None = None,
+        named_positions: Mapping[str, Sequence[float]] | None = None,
+    ) -> Robot:
+        """Make the robot that an owner has of this one: with limits, a tool and a mounting of its own.
+
+        Args:
+            id: Name of the robot; None: this one's.
+            limits: Limits of single joints by their names, e.g. `{"joint_1": {"lower": -1.0, "velocity": 0.5}}`, of
+                `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N). They may be
+                wider than this robot's only where those are a default or an estimate, which a warning in `findings`
+                says. A continuous joint with position limits becomes a revolute one.
+            locked: Positions by the names of joints that are held still, rad or m; they are no joints any more.
+            tool: The tool centre point in the tip frame; None: this robot's.
+            mounting: Pose of the base in the world, whose z axis points up; None: this robot's. Gravity follows it;
+                poses stay in the base frame.
+            named_positions: Joint positions by name, one value per joint that is left, beside those of this robot that
+                are within the limits.
+
+        Returns:
+            The robot, with `findings` about what was changed.
+
+        Raises:
+            InvalidRobotModel: What is asked contradicts this robot; `findings` lists everything that was found.
+        """
+        findings = Findings()
+        left = self._with_locked(locked or {}, findings)
+        joints = with_own_limits(left.joints, limits or {}, findings)
+        inherited = {name: q for name, q in left.named_positions.items() if is_within(joints, q)}
+        positions = inherited | checked_positions(joints, named_positions or {}, findings)
+        if mounting is not None and mounting.rotation is None:
+            findings.error("invalid_pose", "mounting", "the mounting needs an orientation")
+        findings.raise_errors()
+        robot = replace(
+            left, id=id or self.id, joints=joints, named_positions=positions, findings=tuple(findings.items)
+        )
+        if mounting is not None and mounting.rotation is not None:
+            model = robot.model.copy()
+            model.gravity.linear = mounting.rotation.T @ np.array([0.0, 0.0, -STANDARD_GRAVITY])
+            robot = replace(robot, model=model, mounting=mounting)
+        return robot if tool is None else robot.with_tool(tool)
+
+    def _with_locked(self, locked: Mapping[str, float], findings: Findings) -> Robot:
+        """The robot whose other joints are left, those held at positions within their limits."""
+        for name, position in locked.items():
+            if name not in self.joint_names:
+                names = ", ".join(map(shown, self.joint_names))
+                findings.error("unknown_joint", shown(name), f"there is no joint {shown(name)}; the joints are {names}")
+                continue
+            joint = self.joints[self.joint_names.index(name)]
+            if not (joint.lower <= position <= joint.upper and np.isfinite(position)):
+                text = f"{shown(name)} cannot be held at {position:g}, outside of its position limits"
+                findings.error("outside_position_limits", shown(name), text)
+        if len(locked) >= self.dof:
+            findings.error("no_joints", None, "no joint is left that moves")
+        findings.raise_errors()
+        if not locked:
+            return self
+        left = [k for k, name in enumerate(self.joint_names) if name not in locked]
+        positions = {name: tuple(position[k] for k in left) for name, position in self.named_positions.items()}
+        joints = tuple(self.joints[k] for k in left)
+        return replace(self, model=model_with_locked(self.model, locked), joints=joints, named_positions=positions)
 
     @cached_property
     def data(self) -> pin.Data:

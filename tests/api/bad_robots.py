@@ -39,10 +39,23 @@ def _chain(name: str, finding: str, old: str, new: str) -> Bad:
     return _document(name, finding, PLAIN.replace(old, new))
 
 
+def _derived(
+    name: str,
+    code: str,
+    pointer: str | None = None,
+    finding: str | None = None,
+    base: str = "kuka_kr16_2",
+    id: str = "uploaded",
+    **changes: Any,
+) -> Bad:
+    return Bad(name, ROBOTS, {"kind": "derived", "id": id, "from": base, **changes}, code, pointer, finding)
+
+
 def _srdf(name: str, finding: str, content: str) -> Bad:
     return _document(name, finding, PLAIN, srdf=f'<robot name="r">{content}</robot>')
 
 
+WINDOW = {"lower": 1.0, "upper": -1.0}
 CHAIN = urdf_chain(3)
 PLAIN = f'<robot name="r">{CHAIN}</robot>'
 ORIGIN = 'xyz="0 0 0.1"'
@@ -199,6 +212,21 @@ BAD_ROBOTS = [
     Bad("a speed of zero", ROBOTS, dh_robot(joints=[dh_joint(velocity=0)]), INVALID, "/joints/0/velocity"),
     Bad("an inertia of five", ROBOTS, dh_robot(joints=[dh_joint(inertia=[1] * 5)]), INVALID, "/joints/0/inertia"),
     Bad("an SRDF for a table", ROBOTS, dh_robot(srdf="<robot/>"), INVALID, "/srdf"),
+    # Robots made from others.
+    _derived("a robot from nothing", "unknown_robot", base="nothing"),
+    _derived("a robot from no name", INVALID, "/from", base="a b"),
+    _derived("the robot of a catalogue", "catalogue_robot", id="ur5e"),
+    _derived("a joint that is not there", MODEL, finding="unknown_joint", limits={"hand": {}}),
+    _derived("a limit above the data sheet", MODEL, finding="wider_limit", limits={"joint_a1": {"velocity": 9.0}}),
+    _derived("a limit of no name", INVALID, "/limits/joint_a1/speed", limits={"joint_a1": {"speed": 1.0}}),
+    _derived("a limit of zero", INVALID, "/limits/joint_a1/velocity", limits={"joint_a1": {"velocity": 0}}),
+    _derived("a speed of all but nothing", MODEL, finding="absurd_limit", limits={"joint_a1": {"velocity": 1e-8}}),
+    _derived("a window turned round", MODEL, finding="lower_not_below_upper", limits={"joint_a1": WINDOW}),
+    _derived("a joint locked out of reach", MODEL, finding="outside_position_limits", locked={"joint_a2": 2.0}),
+    _derived("every joint locked", MODEL, finding="no_joints", locked={f"joint_a{k}": 0.0 for k in range(1, 7)}),
+    _derived("a mounting without axes", MODEL, finding="invalid_pose", mounting={"position": [0.0, 0.0, 1.0]}),
+    _derived("a home of two", MODEL, finding="wrong_number_count", named_positions={"home": [0.0, 0.0]}),
+    _derived("a home out of reach", MODEL, finding="outside_position_limits", named_positions={"home": [9.0] * 6}),
     # SRDF.
     Bad("an empty SRDF", ROBOTS, urdf_robot(CHAIN, srdf=""), INVALID, "/srdf"),
     _document("an SRDF that is not closed", "not_xml", PLAIN, srdf="<robot>"),

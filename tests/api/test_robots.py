@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from typing import TYPE_CHECKING, Any
@@ -183,6 +184,79 @@ def test_limits_of_urdf_1_2_and_soft_limits_hold(service: RunningService) -> Non
     outside = plan_request(robot="extended", waypoints=[joint(-0.5), joint(0.8)])
     assert service.post(PLAN, outside).json()["code"] == "joint_position_limit"
     service.client.delete(f"{ROBOTS}/extended")
+
+
+def derived_robot(**changes: Any) -> dict[str, Any]:
+    """The planar arm in a cell of its own."""
+    return {"kind": "derived", "id": "in_cell", "from": "planar_arm", **changes}
+
+
+def test_a_derived_robot_has_its_owners_limits_tool_and_mounting(service: RunningService) -> None:
+    """Two links of 0.4 m and 0.3 m; the second joint is locked at a right angle, the base stands on a wall."""
+    service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
+    body = derived_robot(
+        limits={"joint_1": {"lower": -1.0, "upper": 1.0, "velocity": 0.5, "acceleration": 20.0}},
+        locked={"joint_2": math.pi / 2.0},
+        tool={"position": [0.0, 0.0, 0.1], "orientation": None},
+        mounting={"position": [0.0, 0.0, 1.0], "orientation": {"kind": "rpy", "rpy": [math.pi / 2.0, 0.0, 0.0]}},
+        named_positions={"home": [0.25]},
+    )
+    added = service.post(ROBOTS, body)
+    assert added.status_code == 201, added.text
+    robot = AddedRobot.model_validate_json(added.content, strict=True)
+    assert service.client.delete(f"{ROBOTS}/planar_arm").status_code == 204  # which changes nothing here
+    assert {finding.code for finding in robot.findings} == {"limit_widened"}
+    (only,) = robot.joints
+    assert (only.lower, only.upper, only.velocity, only.acceleration) == (-1.0, 1.0, 0.5, 20.0)
+    assert only.provenance == {
+        "position": "owner",
+        "velocity": "owner",
+        "acceleration": "owner",
+        "jerk": "default",
+    }
+    assert robot.named_positions == {"home": [0.25]}
+    assert robot.tool.position == pytest.approx([0.0, 0.0, 0.1])
+    assert robot.mounting is not None
+    assert robot.mounting.quaternion_xyzw == pytest.approx([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
+    forward = service.post(FORWARD, {"robot": "in_cell", "positions": [[0.0]]}).json()["poses"][0]["position"]
+    np.testing.assert_allclose(forward, [0.4, 0.3, 0.1], atol=1e-12)
+    hold = service.post("/v1/dynamics/inverse", {"robot": "in_cell", "positions": [[0.0]]}).json()["torques"]
+    assert hold[0][0] == pytest.approx(2.0 * 9.81 * 0.4)  # its z axis is level: the mass of link 1 hangs at its end
+    plan = plan_request(robot="in_cell", waypoints=[joint(-1.0), joint(1.0)], backend={"kind": "trapezoidal"})
+    assert service.post(PLAN, plan).json()["duration"] == pytest.approx(2.0 / 0.5 + 0.5 / 20.0, rel=1e-4)
+    service.client.delete(f"{ROBOTS}/in_cell")
+
+
+def test_the_digest_of_a_derived_robot_is_of_all_that_it_is_made_of(service: RunningService) -> None:
+    """Not of the name of an added robot, but of its content; of a catalogue robot, of its id."""
+
+    def digest(**changes: Any) -> str:
+        answer = service.post(ROBOTS, derived_robot(**changes))
+        assert answer.status_code == 201, answer.text
+        service.client.delete(answer.headers["Location"])
+        found: str = answer.json()["content"]
+        return found
+
+    for robot_id, length in (("planar_arm", 0.3), ("same", 0.3), ("other", 0.5)):
+        service.post(ROBOTS, dh_robot(id=robot_id, joints=[dh_joint(), dh_joint(a=length)]))
+    assert digest() == digest(**{"from": "same"}) == digest(id="b", limits={}, mounting=None)
+    different = [digest(), digest(**{"from": "other"}), digest(locked={"joint_1": 0.0})]
+    different += [digest(**{"from": robot_id}) for robot_id in ("kuka_kr16_2", "kuka_kr16_l6_2")]
+    assert len(set(different)) == len(different)
+    for robot_id in ("planar_arm", "same", "other"):
+        service.client.delete(f"{ROBOTS}/{robot_id}")
+
+
+def test_a_robot_is_derived_only_so_many_times_over(service: RunningService) -> None:
+    names = ["three_dof_arm", *(f"derived_{k}" for k in range(9))]
+    for base, robot_id in itertools.pairwise(names):
+        answer = service.post(ROBOTS, derived_robot(**{"from": base, "id": robot_id}))
+        if robot_id == names[-1]:
+            assert (answer.status_code, answer.json()["errors"][0]["pointer"]) == (422, "/from")
+        else:
+            assert answer.status_code == 201, answer.text
+    for robot_id in names[1:-1]:
+        service.client.delete(f"{ROBOTS}/{robot_id}")
 
 
 def content(digest: str) -> RobotContent:

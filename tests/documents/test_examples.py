@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -9,9 +10,12 @@ import sys
 from typing import TYPE_CHECKING
 
 import pytest
+from pydantic import TypeAdapter
 
 from api.cli.local_plan import plan_request, read_request
 from api.cli.local_service import local_service
+from api.conversion import to_robot
+from api.schemas.robots import Changes, DerivedModel, RobotDefinition
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -101,6 +105,16 @@ def test_date_sorting_prints_the_points_the_torques_and_the_trapezoid() -> None:
     for time, s in ((10, 0.25), (20, 0.75), (30, 1.0)):
         assert numbers(line_of(output, f"{time} s  "))[1:3] == [s, s]
     assert "document 0.057 1/s   ours 0.000 1/s at s = 1" in output
+
+
+def test_the_robot_of_an_owner_is_derived() -> None:
+    model = json.loads((EXAMPLES / "robots" / "kuka_in_cell_4.json").read_text())
+    named = TypeAdapter(RobotDefinition).validate_python(model)
+    changes = {name: getattr(named, name) for name in Changes.model_fields}
+    robot = to_robot(DerivedModel(**changes | {"from": named.base, "definition": None}), named.id)
+    assert robot.findings == ()
+    assert robot.limit("acceleration")[[1, 2]].tolist() == [4.0, 4.0]
+    assert robot.model.gravity.linear.tolist() == pytest.approx([0.0, 0.0, 9.81], abs=1e-12)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,125 @@
+"""What the owner of a robot adds to it: limits of single joints and named positions, held against what is known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from planner.robots.checks import (
+    DYNAMIC_QUANTITIES,
+    LEAST_LIMIT,
+    MAX_NAME_LENGTH,
+    MAX_NUMBER,
+    check_position_limits,
+    shown,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from planner.robots.checks import Findings
+    from planner.robots.description import Joint, JointKind
+
+WIDENABLE = ("default", "estimate")
+"""Provenances of limits that an owner may widen: nobody has published them."""
+
+ROUNDING = 1e-9
+"""Relative amount by which a limit may be wider than the robot's own one and count as equal."""
+
+
+QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES)
+"""Names of the limits that an owner may give: those of the position, and those of what moves."""
+
+
+def with_own_limits(
+    joints: Sequence[Joint], limits: Mapping[str, Mapping[str, float]], findings: Findings
+) -> tuple[Joint, ...]:
+    """The joints with limits of their owner, wider than before only where those before are nobody's figures.
+
+    Args:
+        joints: The joints with the limits that are known.
+        limits: The owner's, by the names of joints.
+        findings: The findings, which are added to.
+    """
+    names = [joint.name for joint in joints]
+    for name in limits:
+        if name not in names:
+            text = f"there is no joint {shown(name)}; the joints are {', '.join(map(shown, names))}"
+            findings.error("unknown_joint", shown(name), text)
+    return tuple(_with_own_limits(joint, limits.get(joint.name, {}), findings) for joint in joints)
+
+
+def _with_own_limits(joint: Joint, own: Mapping[str, float], findings: Findings) -> Joint:
+    provenance = dict(joint.provenance)
+    known: dict[str, Any] = {}
+    for name, value in own.items():
+        quantity = "position" if name in ("lower", "upper") else name
+        if _is_limit(joint, name, value, findings):
+            known[name] = _narrowed(joint, quantity, name, value, findings)
+            provenance[quantity] = "owner"
+    changed = replace(joint, **known, provenance=provenance)
+    if "lower" in known or "upper" in known:
+        # A continuous joint whose owner limits it, to spare its cables, is a revolute one.
+        kind: JointKind = "revolute" if joint.kind == "continuous" else joint.kind
+        changed = check_position_limits(replace(changed, kind=kind), findings)
+    return changed
+
+
+def _is_limit(joint: Joint, name: str, value: float, findings: Findings) -> bool:
+    """Whether a limit has a name and a value that let the joint move."""
+    least = -MAX_NUMBER if name in ("lower", "upper") else LEAST_LIMIT
+    if name not in QUANTITIES:
+        text = f"{shown(joint.name)} has no limit called {shown(name)}; there are {', '.join(QUANTITIES)}"
+        findings.error("unknown_limit", shown(joint.name), text)
+    elif not least <= value <= MAX_NUMBER:
+        text = f"the {name} limit of {shown(joint.name)} is {value:g}, not between {least:g} and {MAX_NUMBER:g}"
+        findings.error("absurd_limit", shown(joint.name), text)
+    else:
+        return True
+    return False
+
+
+def _narrowed(joint: Joint, quantity: str, field: str, value: float, findings: Findings) -> float:
+    """The owner's limit, no wider than the one before unless that is a default or an estimate."""
+    before: float = getattr(joint, field)
+    beyond = before - value if field == "lower" else value - before
+    if not beyond > 0.0:
+        return value
+    if beyond <= ROUNDING * max(1.0, abs(before)):
+        return before
+    origin, name = joint.provenance.get(quantity, "default"), shown(joint.name)
+    if origin in WIDENABLE:
+        text = f"the {field} limit of {name}, {value:g}, is wider than the {origin} of {before:g} that it replaces"
+        findings.warning("limit_widened", name, text)
+    else:
+        text = f"the {field} limit of {name} cannot be {value:g}: that is wider than the {origin} one, {before:g}"
+        findings.error("wider_limit", name, text)
+    return value
+
+
+def is_within(joints: Sequence[Joint], position: Sequence[float]) -> bool:
+    """Whether a position, one value a joint, is within the position limits."""
+    return all(joint.lower <= value <= joint.upper for joint, value in zip(joints, position, strict=True))
+
+
+def checked_positions(
+    joints: Sequence[Joint], named: Mapping[str, Sequence[float]], findings: Findings
+) -> dict[str, tuple[float, ...]]:
+    """The named positions, one value a joint within its position limits."""
+    kept = {}
+    for name, position in named.items():
+        subject = shown(name)
+        if not name or len(name) > MAX_NAME_LENGTH or not name.isprintable():
+            text = f"a named position needs a printable name of 1 to {MAX_NAME_LENGTH} characters"
+            findings.error("invalid_name", subject, text)
+        if len(position) != len(joints):
+            text = f"the position {subject} has {len(position)} values for {len(joints)} joints"
+            findings.error("wrong_number_count", subject, text)
+            continue
+        for joint, value in zip(joints, position, strict=True):
+            if not joint.lower <= value <= joint.upper or not math.isfinite(value):
+                text = f"in the position {subject}, {shown(joint.name)} is at {value:g}, outside of its position limits"
+                findings.error("outside_position_limits", subject, text)
+        kept[name] = tuple(float(value) for value in position)
+    return kept
