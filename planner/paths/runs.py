@@ -85,6 +85,8 @@ def is_joint_motion(end: SolvedWaypoint) -> bool:
     if end.tool_motion is None:
         return True
     curve = end.tool_motion.curve
+    if np.abs(end.position - curve.coefficients[0, :, 0]).max() > SHORTEST_TOOL_MOTION:
+        return False
     at = curve.evaluate(curve.breakpoints, [0])[0]
     return float(np.abs(np.diff(at, axis=0)).sum(axis=0).max()) <= SHORTEST_TOOL_MOTION
 
@@ -169,7 +171,8 @@ class _Builder:
         segments: np.ndarray,
         transitions: Sequence[Transition],
     ) -> None:
-        self.waypoints, self.segments, self.transitions = waypoints, segments, transitions
+        self.waypoints, self.segments = waypoints, segments
+        self.passed = [isinstance(transition, ThroughTransition) for transition in transitions]
         self.positions = np.array([solved[k].position for k in (*segments, segments[-1] + 1)])
         self.speeds = counted_velocity(limits.velocity[segments])
         self.tool: dict[int, PiecewisePolynomial] = {}
@@ -194,7 +197,7 @@ class _Builder:
         lengths, positions = self.times, self.positions
         means = np.diff(positions, axis=0) / lengths[:, None]
         starts, ends = np.stack([means, np.zeros_like(means)]), np.stack([means, np.zeros_like(means)])
-        passed = [isinstance(transition, ThroughTransition) for transition in self.transitions]
+        passed = self.passed
         starts[0, 1:][passed] = ends[0, :-1][passed] = _slopes_between(means[:-1], means[1:])[passed]
         for k, curve in self.tool.items():
             if k > 0 and passed[k - 1]:
@@ -209,11 +212,10 @@ class _Builder:
 
     def _tool_motion(self, k: int, curve: PiecewisePolynomial) -> PiecewisePolynomial:
         """A motion of the tool, as long as its joints take at full speed; one that continues another, at its pace."""
-        passed = [isinstance(transition, ThroughTransition) for transition in self.transitions]
         last = k - 1
-        while last > 0 and passed[last] and last in self.short:
+        while last > 0 and self.passed[last] and last in self.short:
             last -= 1
-        if k == 0 or not all(passed[last:k]) or last not in self.tool:
+        if k == 0 or not all(self.passed[last:k]) or last not in self.tool:
             at = curve.evaluate(curve.breakpoints, [0])[0]
             return curve.stretched(float((np.abs(np.diff(at, axis=0)) / self.speeds[k]).max(axis=1).sum()))
         before = self.tool[last].evaluate(self.tool[last].breakpoints[-1:], [1, 2])

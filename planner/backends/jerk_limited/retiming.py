@@ -23,26 +23,34 @@ lies on the line between those of the two intervals that meet there.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.shared.interior_point import InteriorPoint, longest_step, next_centring
+from planner.backends.jerk_limited.linear_limits import GRIDPOINTS, WEIGHTS, QuadraticSpline
+from planner.backends.shared.interior_point import InteriorPoint, next_centring
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
+    from planner.backends.jerk_limited.linear_limits import LinearLimits
     from planner.spatial import FloatArray
-
-GRIDPOINTS = np.array([0.0, 0.5, 1.0])
-"""Gridpoints of each interval, as shares of it, at which its limits are held. Next to rest the middle tells what the
-ends cannot."""
-
-WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
-"""Weights of Simpson's rule at these gridpoints."""
 
 FIRST_SHARE = 0.9
 """Share of the largest constant b within the limits that the search begins with: it has to begin inside of them."""
+
+START_WINDOWS = (0.01, 0.02, 0.05)
+"""Shares of all intervals over which a start of the search is smoothed on either side, tried in turn: one that follows
+the limits saves a quarter of its steps where these differ along the way."""
+
+LARGEST_START = 1e6
+"""Largest b of such a start, as a multiple of the least: near rest there is hardly a limit."""
+
+WORTH_A_START = 0.8
+"""Duration of such a start, relative to that of the best before it, that makes it worth to begin with it."""
+
+FACTORS_OF_A_LOGARITHM = 4
+"""Number of limits whose slacks are multiplied before the logarithm is taken, which costs as much as ten products."""
 
 MOST_STEPS = 80
 """Newton steps in one search; 15 to 25 are common."""
@@ -67,96 +75,6 @@ ARMIJO = 1e-4
 
 LEAST_CURVATURE = 0.05
 """Share of the duration's own curvature that is kept where the jerk limits make the problem concave."""
-
-
-@dataclass(frozen=True, eq=False)
-class LinearLimits:
-    """Limits of the form |by_b b + by_a a + by_c c + offset| <= constant + inverse / sqrt(b) at gridpoints.
-
-    Attributes:
-        by_b: Coefficients (limits, points) of b.
-        by_a: Coefficients (limits, points) of a.
-        by_c: Coefficients (limits, points) of c.
-        offset: What is there at rest, (limits, points).
-        constant: The part of each bound (limits, points) that does not depend on b.
-        inverse: The part of each bound (limits, points) that goes with 1 / sqrt(b): that of a jerk.
-    """
-
-    by_b: FloatArray
-    by_a: FloatArray
-    by_c: FloatArray
-    offset: FloatArray
-    constant: FloatArray
-    inverse: FloatArray
-
-    def values(self, states: FloatArray) -> FloatArray:
-        """The values by_b b + by_a a + by_c c (limits, points) for states (3, points)."""
-        b, a, c = states
-        values: FloatArray = self.by_b * b
-        values += self.by_a * a
-        values += self.by_c * c
-        return values
-
-    def scale(self, states: FloatArray) -> float:
-        """The largest factor on b with which the limits are kept."""
-        values = np.abs(self.values(states))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            plain = ((self.constant - np.abs(self.offset)) / values)[self.inverse == 0.0]
-            jerk = (self.inverse / np.sqrt(states[0]) / values)[self.inverse > 0.0]
-        return float(min(np.nanmin(plain, initial=np.inf), np.nanmin(jerk, initial=np.inf) ** (2.0 / 3.0)))
-
-
-class QuadraticSpline:
-    """The linear map from the unknowns of the spline to its states b, a and c at the gridpoints of all intervals.
-
-    Attributes:
-        maps: (3, 3, gridpoints, intervals): how b, a and c depend on the unknowns of the interval before, of the own
-            and of the next.
-    """
-
-    def __init__(self, widths: FloatArray) -> None:
-        # Beyond both ends there is an interval of no width, whose unknown is the value at the end.
-        padded = np.concatenate([[0.0], widths, [0.0]])
-        both = padded[:-1] + padded[1:]
-        value, slope = np.zeros((2, 3, len(both))), np.zeros((2, 3, len(both)))
-        value[0, 0] = value[1, 1] = padded[1:] / both
-        value[0, 1] = value[1, 2] = padded[:-1] / both
-        slope[0, 0] = slope[1, 1] = -1.0 / both
-        slope[0, 1] = slope[1, 2] = 1.0 / both
-        start, end = value[0, :, :-1], value[1, :, 1:]
-        middle = np.array([[0.0], [1.0], [0.0]])
-        self.maps = np.empty((3, 3, len(GRIDPOINTS), len(widths)))
-        for k, u in enumerate(GRIDPOINTS):
-            self.maps[0, :, k] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
-            self.maps[1, :, k] = (1.0 - u) * slope[0, :, :-1] + u * slope[1, :, 1:]
-            self.maps[2, :, k] = (start - 2.0 * middle + end) / widths**2
-        self.count = len(widths)
-
-    def states(self, x: FloatArray) -> FloatArray:
-        """The states b, a and c (3, points) that belong to unknowns (intervals + 2,)."""
-        n = self.count
-        states = self.maps[:, 0] * x[:n] + self.maps[:, 1] * x[1 : n + 1] + self.maps[:, 2] * x[2:]
-        return states.reshape(3, -1)
-
-    def force(self, forces: FloatArray) -> FloatArray:
-        """Transfer forces (3, points) on b, a and c to the unknowns (intervals + 2,)."""
-        n = self.count
-        own = np.einsum("yxpn,ypn->xn", self.maps, forces.reshape(3, -1, n))
-        total = np.zeros(n + 2)
-        for k in range(3):
-            total[k : k + n] += own[k]
-        return total
-
-    def bands(self, stiffness: FloatArray) -> FloatArray:
-        """Transfer stiffness (3, 3, points) to the unknowns: the main and two upper diagonals (3, intervals + 2)."""
-        n = self.count
-        block = stiffness.reshape(3, 3, -1, n)
-        bands = np.zeros((3, n + 2))
-        pulled = np.einsum("yzpn,zxpn->yxpn", block, self.maps)
-        for k in range(3):
-            for m in range(k, 3):
-                bands[m - k, k : k + n] += np.einsum("ypn,ypn->n", self.maps[:, k], pulled[:, m])
-        return bands
 
 
 class Aim(ABC):
@@ -243,7 +161,34 @@ class Retiming(NamedTuple):
 def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float) -> FloatArray:
     """Find the unknowns (intervals + 2,) of the fastest law within limits; see `best_retiming`."""
     none_asked = AskedDurations(np.empty((0, limits.by_b.shape[1])), np.empty(0))
-    return best_retiming(widths, limits, Duration(widths), none_asked, tolerance).unknowns
+    return best_retiming(widths, limits, Duration(widths), none_asked, tolerance, start=_start(widths, limits)).unknowns
+
+
+def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
+    """A start (intervals + 2,) for a search for the fastest law, up to a factor: as smooth as it has to be.
+
+    It is what the limits would allow at each gridpoint if b were constant, the least of it near each interval, smoothed
+    by moving averages.
+    """
+    spline, duration = QuadraticSpline(widths), Duration(widths)
+    best = np.ones(len(widths) + 2)
+    states = spline.states(best)
+    allowed = limits.scales(states).reshape(len(GRIDPOINTS), -1).min(axis=0)
+    least = duration.value(allowed.min() * states)
+    allowed = np.minimum(allowed, LARGEST_START * allowed.min())
+    for share in START_WINDOWS:
+        reach = max(1, int(share * len(widths)))
+        near = np.lib.stride_tricks.sliding_window_view(np.pad(allowed, 2 * reach, mode="edge"), 4 * reach + 1).min(
+            axis=1
+        )
+        window = np.full(2 * reach + 1, 1.0 / (2 * reach + 1))
+        for _ in range(2):
+            near = np.convolve(np.pad(near, reach, mode="edge"), window, mode="valid")
+        smooth = np.pad(near, 1, mode="edge")
+        states = spline.states(smooth)
+        if (value := duration.value(limits.scale(states) * states)) < WORTH_A_START * least:
+            best, least = smooth, value
+    return best
 
 
 def best_retiming(
@@ -253,6 +198,7 @@ def best_retiming(
     asked: AskedDurations,
     tolerance: float,
     steps: int = MOST_STEPS,
+    start: FloatArray | None = None,
 ) -> Retiming:
     """Find the best law within limits.
 
@@ -266,28 +212,31 @@ def best_retiming(
         asked: Durations to be met.
         tolerance: Gap between the objective and its lower bound, relative, that may be left.
         steps: Newton steps, at most.
+        start: Unknowns (intervals + 2,) that the search begins with, up to a factor; None: b is constant.
     """
     spline = QuadraticSpline(widths)
-    x = np.ones(len(widths) + 2)
-    x *= FIRST_SHARE * limits.scale(spline.states(x))
+    x = np.ones(len(widths) + 2) if start is None else start
+    x = x * FIRST_SHARE * limits.scale(spline.states(x))
     # The search begins on the slow side of the asked durations.
     share = (1.0 + asked.missed(spline.states(x)[0]) / asked.durations).min(initial=1.0)
     x *= share**2
     states = spline.states(x)
     barrier, value, centring = _Barrier(limits, states), aim.value(states), FIRST_CENTRING
-    count = barrier.slacks.size
+    count = barrier.slacks.size + x.size
     point = InteriorPoint.on_central_path(barrier.slacks, value / count)
+    positive = InteriorPoint.on_central_path(x, value / count)  # and b with all unknowns
     multipliers, penalty, gain = np.zeros(len(asked.durations)), 0.0, 0.0
     for _ in range(steps):
-        gap = point.gap
+        gap = point.gap + positive.gap
         missed = asked.missed(states[0])
         if max(gap, gain) < tolerance * value and (np.abs(missed) <= tolerance * asked.durations).all():
             return Retiming(x, converged=True)
         mu = max(centring * gap, BARRIER_KEPT * min(gain, value)) / count
-        terms = point.towards(mu)
+        terms, own = point.towards(mu), positive.towards(mu)
         concave = _over_limits(point.duals[0] + point.duals[1], limits.inverse) - multipliers @ asked.weights
         system = spline.bands(barrier.stiffness(terms.stiffness) + aim.curvature(states, concave))
-        downhill = force = spline.force(barrier.force(terms.push) - aim.slope(states))
+        system[0] += own.stiffness
+        downhill = force = spline.force(barrier.force(terms.push) - aim.slope(states)) + own.push
         step = _solve(system, force)
         if len(missed):
             slopes = np.array([spline.force(slope) for slope in asked.slopes(states[0])])
@@ -297,23 +246,26 @@ def best_retiming(
             force = force - multipliers @ slopes
         gain = float(force @ step)
         made = point.step(terms, barrier.slack_changes(spline.states(step)))
-        length = min(made.primal, longest_step(x, step))
+        made_positive = positive.step(own, step)
+        length = min(made.primal, made_positive.primal)
         if length < LEAST_STEP:
             break
         penalty = max(penalty, 2.0 * float(np.abs(multipliers).max(initial=0.0)))
         excess = penalty * float(np.abs(missed).sum())
-        merit, fall = value + mu * barrier.height() + excess, float(downhill @ step) + excess
+        merit = value + mu * (barrier.height - float(np.log(x).sum())) + excess
+        fall = float(downhill @ step) + excess
         begin = x
         for _ in range(MOST_HALVINGS):
             x = begin + length * step
             states = spline.states(x)
             barrier, value = _Barrier(limits, states), aim.value(states)
             excess = penalty * float(np.abs(asked.missed(states[0])).sum())
-            if value + mu * barrier.height() + excess <= merit - ARMIJO * length * fall + ROUNDING * abs(merit):
+            height = barrier.height - float(np.log(x).sum())
+            if value + mu * height + excess <= merit - ARMIJO * length * fall + ROUNDING * abs(merit):
                 break
             length *= 0.5
-        centring = next_centring(min(length, made.dual), LEAST_CENTRING)
-        point = point.moved(barrier.slacks, made)
+        centring = next_centring(min(length, made.dual, made_positive.dual), LEAST_CENTRING)
+        point, positive = point.moved(barrier.slacks, made), positive.moved(x, made_positive)
     return Retiming(x, converged=False)
 
 
@@ -329,19 +281,27 @@ class _Barrier:
         self.rows = (limits.by_b, limits.by_a, limits.by_c)
         values = limits.values(states) + limits.offset
         bound = limits.constant + limits.inverse * states[0] ** -0.5
-        self.slacks = np.stack([bound - values, bound + values])
+        self.slacks = np.empty((2, *values.shape))
+        np.subtract(bound, values, out=self.slacks[0])
+        np.add(bound, values, out=self.slacks[1])
         self.narrowing = 0.5 * limits.inverse * states[0] ** -1.5  # of the bounds, by b
 
     def slack_changes(self, change: FloatArray) -> FloatArray:
         """The changes of the slacks (2, limits, points), to first order, when b, a and c change (3, points)."""
         values, narrowing = self.limits.values(change), self.narrowing * change[0]
-        return np.stack([-narrowing - values, values - narrowing])
+        changes = np.empty_like(self.slacks)
+        np.negative(np.add(values, narrowing, out=changes[0]), out=changes[0])
+        np.subtract(values, narrowing, out=changes[1])
+        return changes
 
+    @cached_property
     def height(self) -> float:
         """The value of the barrier of strength 1, minus the sum of log(slacks); infinite where a limit is reached."""
         if self.slacks.min() <= 0.0:
             return np.inf
-        return -float(np.log(self.slacks[0] * self.slacks[1]).sum())
+        of_each = self.slacks[0] * self.slacks[1]
+        together = np.multiply.reduceat(of_each, np.arange(0, len(of_each), FACTORS_OF_A_LOGARITHM), axis=0)
+        return -float(np.log(together).sum())
 
     def force(self, push: FloatArray) -> FloatArray:
         """The force (3, points) away from the limits, by the barrier's `push` (2, limits, points) on each slack."""

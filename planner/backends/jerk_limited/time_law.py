@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.retiming import GRIDPOINTS, LinearLimits, QuadraticSpline, fastest_retiming
+from planner.backends.jerk_limited.linear_limits import GRIDPOINTS, LinearLimits, QuadraticSpline
+from planner.backends.jerk_limited.retiming import fastest_retiming
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.backends.shared.time_laws import follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import scaled_to_duration
@@ -26,9 +27,12 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
 
-ROUNDS = ((20, 10, 3e-2), (35, 20, 1e-3))
+ROUNDS = ((25, 5, 3e-2), (31, 24, 1e-3))
 """Rounds of the search: the number of pieces of the law, that of each segment in addition, and the relative gap to the
 optimum that may be left."""
+
+NEAR = 0.5
+"""Share of a limit that a law uses at most where the limit is left out of the next round."""
 
 MOST_REFINEMENTS = 10
 """Rounds after these, while a limit is exceeded by more than it may be."""
@@ -90,18 +94,27 @@ def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
     law, limits = _quintic(run), LimitsOnCurve(path, run)
     if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
         return limits.on_segments(law)  # nothing limits: any law will do
-    for count, each, gap in ROUNDS:
+    for number, (count, each, gap) in enumerate(ROUNDS):
         shares = law.lengths / law.lengths.sum()
         law = law.split(np.ceil(shares * (count + each * len(run.segments))).astype(int))
-        law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
+        within = limits.along(law)
+        law = retimed(law, fastest_retiming(law.lengths, _near(within) if number else within, gap))
     for refinement in range(MOST_REFINEMENTS):
         most, least = limits.used(law)
         idle = (least < IDLE) & (law.lengths > law.lengths.sum() / FINEST)
         if most.max() < ENOUGH and (refinement or law.lengths[idle].sum() < MOST_IDLE * law.lengths.sum()):
             break
         law = law.split(np.where(most > COARSE, 4, np.where((most > REFINED) | idle, 2, 1)))
-        law = retimed(law, fastest_retiming(law.lengths, limits.along(law), gap))
+        law = retimed(law, fastest_retiming(law.lengths, _near(limits.along(law)), gap))
     return limits.on_segments(law)
+
+
+def _near(limits: LinearLimits) -> LinearLimits:
+    """The limits that a law already near to the fastest uses somewhere to a good part: the others can be left out.
+
+    Whether they are kept is looked at after each round.
+    """
+    return limits.of(limits.used().max(axis=1) > NEAR)
 
 
 def _quintic(run: Run) -> PiecewisePolynomial:
@@ -178,8 +191,7 @@ class LimitsOnCurve:
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
         """The largest and the least share (pieces,) of its limits that the law uses at the gridpoints of each piece."""
         halves = self.along(law.split(np.full(len(law.lengths), 2)))
-        ratios = np.abs(halves.by_b + halves.offset) / (halves.constant + halves.inverse)
-        used = ratios.max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
+        used = halves.used().max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
 
     def rates(self, law: PiecewisePolynomial) -> Rates:
@@ -209,7 +221,8 @@ class LimitsOnCurve:
         ]
         if self.sampled.limits_torque:
             groups.append((*(x / own.torque for x in self.sampled.torques_at(s, ds, dds)), yes, no))
-        return LinearLimits(*(np.concatenate([x[k].reshape(s.size, -1).T for x in groups]) for k in range(6)))
+        by_limits = ([x[k].reshape(s.size, -1).T for x in groups] for k in range(6))
+        return LinearLimits(*(np.ascontiguousarray(np.concatenate(rows)) for rows in by_limits))
 
 
 class _Sampled:

@@ -17,19 +17,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.backends.jerk_limited.linear_limits import QuadraticSpline
 from planner.backends.jerk_limited.retiming import (
     LEAST_CURVATURE,
     Aim,
     AskedDurations,
     Duration,
-    QuadraticSpline,
     best_retiming,
 )
 from planner.backends.jerk_limited.time_law import COARSE, LimitsOnCurve, retimed, retimed_lengths
 from planner.backends.min_effort.stage import SMOOTHING
 
 if TYPE_CHECKING:
-    from planner.backends.jerk_limited.retiming import LinearLimits
+    from planner.backends.jerk_limited.linear_limits import LinearLimits
     from planner.backends.min_effort.cost import Cost
     from planner.paths import JointPath, Run
     from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial

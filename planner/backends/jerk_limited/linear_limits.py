@@ -1,0 +1,124 @@
+"""What a change of a law of motion is computed with: the spline that it is, and the limits that are linear in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+GRIDPOINTS = np.array([0.0, 0.5, 1.0])
+"""Gridpoints of each interval, as shares of it, at which its limits are held. Next to rest the middle tells what the
+ends cannot."""
+
+WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
+"""Weights of Simpson's rule at these gridpoints."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLimits:
+    """Limits of the form |by_b b + by_a a + by_c c + offset| <= constant + inverse / sqrt(b) at gridpoints.
+
+    Attributes:
+        by_b: Coefficients (limits, points) of b.
+        by_a: Coefficients (limits, points) of a.
+        by_c: Coefficients (limits, points) of c.
+        offset: What is there at rest, (limits, points).
+        constant: The part of each bound (limits, points) that does not depend on b.
+        inverse: The part of each bound (limits, points) that goes with 1 / sqrt(b): that of a jerk.
+    """
+
+    by_b: FloatArray
+    by_a: FloatArray
+    by_c: FloatArray
+    offset: FloatArray
+    constant: FloatArray
+    inverse: FloatArray
+
+    def values(self, states: FloatArray) -> FloatArray:
+        """The values by_b b + by_a a + by_c c (limits, points) for states (3, points)."""
+        b, a, c = states
+        values: FloatArray = self.by_b * b
+        values += self.by_a * a
+        values += self.by_c * c
+        return values
+
+    def scales(self, states: FloatArray) -> FloatArray:
+        """The largest factors (points,) on b, each alone, with which the limits are kept at each point."""
+        values = np.abs(self.values(states))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            plain = np.where(self.inverse == 0.0, (self.constant - np.abs(self.offset)) / values, np.inf)
+            jerk = np.where(self.inverse > 0.0, self.inverse / np.sqrt(states[0]) / values, np.inf)
+            least = np.fmin.reduce(plain, axis=0), np.fmin.reduce(jerk, axis=0) ** (2.0 / 3.0)
+        scales: FloatArray = np.fmin(np.fmin(*least), np.inf)
+        return scales
+
+    def scale(self, states: FloatArray) -> float:
+        """The largest factor on b with which the limits are kept."""
+        return float(self.scales(states).min())
+
+    def used(self) -> FloatArray:
+        """The shares (limits, points) that are used of each limit when nothing is changed: b is 1."""
+        used: FloatArray = np.abs(self.by_b + self.offset) / (self.constant + self.inverse)
+        return used
+
+    def of(self, rows: np.ndarray) -> LinearLimits:
+        """Some of the limits, by index or mask."""
+        parts = (self.by_b, self.by_a, self.by_c, self.offset, self.constant, self.inverse)
+        return LinearLimits(*(part[rows] for part in parts))
+
+
+class QuadraticSpline:
+    """The linear map from the unknowns of the spline to its states b, a and c at the gridpoints of all intervals.
+
+    Attributes:
+        maps: (3, 3, gridpoints, intervals): how b, a and c depend on the unknowns of the interval before, of the own
+            and of the next.
+    """
+
+    def __init__(self, widths: FloatArray) -> None:
+        # Beyond both ends there is an interval of no width, whose unknown is the value at the end.
+        padded = np.concatenate([[0.0], widths, [0.0]])
+        both = padded[:-1] + padded[1:]
+        value, slope = np.zeros((2, 3, len(both))), np.zeros((2, 3, len(both)))
+        value[0, 0] = value[1, 1] = padded[1:] / both
+        value[0, 1] = value[1, 2] = padded[:-1] / both
+        slope[0, 0] = slope[1, 1] = -1.0 / both
+        slope[0, 1] = slope[1, 2] = 1.0 / both
+        start, end = value[0, :, :-1], value[1, :, 1:]
+        middle = np.array([[0.0], [1.0], [0.0]])
+        self.maps = np.empty((3, 3, len(GRIDPOINTS), len(widths)))
+        for k, u in enumerate(GRIDPOINTS):
+            self.maps[0, :, k] = (1.0 - u) ** 2 * start + 2.0 * u * (1.0 - u) * middle + u * u * end
+            self.maps[1, :, k] = (1.0 - u) * slope[0, :, :-1] + u * slope[1, :, 1:]
+            self.maps[2, :, k] = (start - 2.0 * middle + end) / widths**2
+        self.count = len(widths)
+
+    def states(self, x: FloatArray) -> FloatArray:
+        """The states b, a and c (3, points) that belong to unknowns (intervals + 2,)."""
+        n = self.count
+        states = self.maps[:, 0] * x[:n] + self.maps[:, 1] * x[1 : n + 1] + self.maps[:, 2] * x[2:]
+        return states.reshape(3, -1)
+
+    def force(self, forces: FloatArray) -> FloatArray:
+        """Transfer forces (3, points) on b, a and c to the unknowns (intervals + 2,)."""
+        n = self.count
+        own = np.einsum("yxpn,ypn->xn", self.maps, forces.reshape(3, -1, n))
+        total = np.zeros(n + 2)
+        for k in range(3):
+            total[k : k + n] += own[k]
+        return total
+
+    def bands(self, stiffness: FloatArray) -> FloatArray:
+        """Transfer stiffness (3, 3, points) to the unknowns: the main and two upper diagonals (3, intervals + 2)."""
+        n = self.count
+        block = stiffness.reshape(3, 3, -1, n)
+        bands = np.zeros((3, n + 2))
+        pulled = np.einsum("yzpn,zxpn->yxpn", block, self.maps)
+        for k in range(3):
+            for m in range(k, 3):
+                bands[m - k, k : k + n] += np.einsum("ypn,ypn->n", self.maps[:, k], pulled[:, m])
+        return bands
