@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from api.schemas import answers, kinematics
+from tests.api.answers import checked
 from tests.api.requests import joint, plan_request, pose_waypoint
-from tests.api.test_endpoints import checked
 from tests.documents.published import document
 
 if TYPE_CHECKING:

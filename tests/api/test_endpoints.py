@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 import pytest
-from pydantic import BaseModel
 
 from api.execution import execute
 from api.messages import Caps, Reply, Task
 from api.schemas import answers, dynamics, kinematics, robots
 from planner.spatial import rotation_from_quaternion
+from tests.api.answers import checked
 from tests.api.requests import (
     dh_joint,
     dh_robot,
@@ -28,22 +28,10 @@ from tests.api.requests import (
 from tests.documents.published import document
 
 if TYPE_CHECKING:
-    from httpx import Response
-
     from tests.api.conftest import RunningService
 
 ARM = "ngv_refuelling_arm"
 START = [0.1, -0.4, 0.2, 0.1, 0.3, 0.1]
-
-
-def checked(answer: Response, schema: type[BaseModel], status: int = 200) -> dict[str, Any]:
-    """The answer as JSON, after holding it against the schema: nothing missing, nothing besides, no other type."""
-    assert answer.status_code == status, answer.text
-    assert answer.headers["Content-Type"] == "application/json"
-    document: dict[str, Any] = answer.json()
-    model = schema.model_validate_json(answer.content, strict=True)
-    assert model.model_dump(mode="json", exclude_unset=True) == document
-    return document
 
 
 def test_a_plan_has_everything_of_the_contract(service: RunningService) -> None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from api.schemas import answers
+from tests.api.answers import checked
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request
-from tests.api.test_endpoints import checked
 from tests.locations import ROOT
 
 if TYPE_CHECKING:

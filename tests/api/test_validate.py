@@ -8,8 +8,8 @@ import pytest
 
 from api.schemas import answers
 from planner.backends import BACKENDS
+from tests.api.answers import checked
 from tests.api.requests import joint, plan_request, validate_request
-from tests.api.test_endpoints import checked
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService

@@ -10,7 +10,7 @@ import yaml
 import planner
 from tests.documents.pages import examples_of, run
 from tests.locations import ROOT
-from tests.planner.test_layers import LAYERS
+from tests.planner.layers import LAYERS
 
 DOCS = ROOT / "docs"
 PAGES = ["README.md", *sorted(str(page.relative_to(ROOT)) for page in DOCS.rglob("*.md"))]

@@ -9,38 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.locations import ROOT
-
-LAYERS = (
-    "fields",
-    "spatial",
-    "errors",
-    "tolerances",
-    "last_used",
-    "polynomials",
-    "extrema",
-    "sampled_peaks",
-    "trajectory",
-    "guarantees",
-    "robots",
-    "limits",
-    "dynamics",
-    "kinematics",
-    "problem",
-    "problem_check",
-    "tool_motions",
-    "waypoints",
-    "paths",
-    "certificate",
-    "backends",
-    "result",
-    "remedies",
-    "planning",
-    "comparison",
-    "tool_lines",
-    "export",
-    "",
-)
-"""Files and folders of `planner/`, from the ground up; the last is the package's own `__init__`."""
+from tests.planner.layers import LAYERS
 
 BACK_ENDS = (
     "base",

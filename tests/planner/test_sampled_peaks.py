@@ -22,7 +22,7 @@ from planner.polynomials import cumulative_sums, quintic_hermite
 from planner.problem import BlendTransition, PlanningProblem, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.trajectory import Trajectory
-from tests.planner.backends.toppra.test_toppra import KUKA, robot_limits, through, tool_problem
+from tests.planner.backends.toppra.toppra_problems import KUKA, robot_limits, through, tool_problem
 from tests.planner.problems import random_position
 
 HARD = dict.fromkeys(QUANTITIES, Guarantee.HARD)

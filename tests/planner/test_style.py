@@ -111,6 +111,14 @@ def test_folders_are_small(folder: Path) -> None:
     assert (len(modules) > MOST_FILES) == (by_name(folder) in LARGER_FOLDERS), f"{len(modules)} modules"
 
 
+def test_no_test_module_is_imported() -> None:
+    """What several tests need is a helper with a file of its own."""
+    imported = re.compile(r"^\s*(from|import) tests(\.\w+)*\.test_\w+", re.MULTILINE)
+    assert imported.search("from tests.planner.test_style import FILES")
+    files = sorted((ROOT / "tests").rglob("*.py"))
+    assert not [file.name for file in files if imported.search(file.read_text(encoding="utf-8"))]
+
+
 @pytest.mark.parametrize("file", FILES, ids=by_name)
 def test_names_are_words_of_the_field(file: Path) -> None:
     found = [(name, line) for name, line in names_in(ast.parse(file.read_text())) if private_words(name)]

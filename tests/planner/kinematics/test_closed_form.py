@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from benchmarks.ik_check import PlainProduct, check
 from planner.kinematics import (
-    FloatArray,
     Pose,
     all_solutions,
     forward_kinematics,
@@ -23,65 +22,26 @@ from planner.kinematics import (
 from planner.kinematics.closed_form import closed_form
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.screws import Screws
-from planner.robots import DHJoint, Robot, load_robot
-from tests.planner.kinematics.test_inverse import ngv_product, rot, trans
-from tests.planner.kinematics.test_solutions import apart
+from planner.robots import load_robot
+from tests.planner.kinematics.dh_arms import (
+    Row,
+    apart,
+    arm_of,
+    general,
+    ngv_product,
+    plain_product,
+    rot,
+    spherical_wrist,
+    three_parallel,
+    trans,
+    turn_and_slides,
+)
 from tests.planner.problems import random_position
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 OPTIONS = InverseKinematicsOptions()
-Row = tuple[str, float, float, float]
-"""Kind, d, a and alpha of one joint."""
-
-
-def plain_product(rows: list[Row], q: FloatArray) -> FloatArray:
-    T = np.eye(4)
-    for (kind, d, a, alpha), value in zip(rows, q, strict=True):
-        angle, offset = (0.0, d + value) if kind == "prismatic" else (value, d)
-        T = T @ rot(2, angle) @ trans(a, 0, offset) @ rot(0, alpha)
-    return T
-
-
-def arm_of(rows: list[Row]) -> Robot:
-    joints = [
-        DHJoint("prismatic", d=d, a=a, alpha=alpha, lower=-2.0, upper=2.0)
-        if kind == "prismatic"
-        else DHJoint("continuous", d=d, a=a, alpha=alpha)
-        for kind, d, a, alpha in rows
-    ]
-    return Robot.from_dh(joints)
-
-
-def twist(rng: np.random.Generator) -> float:
-    """An angle between axes that are neither parallel nor nearly so."""
-    return float(rng.choice([-1.0, 1.0]) * rng.uniform(0.4, np.pi - 0.4))
-
-
-def general(kind: str, rng: np.random.Generator) -> Row:
-    return (kind, *rng.uniform(0.1, 0.6, 2).tolist(), twist(rng))
-
-
-def spherical_wrist(rng: np.random.Generator) -> list[Row]:
-    """The last three axes meet where the fifth joint is; half the arms with a second axis parallel to the third."""
-    arm = [general("continuous", rng) for _ in range(3)]
-    if rng.random() < 0.5:
-        arm[1] = (*arm[1][:3], 0.0)
-    wrist = [("continuous", 0.3, 0.0, twist(rng)), ("continuous", 0.0, 0.0, twist(rng)), general("continuous", rng)]
-    return arm + wrist
-
-
-def three_parallel(rng: np.random.Generator) -> list[Row]:
-    rows = [general("continuous", rng) for _ in range(6)]
-    rows[1], rows[2] = (*rows[1][:3], 0.0), (*rows[2][:3], 0.0)
-    rows[4] = (*rows[4][:2], 0.0, rows[4][3])
-    return rows
-
-
-def turn_and_slides(rng: np.random.Generator) -> list[Row]:
-    rows = spherical_wrist(rng)
-    return [rows[0], general("prismatic", rng), general("prismatic", rng), *rows[3:]]
 
 
 @pytest.mark.parametrize("make", [spherical_wrist, three_parallel, turn_and_slides])

@@ -26,7 +26,7 @@ from planner.kinematics import (
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, load_robot
 from tests.documents.published import document, standard_dh
-from tests.planner.kinematics.test_closed_form import Row, arm_of, spherical_wrist, three_parallel, turn_and_slides
+from tests.planner.kinematics.dh_arms import Row, arm_of, spherical_wrist, three_parallel, turn_and_slides
 from tests.planner.problems import random_position
 
 if TYPE_CHECKING:

@@ -24,33 +24,11 @@ from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.description import JointKind
 from planner.waypoints.solve import solve_waypoints
+from tests.planner.kinematics.dh_arms import ngv_product, rot
 from tests.planner.problems import random_position
 
 OPTIONS = InverseKinematicsOptions()
 SIX_AXES = ("ngv_refuelling_arm", "welding_arm", "date_sorting_arm", "kuka_kr16_l6_2", "kuka_kr16_2")
-
-
-def rot(axis: int, angle: float) -> np.ndarray:
-    T = np.eye(4)
-    i, j = [(1, 2), (2, 0), (0, 1)][axis]
-    T[i, i] = T[j, j] = np.cos(angle)
-    T[i, j], T[j, i] = -np.sin(angle), np.sin(angle)
-    return T
-
-
-def trans(x: float, y: float, z: float) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, 3] = x, y, z
-    return T
-
-
-def ngv_product(q: np.ndarray) -> np.ndarray:
-    """Table 3.1 of document 000, repaired (d3 = 0, d4 = 0.7), as a plain standard D-H product."""
-    rows = [(0, 0.45, 90), (0, 0.68, 0), (0, 0, 90), (0.7, 0, -90), (0, 0, 90), (0, 0, 0)]
-    T = np.eye(4)
-    for angle, (d, a, alpha) in zip(q, rows, strict=True):
-        T = T @ rot(2, angle) @ trans(a, 0, d) @ rot(0, np.radians(alpha))
-    return T
 
 
 @given(seed=st.integers(0, 2**32))

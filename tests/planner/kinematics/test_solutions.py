@@ -22,16 +22,11 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.robots import Robot, load_robot
 from tests.documents.published import homogeneous
 from tests.locations import DATA
-from tests.planner.kinematics.test_inverse import ngv_product
+from tests.planner.kinematics.dh_arms import apart, ngv_product
 from tests.planner.problems import random_position
 
 OPTIONS = InverseKinematicsOptions()
 BRANCHES = json.loads((DATA / "inverse_kinematics_branches.json").read_text())["robots"]
-
-
-def apart(q: FloatArray, other: FloatArray) -> float:
-    """The largest difference of an angle, whole turns apart."""
-    return float(np.abs((q - other + np.pi) % (2.0 * np.pi) - np.pi).max())
 
 
 @pytest.mark.parametrize("robot_id", BRANCHES)

@@ -14,7 +14,7 @@ from planner.errors import InfeasibleDuration
 from planner.planning import plan
 from planner.problem import PlanningProblem, StopTransition
 from planner.robots import load_robot
-from tests.planner.backends.toppra.test_toppra import (
+from tests.planner.backends.toppra.toppra_problems import (
     KUKA,
     KUKA_START,
     joint_problem,

@@ -21,7 +21,7 @@ from planner.planning import plan
 from planner.problem import StopTransition
 from planner.robots import load_robot
 from tests.locations import ROOT
-from tests.planner.backends.toppra.test_toppra import (
+from tests.planner.backends.toppra.toppra_problems import (
     KUKA,
     KUKA_START,
     joint_problem,
