@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from planner.backends import Auto, Quintic, Ruckig, Toppra
+from planner.backends.jerk_limited.time_law import time_run
+from planner.backends.shared.smooth_curve import smoothed
 from planner.limits import Limits
+from planner.paths import solve_path
 from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
@@ -55,6 +58,18 @@ def test_waypoints_on_a_line_cost_no_time(count: int) -> None:
         plan(through("ur5", start + s * (end - start)), Ruckig()).trajectory.duration for s in (shares[[0, -1]], shares)
     )
     assert passed <= 1.02 * direct
+
+
+@pytest.mark.parametrize("joints", [2, 3, 6])
+def test_ruckig_is_no_slower_than_one_law_along_a_curve_where_that_is_not_tried(joints: int) -> None:
+    """Random walks turn sharply at their waypoints, those of fewer joints less so."""
+    rng, home = np.random.default_rng(joints), np.array([0.0, -1.2, 1.8, -0.6, 1.6, 0.3])
+    for _ in range(3):
+        steps = rng.uniform(-0.3, 0.3, (5, 6)) * (np.arange(6) < joints)
+        path = solve_path(through("ur5", home + np.cumsum(steps, axis=0)))
+        (run,) = path.runs
+        along_curve = float(time_run(path, smoothed(path, run)).lengths.sum())
+        assert Ruckig().parametrize(path).duration <= SLOWER * along_curve
 
 
 def scattered(rng: np.random.Generator, joints: int) -> FloatArray:
