@@ -87,7 +87,7 @@ CROSSING_STEPS = 30
 NEAR_LIMIT = 0.8
 """The share of half its range from where on a joint is moved away from its position limit."""
 
-REPULSION = 5.0
+REPULSION = 20.0
 """How fast a joint at its limit is moved away from it, as a multiple of the speed of the joints: what is left of that
 in a self-motion is a joint's share in it squared, a seventh on average."""
 

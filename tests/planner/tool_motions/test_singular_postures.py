@@ -14,7 +14,15 @@ import pytest
 from planner.backends import Cubic
 from planner.errors import SingularPath, UnreachableWaypoint
 from planner.planning import plan
-from planner.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problem import (
+    CartesianMove,
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.robots import catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.documents.published import document
@@ -24,7 +32,7 @@ from tests.jobs.tracing import on_circle, on_line, reach, tool_at, trace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.problem import AnyWaypoint
+    from planner.problem import AnyWaypoint, Frame
     from planner.robots import Robot
     from planner.tool_motions.tool_motion import ToolMotion
 
@@ -91,6 +99,20 @@ def test_a_line_out_of_a_stretched_wrist_and_back(name: str, way: str) -> None:
     for motion in (out, back):
         q = motion.curve.evaluate(np.linspace(0.0, 1.0, 200), [0])[0]
         assert np.abs(q[:, [0, 3, 5]] - home[[0, 3, 5]]).max() < 1e-7
+
+
+@pytest.mark.parametrize(("frame", "translation"), [("tool", (0.0, 0.0, -0.1)), ("base", (0.0, 0.0, -0.1))])
+def test_100_mm_of_retreat_and_100_mm_down_from_home(frame: Frame, translation: tuple[float, float, float]) -> None:
+    """The home position of most machines; axes 4 and 6 stand still."""
+    robot, home = load_robot("kuka_kr16_l6_2"), np.array(HOMES["kuka_kr16_l6_2"])
+    start = tool_at(robot, home)
+    move = start.rotation @ translation if frame == "tool" and start.rotation is not None else translation
+    (motion,) = motions(
+        robot,
+        [joints(home), RelativeWaypoint(frame=frame, move=CartesianMove(translation), motion=LinearMotion())],
+    )
+    is_traced(robot, motion, on_line(start, Pose(start.position + move, start.rotation)), home)
+    assert np.abs(motion.end[[3, 5]]).max() < 1e-7
 
 
 @pytest.mark.skipif("ur5" not in catalogue_ids(), reason="example-robot-data is not installed")
@@ -206,6 +228,10 @@ def test_lines_between_the_test_points_of_the_date_sorting_arm(pair: tuple[int, 
         assert first[0] == pytest.approx(-np.pi, abs=1e-6)
         poses = on_line(regular, other)[:-1]
         chain_at_limits(robot, poses, first)
+    else:
+        q = motion.curve.evaluate(np.linspace(0.0, 1.0, 101), [0])[0]
+        chain = chain_at_limits(robot, on_line(start, end), q[0])
+        assert np.abs(q[-1] - chain[-1]).max() < 1e-4
 
 
 def chain_at_limits(robot: Robot, poses: Sequence[Pose], start: FloatArray) -> FloatArray:
