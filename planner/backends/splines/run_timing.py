@@ -12,7 +12,7 @@ from planner.backends.shared.refusals import BindingLimit, infeasible_duration_e
 from planner.backends.shared.time_laws import ToolSpeeds, follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import TimeScaling, time_scalings
 from planner.backends.splines.interpolation import interpolating_spline
-from planner.backends.splines.shortest_durations import shortest_durations
+from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import InfeasibleDuration, Remedy
@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
 
-SAMPLES = 24
-"""Samples of a law on each of its intervals while its shape is sought; the shape found is then checked exactly."""
+UNITS = np.linspace(0.0, 1.0, 24)
+"""Unit times at which a law is sampled on each of its intervals while its shape is sought; the shape found is then
+checked exactly."""
 
 SHARES = np.linspace(0.0, 1.0, 9)
 """Shares, tried in turn, by which free intervals are slowed down to the pace of slow ones until the law ascends."""
@@ -184,11 +185,17 @@ class _CurveTiming(_Timing):
 
     def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
         """The shortest durations (intervals,), s, that are found from `start` on beside those asked."""
-        return shortest_durations(lambda durations: self._samples(durations)[0], start, asked)[0]
+        return shortest_durations(self._evaluate, start, asked)[0]
+
+    def _evaluate(self, durations: FloatArray) -> Evaluation:
+        """Evaluate the law at all samples; next to these durations only where it comes nearest to its limits."""
+        factors = self._samples(durations, UNITS)[0]
+        peaks = UNITS[factors.argmax(axis=1)][:, None]
+        return Evaluation(factors.max(axis=1), lambda near: self._samples(near, peaks)[0][:, 0])
 
     def _ascends(self, durations: FloatArray) -> bool:
         """Whether the law with these durations never runs backwards along the curve."""
-        slowest, mean = self._samples(durations)[1], self.knots[-1] / durations.sum()
+        slowest, mean = self._samples(durations, UNITS)[1], self.knots[-1] / durations.sum()
         return bool(slowest >= -BACKWARDS * mean)
 
     @cached_property
@@ -201,26 +208,30 @@ class _CurveTiming(_Timing):
         """The time law s(t) with these durations (intervals,), s."""
         return interpolating_spline(self.knots[:, None], durations, self.degree).of_segments(self.segments)
 
-    def _samples(self, durations: FloatArray) -> tuple[FloatArray, float]:
-        """Sample the law: the factors (intervals,) on time that the limits need, and the least path velocity."""
+    def _samples(self, durations: FloatArray, units: FloatArray) -> tuple[FloatArray, float]:
+        """Sample the law: the factors (intervals, samples) on time that the limits need, and the least path velocity.
+
+        Args:
+            durations: Durations (intervals,), s, of the law.
+            units: Unit times (samples,) or (intervals, samples) of the samples.
+        """
         law, curve, limits = self._law(durations), self.run.curve, self.path.limits
-        t = np.linspace(0.0, 1.0, SAMPLES) * durations[:, None]
+        t = units * durations[:, None]
         s, ds, dds, ddds = (horner(differentiate(law.coefficients, k), t)[..., None] for k in range(4))
         starts, ends = self.knots[:-1, None], self.knots[1:, None]
         margin = NEGLIGIBLE_SHARE * (ends - starts)  # at its ends an interval's own derivatives count
         within = np.clip(s[..., 0], starts + margin, ends - margin).ravel()
-        dq, ddq, dddq = (value.reshape(*t.shape, -1) for value in curve.evaluate(within, [1, 2, 3]))
-        motion = {
-            "velocity": dq * ds,
-            "acceleration": ddq * ds**2 + dq * dds,
-            "jerk": dddq * ds**3 + 3.0 * ddq * ds * dds + dq * ddds,
-        }
-        factors = [self.tool_speeds.shares_at(within).reshape(t.shape) * np.abs(ds[..., 0])]
+        orders = [1, 2, 3] if "jerk" in self.enforced else [1, 2]
+        dq, ddq, *dddq = (value.reshape(*t.shape, -1) for value in curve.evaluate(within, orders))
+        motion = {"velocity": dq * ds, "acceleration": ddq * ds**2 + dq * dds}
+        if dddq:
+            motion["jerk"] = dddq[0] * ds**3 + 3.0 * ddq * ds * dds + dq * ddds
+        factors = np.maximum(self.tool_speeds.shares_at(within).reshape(t.shape) * np.abs(ds[..., 0]), LEAST_FACTOR)
         for order, (quantity, values) in enumerate(motion.items(), 1):
             if quantity in self.enforced:
                 ratios = np.abs(values) / getattr(limits, quantity)[self.segments][:, None]
-                factors.append(ratios.max(axis=2) ** (1.0 / order))
-        return np.maximum(np.hstack(factors).max(axis=1), LEAST_FACTOR), float(ds.min())
+                factors = np.maximum(factors, ratios.max(axis=2) ** (1.0 / order))
+        return factors, float(ds.min())
 
     def _runs_backwards_error(self) -> InfeasibleDuration:
         """The error where the asked durations leave no law that never runs backwards."""

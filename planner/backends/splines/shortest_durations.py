@@ -90,8 +90,22 @@ A = TypeVar("A", bound=Assessment)
 """A motion of any kind that is held against its limits."""
 
 
+class Evaluation(NamedTuple):
+    """The ratios of a motion to its limits.
+
+    Attributes:
+        ratios: The positive ratios (segments,): the largest of velocity ratio, sqrt(acceleration ratio) and cbrt(jerk
+            ratio) on each segment, so that all durations times k give all ratios divided by k.
+        near: A function from durations (segments,) next to those of the motion to their ratios, to first order; it may
+            look only where the ratios are reached.
+    """
+
+    ratios: FloatArray
+    near: Callable[[FloatArray], FloatArray]
+
+
 def shortest_durations(
-    evaluate: Callable[[FloatArray], FloatArray], start: FloatArray, asked: FloatArray
+    evaluate: Callable[[FloatArray], Evaluation], start: FloatArray, asked: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Find durations of least sum at which a motion keeps its rate limits; of any motion, by its ratios alone.
 
@@ -99,9 +113,7 @@ def shortest_durations(
     measured, about `REACH` evaluations each time.
 
     Args:
-        evaluate: A function from durations (segments,) to the positive ratios (segments,): the largest of velocity
-            ratio, sqrt(acceleration ratio) and cbrt(jerk ratio) on each segment, so that all durations times k give
-            all ratios divided by k.
+        evaluate: A function from durations (segments,) to the ratios of the motion that has them.
         start: Durations (segments,), s, positive, where the search begins; asked durations go before them.
         asked: Asked durations (segments,), s; NaN where free.
 
@@ -112,7 +124,7 @@ def shortest_durations(
     free = np.isnan(asked)
 
     def assess(durations: FloatArray) -> _MeasuredMotion:
-        return _MeasuredMotion(durations, evaluate(durations), evaluate)
+        return _MeasuredMotion(durations, *evaluate(durations))
 
     start = np.where(free, start, asked)
     motion = search_durations(assess, start, free) if free.any() else assess(start)
@@ -127,7 +139,7 @@ class _MeasuredMotion:
 
     durations: FloatArray
     ratios: FloatArray
-    evaluate: Callable[[FloatArray], FloatArray]
+    near: Callable[[FloatArray], FloatArray]
     overshoot: float = 0.0
 
     def linearise(self) -> LinearisedLimits:
@@ -139,7 +151,7 @@ class _MeasuredMotion:
             stretched = self.durations.copy()
             stretched[changed] *= 1.0 + DIFFERENCE
             nearest = changed[np.abs(segments[:, None] - changed).argmin(axis=1)]
-            slopes[segments, nearest] = (np.log(self.evaluate(stretched)) - excess) / DIFFERENCE
+            slopes[segments, nearest] = (np.log(self.near(stretched)) - excess) / DIFFERENCE
         # All durations times k divide every ratio by k: a segment's own has to make up for what is out of reach.
         slopes[segments, segments] -= 1.0 + slopes.sum(axis=1)
         near = excess > excess.max() + np.log(NEAR)

@@ -12,7 +12,7 @@ from scipy.interpolate import BPoly, CubicSpline, PPoly, make_interp_spline
 from scipy.optimize import minimize
 
 from planner.backends.splines.interpolation import interpolate, interpolating_spline
-from planner.backends.splines.shortest_durations import shortest_durations
+from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.limits import SegmentLimits
@@ -376,13 +376,18 @@ def ratios_of(positions, limits, degree):
     return evaluate
 
 
+def everywhere(evaluate):
+    """The evaluation of a motion that looks at all of it, next to its durations, too."""
+    return lambda durations: Evaluation(evaluate(durations), evaluate)
+
+
 @pytest.mark.parametrize("degree", DEGREES)
 def test_durations_found_by_ratios_alone_are_nearly_as_short(degree) -> None:
     longer = []
     for seed in range(9):
         positions, limits = random_problem(seed, 1 + seed, 1)
         evaluate = ratios_of(positions, limits, degree)
-        durations, ratios = shortest_durations(evaluate, np.ones(1 + seed), free(1 + seed))
+        durations, ratios = shortest_durations(everywhere(evaluate), np.ones(1 + seed), free(1 + seed))
         assert ratios.max() == pytest.approx(1.0, abs=1e-9)
         longer.append(durations.sum() / timed_spline(positions, limits, free(1 + seed), degree).lengths.sum())
     assert np.median(longer) <= 1.01
@@ -393,16 +398,16 @@ def test_durations_found_by_ratios_alone_are_nearly_as_short(degree) -> None:
 def test_durations_found_by_ratios_alone_keep_the_asked_ones(degree) -> None:
     positions, limits = random_problem(5, 6, 1)
     evaluate = ratios_of(positions, limits, degree)
-    shortest = shortest_durations(evaluate, np.ones(6), free(6))[0]
+    shortest = shortest_durations(everywhere(evaluate), np.ones(6), free(6))[0]
     asked = np.where(np.arange(6) == 2, 1.3 * shortest, np.nan)
-    durations, ratios = shortest_durations(evaluate, shortest, asked)
+    durations, ratios = shortest_durations(everywhere(evaluate), shortest, asked)
     assert durations[2] == asked[2]
     assert ratios == pytest.approx(evaluate(durations))
     assert ratios.max() <= 1.0
     assert durations.sum() <= 1.15 * shortest.sum()
 
     asked[2] = 0.2 * shortest[2]
-    durations, ratios = shortest_durations(evaluate, shortest, asked)
+    durations, ratios = shortest_durations(everywhere(evaluate), shortest, asked)
     assert durations[2] == asked[2]
     assert evaluate(durations * ratios.max()).max() == pytest.approx(1.0)
     assert ratios.max() > 1.0
