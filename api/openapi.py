@@ -135,7 +135,8 @@ def _success(operation: Operation) -> dict[str, Any]:
             if name in FORMAT_SCHEMAS:
                 content[form.media_type] = {"schema": _reference(FORMAT_SCHEMAS[name])}
             elif name != "json":
-                content[form.media_type] = {"schema": {"type": "string"}}
+                binary = {} if form.media_type.startswith("text/") else {"format": "binary"}
+                content[form.media_type] = {"schema": {"type": "string"} | binary}
     response: dict[str, Any] = {"description": "Success.", "content": content}
     if operation.status == HTTPStatus.CREATED:
         location = {"description": "Where it is.", "schema": {"type": "string"}}

@@ -220,6 +220,13 @@ class MissingDynamics(PlanningError):
     title = "The robot has no inertias"
 
 
+class UnsupportedFormat(PlanningError):
+    """A form of file cannot carry the plan of this robot."""
+
+    code = "unsupported_format"
+    title = "The format cannot carry this plan"
+
+
 class InfeasibleDuration(PlanningError):
     """The duration asked for a segment is shorter than the limits allow."""
 

@@ -172,6 +172,7 @@ OPERATIONS = (
             "singular_path",
             "joint_position_limit",
             "missing_dynamics",
+            "unsupported_format",
             "infeasible_duration",
             "limits_unsatisfiable",
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.export import csv, json, ros2
+from planner.export import csv, json, msgpack, npz, ros2, urscript
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 
 if TYPE_CHECKING:
@@ -16,6 +16,9 @@ FORMATS: dict[str, Format] = {
         json.FORMAT,
         csv.FORMAT,
         ros2.FORMAT,
+        msgpack.FORMAT,
+        npz.FORMAT,
+        urscript.FORMAT,
     )
 }
 """Every format by its name; the first is the default."""
@@ -26,7 +29,8 @@ def render(plan: Plan, format: str = "json", options: ExportOptions = ExportOpti
 
     Args:
         plan: The plan.
-        format: `json` (the answer of the service), `csv` or `ros2` (a `JointTrajectory` message as JSON).
+        format: `json` (the answer of the service), `csv`, `ros2` (a `JointTrajectory` message as JSON), `msgpack` (as
+            `json`), `npz` (numpy's arrays) or `urscript` (a program for Universal Robots).
         options: The period of the samples, and what is included.
 
     Returns:
@@ -35,6 +39,7 @@ def render(plan: Plan, format: str = "json", options: ExportOptions = ExportOpti
     Raises:
         ValueError: There is no such format.
         MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
+        UnsupportedFormat: The format cannot carry the motion of this robot.
     """
     if format not in FORMATS:
         raise ValueError(f"there is no format {format!r}; the formats are {', '.join(FORMATS)}")

@@ -61,7 +61,7 @@ def test_what_there_is_not_is_refused_with_what_there_is(service: RunningService
         answer = service.post(PATH, plan_request(), **options)
         problem = answer.json()
         assert (answer.status_code, problem["code"]) == (406, "not_acceptable")
-        assert problem["formats"] == ["json", "csv", "ros2"]
+        assert problem["formats"] == ["json", "csv", "ros2", "msgpack", "npz", "urscript"]
 
 
 def test_problems_stay_problems(service: RunningService) -> None:
@@ -81,3 +81,9 @@ def test_all_forms_hold_the_same_samples(service: RunningService) -> None:
     np.testing.assert_array_equal([point["positions"] for point in points], samples["position"])
     times = [point["time_from_start"]["sec"] + 1e-9 * point["time_from_start"]["nanosec"] for point in points]
     np.testing.assert_allclose(times, samples["time"], rtol=0.0, atol=1e-9)
+
+
+def test_a_format_that_cannot_carry_the_plan_is_refused(service: RunningService) -> None:
+    """URScript moves six joints; the arm has three."""
+    answer = service.post(f"{PATH}?format=urscript", plan_request())
+    assert (answer.status_code, answer.json()["code"]) == (422, "unsupported_format")

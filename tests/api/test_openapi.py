@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from planner.export import FORMATS
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -124,8 +126,7 @@ def test_everything_that_a_caller_sends_is_described(document: dict[str, Any]) -
 
 def test_every_form_of_a_plan_is_described(document: dict[str, Any]) -> None:
     responses = document["paths"]["/v1/trajectories"]["post"]["responses"]
-    forms = {"application/json", "text/csv", "application/vnd.ros2.joint-trajectory+json"}
-    assert set(responses["200"]["content"]) == forms
+    assert set(responses["200"]["content"]) == {form.media_type for form in FORMATS.values()}
 
 
 def test_the_examples_work(service: RunningService, document: dict[str, Any]) -> None:

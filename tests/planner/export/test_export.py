@@ -5,14 +5,16 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 
+import msgpack
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from planner.backends import Quintic
-from planner.errors import MissingDynamics
+from planner.errors import MissingDynamics, UnsupportedFormat
 from planner.export import FORMATS, INCLUDABLE, ExportOptions, render
 from planner.planning import plan
 from planner.problem import LinearMotion, PlanningProblem, PoseWaypoint
@@ -151,3 +153,66 @@ def test_a_form_is_named(result: Plan) -> None:
     assert render(result, "csv", EVERYTHING) == FORMATS["csv"].render(result, EVERYTHING)
     with pytest.raises(ValueError, match="'xml'; the formats are json, csv, ros2"):
         render(result, "xml")
+
+
+def test_messagepack_is_the_answer(result: Plan) -> None:
+    """Read by another library."""
+    assert msgpack.unpackb(render(result, "msgpack", EVERYTHING)) == json.loads(render(result, "json", EVERYTHING))
+
+
+def test_npz_holds_the_arrays(result: Plan) -> None:
+    found = np.load(io.BytesIO(render(result, "npz", EVERYTHING)), allow_pickle=False)
+    answer = json.loads(render(result, "json", EVERYTHING))
+    samples = answer["samples"]
+    for name in ("time", "position", "velocity", "acceleration", "segment", "jerk", "torque", "tcp_rpy"):
+        assert (found[name] == np.array(samples[name])).all(), name
+    assert (found["tcp_quaternion"] == np.array(samples["tcp_pose"]["quaternion_xyzw"])).all()
+    assert (found["tcp_angular_velocity"] == np.array(samples["tcp_velocity"]["angular"])).all()
+    assert found["joint_names"].tolist() == answer["joint_names"]
+    assert found["arrivals"].tolist() == [waypoint["arrival_time"] for waypoint in answer["waypoints"]]
+    for joint, polynomials in enumerate(answer["polynomials"]):
+        assert found["breakpoints"].tolist() == polynomials["breakpoints"]
+        assert found["coefficients"][:, joint].tolist() == polynomials["coefficients"]
+    again = np.load(io.BytesIO(render(result, "npz")), allow_pickle=False)
+    assert set(found.files) - set(again.files) >= {"jerk", "breakpoints", "tcp_linear_acceleration"}
+
+
+def test_urscript_streams_the_positions(result: Plan) -> None:
+    """Its statements read by a grammar of the few that it uses; blocks end where they should."""
+    program = render(result, "urscript", ExportOptions(sample_period=0.008)).decode().splitlines()
+    number, depth = r"-?\d+(?:\.\d+)?(?:e-?\d+)?", 0
+    joints = r"\[(" + number + r"(?:, " + number + r"){5})\]"
+    statements = {
+        "comment": r"#.*",
+        "start": r"start = " + joints,
+        "servoj": rf"servoj\({joints}, t=({number}), lookahead_time=({number}), gain=(\d+)\)",
+        "other": r"(i = 0|i = i \+ 1|halt|actual = get_actual_joint_positions\(\)|stopj\(2\.0\)|popup\(.*error=True\))",
+        "begin": r"(def planned_trajectory\(\)|while i < 6|if norm\(actual\[i\] - start\[i\]\) > 0\.01):",
+        "end": r"end",
+        "call": r"planned_trajectory\(\)",
+    }
+    time, rows, times = 0.0, [], []
+    for line in program:
+        (kind,) = (name for name, pattern in statements.items() if re.fullmatch(r" *" + pattern, line))
+        depth += {"begin": 1, "end": -1}.get(kind, 0)
+        assert depth >= 0
+        assert kind != "call" or depth == 0
+        if kind in ("start", "servoj"):
+            found = re.fullmatch(r" *" + statements[kind], line)
+            assert found is not None
+            rows.append([float(cell) for cell in found[1].split(", ")])
+            time += float(found[2]) if kind == "servoj" else 0.0
+            times.append(time)
+            # Bounds of the function in Universal Robots' script manual.
+            assert kind == "start" or (0.03 <= float(found[3]) <= 0.2 and 100 <= int(found[4]) <= 2000)
+    assert depth == 0
+    assert time == pytest.approx(result.trajectory.duration, rel=1e-12)
+    expected = result.trajectory.evaluate(np.minimum(times, result.trajectory.duration), [0])[0]
+    assert np.abs(np.array(rows) - expected).max() <= 1e-9
+
+
+def test_urscript_is_for_six_joints_that_turn() -> None:
+    for robot_id in ("three_dof_arm", "date_sorting_arm"):
+        solved = plan(problem_of(robot_id, 0, 2), Quintic())
+        with pytest.raises(UnsupportedFormat, match=robot_id):
+            render(solved, "urscript")

@@ -1,0 +1,42 @@
+"""NPZ: arrays for numpy, exact to the last bit."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.export.base import ExportOptions, Format, sample
+
+if TYPE_CHECKING:
+    from planner.result import Plan
+
+
+def render(plan: Plan, options: ExportOptions) -> bytes:
+    """Write a plan as arrays: the samples as `Samples` names them, the joints' names, and the polynomials if included.
+
+    `joint_names` are text (joints,), `arrivals` and `departures` times (waypoints,), s, `breakpoints` (pieces + 1,), s,
+    and `coefficients` (pieces, joints, order), ascending powers of the time since the piece began.
+    """
+    trajectory, samples = plan.trajectory, vars(sample(plan, options))
+    for name in ("velocity", "acceleration"):
+        rates = samples.pop(f"tcp_{name}")
+        if rates is not None:
+            samples[f"tcp_linear_{name}"], samples[f"tcp_angular_{name}"] = rates
+    arrays = {name: values for name, values in samples.items() if values is not None}
+    if "polynomials" in options.include:
+        arrays |= {"breakpoints": trajectory.breakpoints, "coefficients": trajectory.coefficients}
+    file = BytesIO()
+    np.savez(
+        file,
+        joint_names=np.array(plan.path.robot.joint_names),
+        arrivals=trajectory.arrivals,
+        departures=trajectory.departures,
+        **arrays,
+    )
+    return file.getvalue()
+
+
+FORMAT = Format("npz", "application/x-npz", ".npz", render)
+"""The form of numpy's archives of arrays."""
