@@ -35,6 +35,10 @@ refusal away."""
 DRAIN_BODIES = 1.0
 """The time that a body under way has to arrive once the service is told to stop, s; most take a hundredth of it."""
 
+MOST_PIECES = 16_384
+"""The most pieces in which a body may come: each takes microseconds of the server, even a single byte. The largest body
+has 256 bytes in each."""
+
 RETRY_AFTER = {"Retry-After": "1"}
 """The header that tells when to try again, s, what was refused because too much goes on."""
 
@@ -58,6 +62,22 @@ def bounded_connections(settings: Settings) -> type[Connection]:
     return type("Connection", (Connection,), {"settings": settings, "clients": Counter()})
 
 
+class BoundedParser(h11.Connection):
+    """h11's parser of a connection, which takes a body in so many pieces at most."""
+
+    _pieces = 0
+
+    def next_event(self) -> h11.Event | type[h11.NEED_DATA] | type[h11.PAUSED]:
+        """Give the next event, or raise RemoteProtocolError."""
+        event = super().next_event()
+        if isinstance(event, h11.Request):
+            self._pieces = 0
+        self._pieces += isinstance(event, h11.Data)
+        if self._pieces > MOST_PIECES:
+            raise h11.RemoteProtocolError("the body comes in too many pieces")
+        return event
+
+
 class Connection(H11Protocol):
     """One connection. Whatever it is refused for, the client gets a problem document, and the connection ends.
 
@@ -72,6 +92,7 @@ class Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Count the connection, and refuse it if there are too many."""
         super().connection_made(transport)
+        self.conn = BoundedParser(h11.SERVER, self.settings.max_header_bytes)
         self._reading: object = None
         self._refused = False
         self._read_timer: asyncio.TimerHandle | None = None

@@ -47,7 +47,6 @@ def serve(settings: Settings | None = None) -> NoReturn:
             port=settings.port,
             loop="uvloop",
             http=bounded_connections(settings),
-            h11_max_incomplete_event_size=settings.max_header_bytes,
             timeout_keep_alive=settings.keep_alive_timeout,
             ws="none",
             access_log=False,

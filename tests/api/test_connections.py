@@ -150,8 +150,9 @@ def test_idle_connections_are_closed(wary: RunningService) -> None:
         HEAD + b"Content-Length: x\r\n\r\n",
         HEAD + b"Content-Length: 3\r\nContent-Length: 4\r\n\r\n{}",
         HEAD + b"Transfer-Encoding: chunked\r\n\r\nzz\r\n",
+        HEAD + b"Transfer-Encoding: chunked\r\n\r\n" + b"1\r\n \r\n" * 20_000,
     ],
-    ids=["TLS", "no host", "no method", "length", "two lengths", "chunk"],
+    ids=["TLS", "no host", "no method", "length", "two lengths", "chunk", "pieces"],
 )
 def test_what_is_not_http_is_told_so_in_a_problem_document(wary: RunningService, sent: bytes) -> None:
     refusal = problem(received(connect(wary, sent)))
