@@ -25,6 +25,7 @@ MEDIA_TYPE = "application/problem+json"
 STATUS_OF_CODE: dict[str, int] = {
     "malformed_request": 400,
     "invalid_request": 422,
+    "robot_of_another": 403,
     "not_found": 404,
     "unknown_robot": 404,
     "method_not_allowed": 405,
@@ -147,6 +148,13 @@ class CatalogueRobot(ServiceError):
 
     code = "catalogue_robot"
     title = "The robot belongs to the catalogue"
+
+
+class RobotOfAnother(ServiceError):
+    """Another client added the robot."""
+
+    code = "robot_of_another"
+    title = "The robot belongs to another client"
 
 
 class TooManyRobots(ServiceError):

@@ -12,6 +12,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from api.errors import MEDIA_TYPE, STATUS_OF_CODE
 from api.operations import OPERATIONS
+from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
 from api.schemas.answers import RosJointTrajectory
 from api.schemas.problem_documents import ProblemDocument
 from api.size import CAPPED_LISTS
@@ -156,6 +157,17 @@ def _parameters(operation: Operation) -> list[dict[str, Any]]:
                 "schema": {"type": "string", "minLength": 1},
             }
         )
+    if operation.pages:
+        limit = {"type": "integer", "minimum": 1, "maximum": MOST_ENTRIES, "default": DEFAULT_ENTRIES}
+        parameters += [
+            {"name": "limit", "in": "query", "description": "Most entries of the page.", "schema": limit},
+            {
+                "name": "cursor",
+                "in": "query",
+                "description": "The `next_cursor` of the page before; omitted: the first page.",
+                "schema": {"type": "string"},
+            },
+        ]
     if operation.formats:
         parameters.append(
             {

@@ -52,6 +52,11 @@ class Settings(BaseSettings):
     """The largest number of values in one answer, counted as rows times joints, and of rows in one request."""
     max_robots: int = Field(default=1000, ge=0)
     """The largest number of robots that are kept besides the catalogue's."""
+    max_robots_per_client: int = Field(default=100, ge=0)
+    """The largest number of robots that are kept for one address; raise it to `max_robots` behind a reverse proxy that
+    does not pass addresses on."""
+    max_robots_bytes: int = Field(default=64 * 1024 * 1024, ge=0)
+    """The bytes that the robots of all clients may take in memory."""
     worker_memory_mib: int = Field(default=1024, ge=448)
     """The private memory that one worker may allocate, MiB."""
     worker_max_tasks: int = Field(default=10_000, ge=1)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from http import HTTPStatus
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import orjson
-from fastapi import Request, Response  # noqa: TC002 - FastAPI evaluates the annotations
 
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
 from api.messages import Reply
@@ -15,6 +14,9 @@ from api.routes.ordinary import look_at_body, respond, run, service_of
 from api.schemas.answers import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS
 from api.server.traffic import Answer
+
+if TYPE_CHECKING:
+    from fastapi import Request, Response
 
 OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_error"})
 """Codes of what befalls one back end in a comparison and says nothing of the others."""

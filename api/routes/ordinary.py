@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 import structlog
-from fastapi import Request, Response  # noqa: TC002 - FastAPI evaluates the annotations
 from starlette.requests import ClientDisconnect
 
 from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
@@ -21,6 +20,8 @@ from api.size import has_too_many_rows
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Mapping
+
+    from fastapi import Request, Response
 
     from api.messages import Reply
     from api.server.service import Service

@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from http import HTTPStatus
 
 from fastapi import Request, Response
 
-from api.errors import RobotExists, TooManyRobots
+from api.errors import RobotExists, RobotOfAnother, TooManyRobots, invalid
+from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES, first_page
 from api.routes.ordinary import respond, run, run_with_body, service_of
+from api.server.connections import client_of
+from api.server.traffic import Answer
 
 
 async def list_robots(request: Request) -> Response:
-    """Answer GET /v1/robots."""
-    added = [content.described_as(robot_id) for robot_id, content in service_of(request).robots.all()]
-    return respond(await run(request, "list_robots", added=added))
+    """Answer GET /v1/robots: a page, of the catalogue's robots first, then of the added ones."""
+    asked = request.query_params.get("limit", str(DEFAULT_ENTRIES))
+    limit = int(asked) if asked.isascii() and asked.isdecimal() and len(asked) < 5 else 0
+    if not 1 <= limit <= MOST_ENTRIES:
+        raise invalid([{"pointer": "", "message": f"the parameter limit is a number from 1 to {MOST_ENTRIES}"}])
+    cursor = request.query_params.get("cursor", "")
+    kept = ((f"uploaded.{robot_id}", robot_id, content) for robot_id, content in service_of(request).robots.all())
+    behind = ((place, content.summarised_as(robot_id)) for place, robot_id, content in kept if place > cursor)
+    page, has_more = first_page(behind, limit)
+    return respond(await run(request, "list_robots", limit=limit, cursor=cursor, added=page, has_more=has_more))
 
 
 async def get_robot(request: Request) -> Response:
@@ -22,7 +33,7 @@ async def get_robot(request: Request) -> Response:
     content = service_of(request).robots.get(robot_id)
     if content is None:
         return respond(await run(request, "get_robot", id=robot_id))
-    return Response(content.described_as(robot_id), media_type="application/json")
+    return Answer([content.described_as(robot_id)], HTTPStatus.OK, "application/json")
 
 
 async def add_robot(request: Request) -> Response:
@@ -31,11 +42,13 @@ async def add_robot(request: Request) -> Response:
     if reply.result is None:
         return respond(reply)
     robot_id, content = reply.result
-    match service_of(request).robots.add(robot_id, content):
+    match service_of(request).robots.add(robot_id, content, _client(request)):
         case "exists":
             raise RobotExists(f"{robot_id} is another robot; choose another id, or delete that one first")
         case "full":
             raise TooManyRobots("the service keeps no more robots; delete one first")
+        case "too_many":
+            raise TooManyRobots("the service keeps no more robots of yours; delete one first")
         case "same":
             reply = replace(reply, status=200)
     return respond(reply)
@@ -44,6 +57,15 @@ async def add_robot(request: Request) -> Response:
 async def delete_robot(request: Request) -> Response:
     """Answer DELETE /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    if service_of(request).robots.delete(robot_id):
-        return Response(status_code=204)
-    return respond(await run(request, "delete_robot", id=robot_id))
+    match service_of(request).robots.delete(robot_id, _client(request)):
+        case "deleted":
+            return Response(status_code=204)
+        case "of_another":
+            raise RobotOfAnother("who added the robot may delete it, from the address that it came from")
+        case _:
+            return respond(await run(request, "delete_robot", id=robot_id))
+
+
+def _client(request: Request) -> str:
+    """Name the client, as long as there are no keys: by its address."""
+    return client_of("" if request.client is None else request.client.host)

@@ -349,6 +349,10 @@ class ServiceLimits(Answer):
     """The largest number of values in one answer, counted as rows times joints, and of rows in one request."""
     max_robots: int
     """The largest number of robots that are kept besides the catalogue's."""
+    max_robots_per_client: int
+    """The largest number of robots that are kept for one client."""
+    max_robots_bytes: int
+    """The bytes that the robots of all clients may take in memory."""
     workers: int
     """The number of requests that are worked on at once."""
     queue_size: int

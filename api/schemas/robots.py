@@ -228,8 +228,8 @@ class Placement(Answer):
     """The orientation as a quaternion of norm 1 without unit: the vector part x, y, z, then the scalar part w."""
 
 
-class RobotDescription(Answer):
-    """A robot."""
+class RobotSummary(Answer):
+    """A robot in a list of robots."""
 
     id: str
     """The id by which requests name the robot."""
@@ -244,11 +244,18 @@ class RobotDescription(Answer):
     """The names of the joints in the order of every joint array."""
     joints: list[JointDescription]
     """The joints, in the same order."""
+    tip_frame: str
+    """The name of the frame that poses are about unless a tool is given."""
+    mass: float
+    """The mass of everything that moves, kg; 0: unknown."""
+
+
+class RobotDescription(RobotSummary):
+    """A robot."""
+
     limit_sources: dict[str, str]
     """The document that limits come from, or the rule of an estimate, by the name of their quantity; a quantity that is
     not there comes from the same document as the model, or from the default rule."""
-    tip_frame: str
-    """The name of the frame that poses are about unless a tool is given."""
     frames: list[str]
     """The names of all frames of the model."""
     tool: Placement
@@ -257,8 +264,6 @@ class RobotDescription(Answer):
     """The base in the world, whose z axis points up; null: gravity is as the model has it."""
     named_positions: dict[str, list[float]]
     """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
-    mass: float
-    """The mass of everything that moves, kg; 0: unknown."""
     geometry: list[Any] = Field(
         default_factory=list, description="Simple shapes to look at: boxes, cylinders and spheres, in m."
     )
@@ -276,7 +281,9 @@ class AddedRobot(RobotDescription):
 
 
 class RobotsAnswer(Answer):
-    """The catalogue's robots and the added ones."""
+    """A page of the catalogue's robots and the added ones."""
 
-    robots: list[RobotDescription]
+    robots: list[RobotSummary]
     """The robots, those of the catalogue first, each part in the order of the ids."""
+    next_cursor: str | None
+    """The `cursor` of the next page; null: this is the last."""

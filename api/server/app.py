@@ -63,11 +63,11 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
-    app.state.service = Service(settings, workers, InMemoryRobotStore(settings.max_robots))
+    robots = InMemoryRobotStore(settings.max_robots, settings.max_robots_per_client, settings.max_robots_bytes)
+    app.state.service = Service(settings, workers, robots)
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
-        methods = ["GET", "HEAD"] if operation.method == "GET" else [operation.method]
-        app.add_api_route(operation.path, endpoint, methods=methods, response_model=None)
+        app.add_route(operation.path, endpoint, methods=[operation.method])
     app.add_route("/openapi.json", service.openapi)
     app.add_route("/docs", service.docs_page)
     app.add_route("/docs/{name}", service.docs_file)

@@ -38,6 +38,7 @@ class Operation:
         also: Other statuses with the same schema, and what they mean.
         codes: Codes of the problem documents that may be the answer instead, besides `CONNECTION_CODES`.
         examples: Request bodies by name.
+        pages: Whether the answer is a page of a list, which `limit` and `cursor` choose.
         formats: Whether `?format=` and `Accept` choose the form of the answer.
     """
 
@@ -53,4 +54,5 @@ class Operation:
     also: Mapping[int, str] = field(default_factory=dict)
     codes: tuple[str, ...] = ()
     examples: Mapping[str, Any] = field(default_factory=dict)
+    pages: bool = False
     formats: bool = False

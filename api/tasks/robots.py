@@ -10,6 +10,7 @@ import orjson
 
 from api.digests import canonical, sha256
 from api.errors import CatalogueRobot, invalid
+from api.pages import first_page
 from api.schemas import robots as schemas
 from api.store import RobotContent
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
@@ -25,12 +26,18 @@ MOST_DERIVATIONS = 8
 
 
 def list_robots(work: Work) -> Reply:
-    """Answer GET /v1/robots; the argument `added` holds the descriptions of the uploaded ones."""
+    """Answer GET /v1/robots; the argument `added` is a page of the uploaded ones that come after the `cursor`."""
     from planner.robots import catalogue_ids
 
+    asked = work.arguments
     with work.stage("plan"):
-        robots = [*map(_described, catalogue_ids()), *work.arguments["added"]]
-    return work.reply({"robots": [orjson.Fragment(robot) for robot in robots]})
+        places = {f"catalogue.{robot_id}": robot_id for robot_id in catalogue_ids()}
+        behind = ((place, _summarised(robot_id)) for place, robot_id in places.items() if place > asked["cursor"])
+        robots = [*behind, *asked["added"]]  # their places come behind all of the catalogue
+        page, has_more = first_page(robots, asked["limit"])
+        more = has_more or asked["has_more"]
+    answer = {"robots": [orjson.Fragment(robot) for _, robot in page], "next_cursor": page[-1][0] if more else None}
+    return work.reply(answer)
 
 
 def get_robot(work: Work) -> Reply:
@@ -62,7 +69,7 @@ def add_robot(work: Work) -> Reply:
     description = describe(robot) | {"content": digest}
     answer = description | {"findings": [asdict(finding) for finding in robot.findings]}
     del description["id"]
-    content = RobotContent(digest, definition, to_json(description))
+    content = RobotContent(digest, definition, to_json(description), to_json(_summary(description)))
     return work.reply(answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, content))
 
 
@@ -103,6 +110,15 @@ def _no_such_robot() -> UnknownRobot:
     return UnknownRobot("no robot has this id; GET /v1/robots lists those that there are")
 
 
+def _summary(description: dict[str, Any]) -> dict[str, Any]:
+    return {name: description[name] for name in schemas.RobotSummary.model_fields if name in description}
+
+
+@lru_cache(maxsize=1024)
+def _summarised(robot_id: str) -> bytes:
+    return to_json(_summary(orjson.loads(_described(robot_id))))
+
+
 @lru_cache(maxsize=1024)
 def _described(robot_id: str) -> bytes:
     from planner.robots import describe, load_robot
@@ -116,10 +132,11 @@ OPERATIONS = (
         method="GET",
         path="/v1/robots",
         tag="robots",
-        summary="Every robot: the catalogue's and the added ones.",
+        summary="The robots, the catalogue's and the added ones, in pages.",
         run=list_robots,
         answer=schemas.RobotsAnswer,
-        codes=WORKER_CODES,
+        codes=("invalid_request", *WORKER_CODES),
+        pages=True,
     ),
     Operation(
         id="get_robot",
@@ -179,7 +196,7 @@ OPERATIONS = (
         run=delete_robot,
         answer=None,
         status=204,
-        codes=("unknown_robot", "catalogue_robot", *WORKER_CODES),
+        codes=("unknown_robot", "catalogue_robot", "robot_of_another", *WORKER_CODES),
     ),
 )
 """What there is about robots."""

@@ -338,7 +338,7 @@ def test_catalogue_robots(service: RunningService) -> None:
     assert ids == sorted(ids)
     for robot in listed:
         one = checked(service.client.get(f"/v1/robots/{robot['id']}"), robots.RobotDescription)
-        assert one == robot
+        assert {name: one[name] for name in robot} == robot
         assert len(robot["joints"]) == robot["dof"] == len(robot["joint_names"])
 
 

@@ -7,15 +7,19 @@ import math
 import re
 from typing import TYPE_CHECKING, Any
 
+import httpx
 import numpy as np
 import pytest
 
-from api.schemas.robots import AddedRobot, RobotDescription
+from api.pages import PAGE_BYTES, first_page
+from api.schemas.robots import AddedRobot, RobotDescription, RobotsAnswer, RobotSummary
 from api.store import InMemoryRobotStore, RobotContent
 from tests.api.odd_robots import ODD_ROBOTS, Odd
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, urdf_chain, urdf_robot
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from tests.api.conftest import RunningService
 
 FORWARD, INVERSE, PLAN, ROBOTS = "/v1/kinematics/forward", "/v1/kinematics/inverse", "/v1/trajectories", "/v1/robots"
@@ -259,24 +263,106 @@ def test_a_robot_is_derived_only_so_many_times_over(service: RunningService) -> 
         service.client.delete(f"{ROBOTS}/{robot_id}")
 
 
-def content(digest: str) -> RobotContent:
-    return RobotContent(digest, b"{}", b'{"dof":1}')
+def content(digest: str, size: int = 0) -> RobotContent:
+    return RobotContent(digest, b"x" * size, b'{"dof":1}', b'{"dof":1}')
 
 
 def test_the_store_keeps_a_content_once_and_as_long_as_an_id_points_at_it() -> None:
-    store = InMemoryRobotStore(3)
-    assert [store.add(robot_id, content("x")) for robot_id in ("b", "a", "a")] == ["added", "added", "same"]
+    store = InMemoryRobotStore(3, 10, 1000)
+    assert [store.add(robot_id, content("x"), "me") for robot_id in ("b", "a", "a")] == ["added", "added", "same"]
     assert store.get("a") is store.get("b")
-    assert store.add("a", content("y")) == "exists"
-    assert store.add("c", content("y")) == "added"
-    assert store.add("d", content("y")) == "full"
+    assert store.add("a", content("y"), "me") == "exists"
+    assert store.add("c", content("y"), "me") == "added"
+    assert store.add("d", content("y"), "me") == "full"
     assert [(robot_id, kept.digest) for robot_id, kept in store.all()] == [("a", "x"), ("b", "x"), ("c", "y")]
-    assert store.delete("b")
-    assert not store.delete("b")
+    assert [store.delete("b", "me") for _ in range(2)] == ["deleted", "unknown"]
     assert store.get("a") == content("x")
-    assert store.delete("a")
-    assert store.add("a", content("y")) == "added"
+    assert store.delete("a", "me") == "deleted"
+    assert store.add("a", content("y"), "me") == "added"
     assert store.get("a") is store.get("c")
+
+
+def test_one_client_fills_no_more_than_its_share_and_deletes_what_it_added_only() -> None:
+    """Any client could take all 1,000 places in 7 s, or delete any robot."""
+    store = InMemoryRobotStore(10, 2, 1000)
+    assert [store.add(robot_id, content("x"), "one") for robot_id in "abc"] == ["added", "added", "too_many"]
+    assert store.add("c", content("x"), "other") == "added"
+    assert [store.delete(robot_id, "other") for robot_id in "ac"] == ["of_another", "deleted"]
+    assert store.delete("a", "one") == "deleted"
+    assert store.add("c", content("x"), "one") == "added"
+
+
+def test_the_bytes_of_all_robots_are_bounded() -> None:
+    """100 robots of 4 MB took 382 MB of the server."""
+    store = InMemoryRobotStore(10, 10, 1000)
+    assert store.add("a", content("x", 600), "me") == "added"
+    assert store.add("b", content("y", 600), "me") == "full"
+    assert store.add("b", content("x", 600), "me") == "added"  # the same content takes no more
+    assert store.delete("a", "me") == store.delete("b", "me") == "deleted"
+    assert store.add("b", content("y", 600), "me") == "added"
+
+
+@pytest.fixture(scope="module")
+def other_client(service: RunningService) -> Iterator[httpx.Client]:
+    transport = httpx.HTTPTransport(local_address="127.0.0.2")
+    with httpx.Client(base_url=service.url, transport=transport, trust_env=False) as client:
+        yield client
+
+
+def test_robots_of_other_clients_can_be_used_but_not_deleted(
+    service: RunningService, other_client: httpx.Client
+) -> None:
+    service.post(ROBOTS, dh_robot(id="mine"))
+    assert other_client.post(FORWARD, json={"robot": "mine", "positions": [[0.0, 0.0]]}).status_code == 200
+    refused = other_client.delete(f"{ROBOTS}/mine")
+    assert (refused.status_code, refused.json()["code"]) == (403, "robot_of_another")
+    assert service.client.delete(f"{ROBOTS}/mine").status_code == 204
+
+
+def test_robots_are_listed_in_pages(service: RunningService) -> None:
+    for robot_id in ("page_1", "page_2"):
+        service.post(ROBOTS, dh_robot(id=robot_id))
+    everything = service.client.get(ROBOTS).json()
+    assert everything["next_cursor"] is None
+    listed, cursor = [], ""
+    while cursor is not None:
+        answer = service.client.get(ROBOTS, params={"limit": 4, **({"cursor": cursor} if cursor else {})})
+        page = RobotsAnswer.model_validate_json(answer.content, strict=True)
+        assert 0 < len(page.robots) <= 4
+        listed += [robot.id for robot in page.robots]
+        cursor = page.next_cursor
+        service.client.delete(f"{ROBOTS}/page_1")  # a robot that goes away between two pages
+    ids = [robot["id"] for robot in everything["robots"]]
+    assert listed == [robot_id for robot_id in ids if robot_id != "page_1"]
+    service.client.delete(f"{ROBOTS}/page_2")
+
+
+@pytest.mark.parametrize("limit", ["0", "-1", "1001", "x", "", "9" * 5000, "\u0661"])
+def test_pages_of_no_sensible_size_are_refused(service: RunningService, limit: str) -> None:
+    answer = service.client.get(ROBOTS, params={"limit": limit})
+    assert (answer.status_code, answer.json()["code"]) == (422, "invalid_request")
+
+
+def test_a_page_ends_before_it_has_too_many_bytes() -> None:
+    """300 robots with an SRDF of 1 MB each made a list that killed a worker."""
+    half = b"x" * (PAGE_BYTES // 2)
+    entries = [(str(i), half) for i in range(5)]
+    assert first_page(entries, 10) == (entries[:2], True)
+    assert first_page(entries[:2], 10) == (entries[:2], False)
+    assert first_page(entries, 1) == (entries[:1], True)
+    assert first_page([("0", 5 * half)], 10) == ([("0", 5 * half)], False)
+    assert first_page([], 10) == ([], False)
+
+
+def test_the_list_does_not_have_the_pairs_of_an_srdf(service: RunningService) -> None:
+    pairs = "".join(f'<disable_collisions link1="l{i % 30}" link2="l{i // 30}"/>' for i in range(900))
+    request = urdf_robot(urdf_chain(30), id="many_pairs", srdf=f'<robot name="r">{pairs}</robot>')
+    added = service.post(ROBOTS, request)
+    assert len(added.json()["disabled_collisions"]) > 400
+    listed = service.client.get(ROBOTS)
+    [summary] = [robot for robot in listed.json()["robots"] if robot["id"] == "many_pairs"]
+    assert summary == {name: added.json()[name] for name in RobotSummary.model_fields}
+    service.client.delete(f"{ROBOTS}/many_pairs")
 
 
 def test_an_id_is_written_into_the_description_as_json() -> None:
