@@ -126,10 +126,9 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
     best = np.full(int(groups.max()) + 1, -1.0)
     at_row, at_unit = np.zeros(len(best), dtype=int), np.zeros(len(best))
     rows, starts, width = np.arange(measure.size), np.zeros(measure.size), 1.0
-    ratios = np.abs(polynomials.bernstein).reshape(-1, order) / measure.reshape(-1, 1)
-    signed = polynomials.bernstein.reshape(-1, order)
+    signed = polynomials.bernstein.reshape(-1, order) / measure.reshape(-1, 1)
     for _ in range(MOST_CUTS):
-        own = group_of_row[rows]
+        own, ratios = group_of_row[rows], np.abs(signed)
         values = np.maximum(ratios[:, 0], ratios[:, -1])
         reached = best.copy()
         np.maximum.at(reached, own, values)
@@ -145,7 +144,6 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
         starts = (starts[open_ones, None] + width * np.arange(PARTS)).ravel()
         rows = np.repeat(rows[open_ones], PARTS)
         signed = (signed[open_ones] @ _cut(order)).reshape(-1, order)
-        ratios = np.abs(signed) / measure.reshape(-1)[rows, None]
     values = horner(polynomials.coefficients.reshape(-1, order)[at_row], at_unit)
     return Extrema(*np.divmod(at_row, joints), at_unit, values)
 

@@ -80,18 +80,17 @@ def certificate_of(
 
 def _continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
     """The highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none."""
-    starts, ends = derivatives.starts, derivatives.ends
-    before = {1: asked.initial_velocity, 2: asked.initial_acceleration}
-    after = {1: asked.final_velocity}
-    for k in range(MOST_CONTINUOUS + 1):
-        jumps = np.abs(starts[k, 1:] - ends[k, :-1]).max(initial=0.0)
-        if k > 0:
-            begin, end = starts[k, 0] - before.get(k, 0.0), ends[k, -1] - after.get(k, 0.0)
-            jumps = max(jumps, np.abs(begin).max(), np.abs(end).max())
-        # A bound on the derivative all over, since it may vanish at every breakpoint.
-        if jumps > CONTINUITY_TOLERANCE * np.abs(derivatives.bernstein[k]).max():
-            return k - 1
-    return MOST_CONTINUOUS
+    starts, ends = (values[: MOST_CONTINUOUS + 1] for values in (derivatives.starts, derivatives.ends))
+    begin, end = starts[:, 0].copy(), ends[:, -1].copy()
+    begin[1] -= asked.initial_velocity
+    begin[2] -= asked.initial_acceleration
+    end[1] -= asked.final_velocity
+    begin[0] = end[0] = 0.0  # it begins and ends where it is
+    jumps = np.concatenate([starts[:, 1:] - ends[:, :-1], begin[:, None], end[:, None]], axis=1)
+    # A bound on each derivative all over, since it may vanish at every breakpoint.
+    scales = np.abs(derivatives.bernstein[: MOST_CONTINUOUS + 1]).max(axis=(1, 2, 3))
+    jumping = np.flatnonzero(np.abs(jumps).max(axis=(1, 2)) > CONTINUITY_TOLERANCE * scales)
+    return int(jumping[0]) - 1 if len(jumping) else MOST_CONTINUOUS
 
 
 def _polynomial_checks(

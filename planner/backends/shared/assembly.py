@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import SegmentedPolynomial, differentiate, horner, joined, summing_to
+from planner.polynomials import SegmentedPolynomial, cumulative_sums, differentiate, horner, joined, summing_to
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -49,24 +48,20 @@ def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajector
         path: The path, with its dwells and the durations that are asked.
         parts: The motions of all segments of the path that have a length, the segments in any order.
     """
-    # A dwell belongs to the segment that ends there, the first to segment 0, which it precedes.
-    ends = np.arange(len(path.dwells)) - 1
-    dwells = SegmentedPolynomial(path.dwells, path.positions[:, :, None], ends)
     still = path.still[~np.isnan(path.durations[path.still])]
     rests = SegmentedPolynomial(path.durations[still], path.positions[still][:, :, None], still)
-    motion = joined([*parts, rests])
-    motion = motion.of(np.argsort(motion.segments, kind="stable"))
-    lengths = summing_to(motion.lengths, motion.segments, path.durations)
-    whole = joined([replace(motion, lengths=lengths), dwells])
+    # A dwell belongs to the segment that ends there, the first to segment 0, which it precedes.
+    dwells = SegmentedPolynomial(path.dwells, path.positions[:, :, None], np.arange(len(path.dwells)) - 1)
+    whole = joined([*parts, rests, dwells])
     sequence = np.argsort(whole.segments, kind="stable")
-    at_dwells = np.flatnonzero(sequence >= len(sequence) - len(ends))
-    whole = whole.of(sequence)
-    times = whole.breakpoints
-    motion = whole.of(whole.lengths > 0.0)
+    whole, dwelling = whole.of(sequence), sequence >= len(sequence) - len(path.dwells)
+    lengths = whole.lengths
+    lengths[~dwelling] = summing_to(lengths[~dwelling], whole.segments[~dwelling], path.durations)
+    times, at_dwells, kept = cumulative_sums(lengths), np.flatnonzero(dwelling), lengths > 0.0
     return Trajectory(
-        lengths=motion.lengths,
-        coefficients=motion.coefficients,
-        segments=np.maximum(motion.segments, 0),
+        lengths=lengths[kept],
+        coefficients=whole.coefficients[kept],
+        segments=np.maximum(whole.segments[kept], 0),
         arrivals=times[at_dwells],
         departures=times[at_dwells + 1],
     )
