@@ -37,7 +37,7 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.
     """Make the planning problem of a plan request."""
     return problem.PlanningProblem(
         robot=with_tool(robot, request.tool),
-        waypoints=to_waypoints(request.waypoints),
+        waypoints=to_waypoints(request.waypoints, robot),
         limits=to_limits(request.limits),
         inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
@@ -50,9 +50,22 @@ def to_backend(asked: Any) -> BackEnd:
     return BACKENDS[asked.kind](**asked.model_dump(exclude={"kind"}))
 
 
-def to_waypoints(asked: Sequence[waypoints.Waypoint]) -> tuple[problem.AnyWaypoint, ...]:
-    """Make waypoints of any kind."""
-    return tuple(_to_waypoint(waypoint) for waypoint in asked)
+def to_waypoints(asked: Sequence[waypoints.Waypoint], robot: Robot) -> tuple[problem.AnyWaypoint, ...]:
+    """Make waypoints of any kind for a robot, whose named positions they may name.
+
+    Raises:
+        InvalidProblem: The robot has no position of a name.
+    """
+    faults: list[tuple[FieldPath, str]] = []
+    made = []
+    for i, waypoint in enumerate(asked):
+        try:
+            made.append(_to_waypoint(waypoint, robot))
+        except InvalidProblem as error:
+            faults += [(("waypoints", i, "name"), fault.message) for fault in error.faults]
+    if faults:
+        raise InvalidProblem(faults)
+    return tuple(made)
 
 
 def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
@@ -99,6 +112,10 @@ def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
                 definition.urdf,
                 srdf=definition.srdf,
                 tip_frame=definition.tip_frame,
+                base_frame=definition.base_frame,
+                group=definition.group,
+                joints=definition.joints,
+                locked=definition.locked,
                 id=robot_id,
                 source="uploaded URDF",
             )
@@ -126,6 +143,7 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
     robot = base.derived(
         id=robot_id,
         limits={name: limits.model_dump(exclude_none=True) for name, limits in model.limits.items()},
+        group=model.group,
         locked=model.locked,
         tool=None if model.tool is None else to_pose(model.tool),
         mounting=None if model.mounting is None else to_pose(model.mounting),
@@ -227,7 +245,7 @@ def _to_rotation(orientation: common.Orientation | None) -> FloatArray | None:
             return project_to_rotation(np.array(orientation.matrix))
 
 
-def _to_waypoint(waypoint: waypoints.Waypoint) -> problem.AnyWaypoint:
+def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot) -> problem.AnyWaypoint:
     common_fields: dict[str, Any] = {
         "name": waypoint.name,
         "motion": _to_motion(waypoint.motion),
@@ -241,6 +259,8 @@ def _to_waypoint(waypoint: waypoints.Waypoint) -> problem.AnyWaypoint:
     match waypoint:
         case waypoints.JointWaypoint():
             return problem.JointWaypoint(position=tuple(waypoint.position), **common_fields)
+        case waypoints.NamedWaypoint():
+            return problem.JointWaypoint.named(robot, waypoint.name, **common_fields)
         case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
             return problem.PoseWaypoint(to_pose(waypoint.pose), Configuration(**asked), **common_fields)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
@@ -203,13 +204,33 @@ class JointWaypoint(Waypoint):
 
     Attributes:
         position: One value per joint, rad or m; an array will do, too.
+        position_name: Name of the robot's named position that this is, see `named`; None: it has none.
     """
 
     position: Sequence[float]
+    position_name: str | None = None
 
     def __post_init__(self) -> None:
         """Keep plain numbers, which are compared and cannot change."""
         object.__setattr__(self, "position", tuple(map(float, self.position)))
+
+    @classmethod
+    def named(cls, robot: Robot, position_name: str, **more: Any) -> JointWaypoint:
+        """Make the waypoint at a named position of a robot, such as its home.
+
+        Args:
+            robot: The arm.
+            position_name: One of its `named_positions`.
+            more: The fields that every kind of waypoint has.
+
+        Raises:
+            InvalidProblem: The robot has no position of this name.
+        """
+        if position_name not in robot.named_positions:
+            names = ", ".join(robot.named_positions) or "none"
+            fault = f"{robot.id} has no position called {position_name!r}; it has {names}"
+            raise InvalidProblem([(("position_name",), fault)])
+        return cls(robot.named_positions[position_name], position_name, **more)
 
 
 @dataclass(frozen=True)

@@ -35,10 +35,22 @@ class UrdfModel(Schema):
     """The URDF document, `<robot ...>`. Limits are those of its `limit` elements, with `acceleration`, `deceleration`
     and `jerk` as URDF 1.2 has them, and the soft limits of its `safety_controller` elements."""
     srdf: Annotated[str, Field(min_length=1)] | None = None
-    """An SRDF document that goes with it: its groups and its disabled collision pairs are kept."""
+    """An SRDF document that goes with it: its groups and its disabled collision pairs are kept, and the states of
+    groups that say where all joints are become `named_positions`."""
     tip_frame: FrameName | None = None
-    """The link that the poses are about; omitted: the tip of the SRDF's chain if it has exactly one, or else the
-    link at the end of the longest chain."""
+    """The link that the poses are about; omitted: the end of the group, or else the tip of the SRDF's chain if it has
+    exactly one, or else the link at the end of the longest chain without the fingers behind it; then a warning among
+    the `findings` (`several_tips`) names the other ends that there are."""
+    base_frame: FrameName | None = None
+    """The link from which on joints move, for a chain from here to `tip_frame`; omitted: the root. Poses are in the
+    root link's frame in any case. Of `base_frame`, `group` and `joints` one at most may be given."""
+    group: FrameName | None = None
+    """The group of the SRDF whose joints move; they have to lie on one chain."""
+    joints: Annotated[list[FrameName], Field(min_length=1, max_length=64)] | None = None
+    """The names of the joints that move, which have to lie on one chain; omitted: all on the way to the tip."""
+    locked: Annotated[dict[FrameName, Number], Field(max_length=256)] = Field(default_factory=dict)
+    """The positions (rad or m), by the names of other joints, at which these are held; omitted: 0, or the limit nearest
+    to it."""
 
 
 class UrdfRobot(UrdfModel):
@@ -133,8 +145,11 @@ class Changes(Schema):
     """The owner's limits by the names of joints. They may be wider than the other robot's only where the provenance of
     those is `default` or `estimate`, which a warning among the `findings` says. A continuous joint with position limits
     becomes a revolute one."""
+    group: FrameName | None = None
+    """The name of one of the other robot's `groups`; its other joints are held still. Omitted: all joints move."""
     locked: Annotated[dict[FrameName, Number], Field(max_length=64)] = Field(default_factory=dict)
-    """The positions (rad or m), by the names of joints, at which these are held: they are no joints of the robot."""
+    """The positions (rad or m), by the names of joints, at which these are held: they are no joints of the robot. Where
+    a `group` holds others, these are at 0, or at the limit nearest to it."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m), for requests that name no tool; omitted: the other
     robot's."""

@@ -203,6 +203,15 @@ class JointWaypoint(WaypointBase):
     """The joint position, one value a joint in the order of `joint_names`, rad or m."""
 
 
+class NamedWaypoint(WaypointBase):
+    """A named position of the robot to go to."""
+
+    kind: Literal["named"]
+    """The kind of waypoint: a named position of the robot."""
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    """The name of one of the robot's `named_positions`, which the answer repeats."""
+
+
 class Configuration(Schema):
     """The sides on which shoulder, elbow and wrist are to be, for arms that have such names."""
 
@@ -244,7 +253,7 @@ class RelativeWaypoint(WaypointBase):
 Waypoint = TypeAliasType(
     "Waypoint",
     Annotated[
-        JointWaypoint | PoseWaypoint | RelativeWaypoint,
+        JointWaypoint | NamedWaypoint | PoseWaypoint | RelativeWaypoint,
         Field(discriminator="kind", description="Where the robot is to go."),
     ],
 )

@@ -69,7 +69,7 @@ def reachability(work: Work) -> Reply:
     with work.stage("validate"):
         request = work.request(schemas.ReachabilityRequest)
         robot = with_tool(work.robot(request), request.tool)
-        waypoints, options = to_waypoints(request.waypoints), to_options(request.ik, request.seed)
+        waypoints, options = to_waypoints(request.waypoints, robot), to_options(request.ik, request.seed)
     with work.stage("plan"):
         found = reachability(robot, waypoints, options)
     return work.reply(reachability_answer(waypoints, found))

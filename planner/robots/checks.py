@@ -25,6 +25,9 @@ MAX_JOINTS = 32
 MAX_NAME_LENGTH = 100
 """Number of characters that a name may have."""
 
+NAMES_IN_A_MESSAGE = 10
+"""Number of names that a message lists before it says how many more there are."""
+
 RESERVED_NAME = "universe"
 """Pinocchio's name of the base."""
 
@@ -100,6 +103,14 @@ class Findings:
 def shown(name: str) -> str:
     """A client's name, cut and escaped for a message."""
     return name[:40].encode("unicode_escape").decode() + ("..." if len(name) > 40 else "")
+
+
+def listed(names: Iterable[str], quoted: bool = False) -> str:
+    """The different names, cut to a few."""
+    counted = list(dict.fromkeys(names))
+    more = f" and {len(counted) - NAMES_IN_A_MESSAGE} more" if len(counted) > NAMES_IN_A_MESSAGE else ""
+    few = (shown(name) for name in counted[:NAMES_IN_A_MESSAGE])
+    return ", ".join(map(repr, few) if quoted else few) + more
 
 
 def check_names(what: str, names: Iterable[str], findings: Findings) -> None:

@@ -15,6 +15,7 @@ from planner.robots.checks import Findings, shown
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
 from planner.robots.own_limits import checked_positions, is_within, with_own_limits
+from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
 
 if TYPE_CHECKING:
@@ -61,10 +62,17 @@ class Robot(RobotDescription):
         *,
         srdf: str | Path | None = None,
         tip_frame: str | None = None,
+        base_frame: str | None = None,
+        group: str | None = None,
+        joints: Sequence[str] | None = None,
+        locked: Mapping[str, float] | None = None,
         id: str = "robot",
         source: str = "URDF",
     ) -> Robot:
         """Read the arm from the root link to the tip of a URDF, with everything off that chain held still.
+
+        The joints that move are those of a group of the SRDF, those that are named, or those from a base frame on (one
+        of the three); without any, all joints on the way to the tip. Poses are in the root link's frame in any case.
 
         Acceleration and jerk limits are those of URDF 1.2 (the lower of `acceleration` and `deceleration`); without
         them they come from a default rule: full speed in 0.25 s, full acceleration in 0.1 s. The soft limits of a
@@ -73,17 +81,25 @@ class Robot(RobotDescription):
 
         Args:
             urdf: The document, or the path of its file. A string is always a document: it never opens a file.
-            srdf: An SRDF document, or its path, with groups and disabled collision pairs.
-            tip_frame: Link at the end of the arm; None: the tip of the SRDF's chain, if it has exactly one, or else
-                the last link of the chain with the most joints.
+            srdf: An SRDF document, or its path, with groups, their states (which become `named_positions`) and disabled
+                collision pairs.
+            tip_frame: Link at the end of the arm; None: the end of the group; without one the tip of the SRDF's chain,
+                if it has exactly one, or else the end of the longest chain without the fingers behind it, and a warning
+                in `findings` names the other ends there are.
+            base_frame: Link from which on joints move: with `tip_frame` it says which chain.
+            group: Name of a group of the SRDF.
+            joints: Names of the joints that move.
+            locked: Positions of other joints by their names, rad or m; those without one are held at 0, or at the limit
+                nearest to it.
             id: Name of the robot.
             source: Where the document comes from.
 
         Raises:
             InvalidRobotModel: The model cannot be used; `findings` lists everything that was found.
         """
+        asked = PlanningGroup(tip_frame, base_frame, group, joints, locked or {})
         documents = _text(urdf), None if srdf is None else _text(srdf)
-        return cls(**vars(read_urdf(documents[0], srdf=documents[1], tip_frame=tip_frame, id=id, source=source)))
+        return cls(**vars(read_urdf(documents[0], srdf=documents[1], asked=asked, id=id, source=source)))
 
     @classmethod
     def from_dh(
@@ -119,6 +135,7 @@ class Robot(RobotDescription):
         *,
         id: str | None = None,
         limits: Mapping[str, Mapping[str, float]] | None = None,
+        group: str | None = None,
         locked: Mapping[str, float] | None = None,
         tool: Pose | None = None,
         mounting: Pose | None = None,
@@ -132,7 +149,9 @@ class Robot(RobotDescription):
                 `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N). They may be
                 wider than this robot's only where those are a default or an estimate, which a warning in `findings`
                 says. A continuous joint with position limits becomes a revolute one.
-            locked: Positions by the names of joints that are held still, rad or m; they are no joints any more.
+            group: Name of one of `groups`, whose joints are left; the others are held still. None: all are left.
+            locked: Positions by the names of joints that are held still, rad or m; they are no joints any more. Those
+                that the group leaves out are held at 0 otherwise, or at the limit nearest to it.
             tool: The tool centre point in the tip frame; None: this robot's.
             mounting: Pose of the base in the world, whose z axis points up; None: this robot's. Gravity follows it;
                 poses stay in the base frame.
@@ -146,7 +165,7 @@ class Robot(RobotDescription):
             InvalidRobotModel: What is asked contradicts this robot; `findings` lists everything that was found.
         """
         findings = Findings()
-        left = self._with_locked(locked or {}, findings)
+        left = self._with_locked({**self._held_by(group, findings), **(locked or {})}, findings)
         joints = with_own_limits(left.joints, limits or {}, findings)
         inherited = {name: q for name, q in left.named_positions.items() if is_within(joints, q)}
         positions = inherited | checked_positions(joints, named_positions or {}, findings)
@@ -161,6 +180,18 @@ class Robot(RobotDescription):
             model.gravity.linear = mounting.rotation.T @ np.array([0.0, 0.0, -STANDARD_GRAVITY])
             robot = replace(robot, model=model, mounting=mounting)
         return robot if tool is None else robot.with_tool(tool)
+
+    def _held_by(self, group: str | None, findings: Findings) -> dict[str, float]:
+        """The joints that are not in a group, at 0 or the limit nearest to it; none if no group is asked for."""
+        if group is None:
+            return {}
+        members = {kept.name: kept.joints for kept in self.groups}.get(group)
+        if members is None:
+            names = ", ".join(shown(kept.name) for kept in self.groups) or "none"
+            findings.error("unknown_group", shown(group), f"there is no group {shown(group)}; there is {names}")
+            findings.raise_errors()
+        held = (joint for joint in self.joints if joint.name not in (members or ()))
+        return {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in held}
 
     def _with_locked(self, locked: Mapping[str, float], findings: Findings) -> Robot:
         """The robot whose other joints are left, those held at positions within their limits."""

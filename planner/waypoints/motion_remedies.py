@@ -48,10 +48,14 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
         (ends,) = configurations(asked.robot, point.position[None])
         names = ends.of_parts(asked.configuration.names)
         yield Remedy(("waypoints", index, "configuration"), names, "the configuration in which the motion ends")
-    elif is_change:
+    elif is_change and not _is_named(asked.waypoint):
         position = tuple(point.position.tolist())
         yield Remedy(("waypoints", index, "position"), position, "the joint position in which the motion ends")
-    elif isinstance(before, JointWaypoint) and (index == 1 or isinstance(before.motion, JointMotion)):
+    elif (
+        isinstance(before, JointWaypoint)
+        and not _is_named(before)
+        and (index == 1 or isinstance(before.motion, JointMotion))
+    ):
         other = _other_start(refused)
         if other is not None:
             explanation = "the same pose in another configuration, from which the motion can be done"
@@ -65,6 +69,11 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
     explanation = f"the first {kept:.1%} of the line"
     start = refused.path.pose(0.0)
     yield from pose_remedy(index, asked.waypoint, refused.path.pose(kept), start, start.rotation, explanation)
+
+
+def _is_named(waypoint: AnyWaypoint) -> bool:
+    """Whether the waypoint is a named position of the robot, which is where it is."""
+    return isinstance(waypoint, JointWaypoint) and waypoint.position_name is not None
 
 
 def _near_singularity(refused: RefusedMotion) -> Iterator[Remedy]:

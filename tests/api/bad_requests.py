@@ -70,6 +70,14 @@ A, B, C = joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5), joint(0.2, 0.2, 0.2)
 BAD_REQUESTS = [
     # Not JSON, or not the JSON that is meant.
     Bad("singular how", PLAN, singular("stop"), INVALID, "/waypoints/1/motion/singularity"),
+    Bad(
+        "no such position",
+        PLAN,
+        plan_request(waypoints=[{"kind": "named", "name": "home"}]),
+        INVALID,
+        "/waypoints/0/name",
+    ),
+    Bad("a position of no name", PLAN, plan_request(waypoints=[{"kind": "named"}]), INVALID, "/waypoints/0/name"),
     Bad("no such side", PLAN, configured(elbow="left"), INVALID, "/waypoints/1/configuration/elbow"),
     Bad("no such part", PLAN, configured(knee="up"), INVALID, "/waypoints/1/configuration/knee"),
     Bad("a part that the arm lacks", PLAN, configured(wrist="flip"), INVALID, "/waypoints/1/configuration/wrist"),

@@ -227,7 +227,17 @@ BAD_ROBOTS = [
     _derived("a mounting without axes", MODEL, finding="invalid_pose", mounting={"position": [0.0, 0.0, 1.0]}),
     _derived("a home of two", MODEL, finding="wrong_number_count", named_positions={"home": [0.0, 0.0]}),
     _derived("a home out of reach", MODEL, finding="outside_position_limits", named_positions={"home": [9.0] * 6}),
+    _derived("a group that is not there", MODEL, finding="unknown_group", group="arm"),
+    # Planning groups.
+    _document("a group without an SRDF", "unknown_group", PLAIN, group="arm"),
+    _document("a joint that cannot be there", "unknown_joint", PLAIN, joints=["j9"]),
+    _document("a base beside the arm", "unknown_base_frame", PLAIN, base_frame="l9"),
+    _document("two ways to name a group", "several_planning_groups", PLAIN, base_frame="l1", joints=["j1"]),
+    _document("a joint locked beyond its limit", "outside_position_limits", PLAIN, locked={"j0": 2.0}),
+    _document("all joints locked", "no_joints", PLAIN, locked={"j0": 0.0, "j1": 0.0, "j2": 0.0}),
+    Bad("no joints at all", ROBOTS, urdf_robot(CHAIN, joints=[]), INVALID, "/joints"),
     # SRDF.
+    _srdf("thousands of states", "too_many_states", '<group_state name="s" group="g"/>' * 10_000),
     Bad("an empty SRDF", ROBOTS, urdf_robot(CHAIN, srdf=""), INVALID, "/srdf"),
     _document("an SRDF that is not closed", "not_xml", PLAIN, srdf="<robot>"),
     _document("an SRDF with entities", "forbidden_xml", PLAIN, srdf=ENTITIES + "<robot>&c;</robot>"),

@@ -46,6 +46,8 @@ MANY_ATTRIBUTES = "<a" + "".join(f' a{i}=""' for i in range(50_000)) + "/>"
 SPHERES = '<link name="l0">' + '<visual><geometry><sphere radius="1"/></geometry></visual>' * 10_000 + "</link>"
 ONE_CHAIN = '<robot name="r"><group name="arm"><chain base_link="l0" tip_link="l2"/></group></robot>'
 
+FINGERS = '<link name="f"/><link name="g"/>' + urdf_joint(8, "l3", "f") + urdf_joint(9, "l3", "g")
+
 ODD_ROBOTS = [
     # Denavit-Hartenberg tables.
     Odd("all lengths zero", _table(*[dh_joint(a=0.0)] * 3), "no_reach"),
@@ -135,6 +137,15 @@ ODD_ROBOTS = [
     Odd("a speed of zero", _urdf(CHAIN.replace('velocity="1"', 'velocity="0"')), "zero_limit"),
     # SRDF.
     Odd("the tip of the only chain", _urdf(CHAIN, srdf=ONE_CHAIN), "tip_frame_from_srdf"),
+    Odd(
+        "states of words and strangers",
+        _urdf(
+            CHAIN,
+            srdf='<robot><group_state name="a"><joint name="j0" value="x"/></group_state><group_state/></robot>',
+        ),
+        "state_left_out",
+    ),
+    Odd("fingers at the end", _urdf(CHAIN + FINGERS), "several_tips"),
     Odd("an SRDF without anything", _urdf(CHAIN, srdf="<robot/>"), "default_limits"),
     Odd("an SRDF of another robot", _urdf(CHAIN, srdf='<robot name="q"/>'), "another_robot"),
     Odd("a URDF for an SRDF", _urdf(CHAIN, srdf=PLAIN), "default_limits"),

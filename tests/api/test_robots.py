@@ -190,6 +190,31 @@ def test_limits_of_urdf_1_2_and_soft_limits_hold(service: RunningService) -> Non
     service.client.delete(f"{ROBOTS}/extended")
 
 
+def test_a_group_moves_and_its_state_is_a_waypoint(service: RunningService) -> None:
+    """Three joints in a row, of which the last two are the group; the first is locked."""
+    srdf = (
+        '<robot name="r"><group name="arm"><joint name="j1"/><joint name="j2"/></group><group_state name="home" '
+        'group="arm"><joint name="j1" value="0.5"/><joint name="j2" value="-0.5"/></group_state></robot>'
+    )
+    body = urdf_robot(urdf_chain(3), id="arm_of_two", srdf=srdf, group="arm", locked={"j0": math.pi / 4.0})
+    robot = AddedRobot.model_validate_json(service.post(ROBOTS, body).content, strict=True)
+    assert (robot.joint_names, robot.tip_frame) == (["j1", "j2"], "l3")
+    assert robot.named_positions == {"home": [0.5, -0.5]}
+    forward = service.post(FORWARD, {"robot": robot.id, "positions": [[0.0, 0.0]]}).json()["poses"][0]["position"]
+    np.testing.assert_allclose(forward, [0.2 * math.sqrt(0.5), 0.0, 0.1 + 0.2 * math.sqrt(0.5)], atol=1e-12)
+    home = {"kind": "named", "name": "home", "dwell": 0.5}
+    plan = service.post(PLAN, plan_request(robot=robot.id, waypoints=[joint(0.0, 0.0), home, joint(0.0, 0.0)])).json()
+    assert plan["waypoints"][1]["position"] == pytest.approx([0.5, -0.5], abs=1e-12)
+    assert (plan["waypoints"][1]["name"], plan["waypoints"][1]["choice"]) == ("home", "given")
+    reach = {"robot": robot.id, "waypoints": [home]}
+    assert service.post("/v1/kinematics/reachability", reach).status_code == 200
+    unknown = [joint(0.0, 0.0), {"kind": "named", "name": "rest"}]
+    refused = service.post(PLAN, plan_request(robot=robot.id, waypoints=unknown)).json()
+    assert [fault["pointer"] for fault in refused["errors"]] == ["/waypoints/1/name"]
+    assert "it has home" in refused["detail"]
+    service.client.delete(f"{ROBOTS}/{robot.id}")
+
+
 def derived_robot(**changes: Any) -> dict[str, Any]:
     """The planar arm in a cell of its own."""
     return {"kind": "derived", "id": "in_cell", "from": "planar_arm", **changes}

@@ -107,6 +107,13 @@ def test_date_sorting_prints_the_points_the_torques_and_the_trapezoid() -> None:
     assert "document 0.057 1/s   ours 0.000 1/s at s = 1" in output
 
 
+def test_the_arm_on_a_lift_is_the_group() -> None:
+    model = json.loads((EXAMPLES / "robots" / "arm_on_a_lift.json").read_text())
+    robot = to_robot(TypeAdapter(RobotDefinition).validate_python(model), "arm_on_a_lift")
+    assert robot.joint_names == ("turn", "bend")
+    assert robot.named_positions == {"home": (0.0, -1.0)}
+
+
 def test_the_robot_of_an_owner_is_derived() -> None:
     model = json.loads((EXAMPLES / "robots" / "kuka_in_cell_4.json").read_text())
     named = TypeAdapter(RobotDefinition).validate_python(model)

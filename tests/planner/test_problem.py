@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from planner.kinematics import forward_kinematics, manipulability, tool_pose
+from planner.errors import ConfigurationChange, InvalidProblem
+from planner.kinematics import all_solutions, forward_kinematics, manipulability, tool_pose
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
+from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 from planner.spatial import Pose, quaternion
 
@@ -19,6 +21,34 @@ def test_a_joint_position_is_kept_as_numbers() -> None:
     row[:] = 0.0
     assert [waypoint.position for waypoint in waypoints] == [PICK] * 3
     assert len(set(waypoints)) == 1
+
+
+def test_a_named_position_is_a_joint_waypoint() -> None:
+    robot = load_robot("kuka_kr16_2").derived(named_positions={"home": HOME})
+    waypoint = JointWaypoint.named(robot, "home", dwell=2.0)
+    assert waypoint == JointWaypoint(HOME, "home", dwell=2.0)
+    with pytest.raises(InvalidProblem, match="no position called 'rest'; it has home"):
+        JointWaypoint.named(robot, "rest")
+
+
+def test_a_named_position_is_not_moved_by_a_remedy() -> None:
+    """A line to another configuration, whose end is named or given by numbers."""
+    robot = load_robot("kuka_kr16_2")
+    start = tool_pose(robot, HOME)
+    above = Pose(start.position + np.array([0.0, 0.0, 0.1]), start.rotation)
+    end = next(q for q in all_solutions(robot, above) if abs(q[2] - HOME[2]) > 1.0)
+    named = robot.derived(named_positions={"above": end})
+    changes = []
+    for waypoint in (
+        JointWaypoint(end, motion=LinearMotion()),
+        JointWaypoint.named(named, "above", motion=LinearMotion()),
+    ):
+        with pytest.raises(ConfigurationChange) as refused:
+            plan(PlanningProblem(named, [JointWaypoint(HOME), waypoint]))
+        offered = (*refused.value.remedies, *refused.value.hints)
+        changes.append({remedy.field for remedy in offered})
+    assert ("waypoints", 1, "position") in changes[0]
+    assert ("waypoints", 1, "position") not in changes[1]
 
 
 def test_a_list_of_waypoints_is_kept_as_it_was() -> None:

@@ -67,7 +67,7 @@ class UrdfJoint:
         return self.placement * pin.SE3(np.eye(3), self.axis * position)
 
 
-def _number(word: str) -> float:
+def number_of(word: str) -> float:
     """The number that a word is, to other programs too: `float` alone knows `1_000` and the digits of all scripts.
 
     Raises:
@@ -95,7 +95,7 @@ class UrdfReader:
         if text is None:
             return fallback
         try:
-            values = np.array([_number(word) for word in text.split()])
+            values = np.array([number_of(word) for word in text.split()])
         except ValueError:
             self.findings.error("not_a_number", subject, f"{attribute} of {subject} is not made of numbers")
             return fallback

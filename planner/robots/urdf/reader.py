@@ -26,20 +26,22 @@ from planner.robots.checks import (
     shown,
 )
 from planner.robots.description import RobotDescription
+from planner.robots.urdf.arm import ArmFinder
 from planner.robots.urdf.elements import UrdfReader
-from planner.robots.urdf.srdf import read_srdf
+from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf
 from planner.robots.urdf.xml_document import parse_robot_document
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from planner.robots.build import Body
-    from planner.robots.description import DisabledCollision, Joint, JointGroup
+    from planner.robots.description import Joint
+    from planner.robots.urdf.arm import PlanningGroup
     from planner.robots.urdf.elements import UrdfJoint
 
 
 def read_urdf(
-    urdf: str, *, id: str, tip_frame: str | None = None, srdf: str | None = None, source: str = "uploaded URDF"
+    urdf: str, *, id: str, asked: PlanningGroup, srdf: str | None = None, source: str = "uploaded URDF"
 ) -> RobotDescription:
     """The arm from the root link to the tip, with everything off that chain held still.
 
@@ -49,9 +51,9 @@ def read_urdf(
     Args:
         urdf: The document.
         id: Identifier of the robot.
-        tip_frame: Link at the end of the arm; None: the tip of the SRDF's chain, if it has exactly one, or else
-            the last link of the chain with the most joints.
-        srdf: A document with groups and disabled collision pairs.
+        asked: Which joints move and where the arm ends; what is not asked is the SRDF's only chain, or else the chain
+            with the most joints but for fingers at its end.
+        srdf: A document with groups, their states and disabled collision pairs.
         source: Where the document comes from.
 
     Raises:
@@ -75,15 +77,12 @@ def read_urdf(
     _check_tree(bodies, joints, findings)
 
     root, arrivals = _walk(bodies, joints)
-    groups: tuple[JointGroup, ...] = ()
-    disabled: tuple[DisabledCollision, ...] = ()
+    semantics = Semantics()
     if srdf is not None:
-        groups, disabled = read_srdf(srdf, document.get("name", ""), root, arrivals, findings)
+        semantics = read_srdf(srdf, document.get("name", ""), root, arrivals, findings)
         findings.raise_errors()
-    if tip_frame is None:
-        tip_frame = _tip_of_only_chain(groups, findings)
-    tip = _tip(root, arrivals, tip_frame, findings)
-    chain = _chain(arrivals, tip)
+    finder = ArmFinder(root, arrivals, semantics.groups, findings)
+    tip, chain = finder.find(asked)
     limits = {joint.name: _limits(joint.moving, findings) for joint in chain if joint.moving is not None}
     if len(chain) > MAX_JOINTS:
         findings.error("too_many_joints", None, f"the arm has {len(chain)} joints, more than {MAX_JOINTS}")
@@ -91,7 +90,13 @@ def read_urdf(
         findings.error("no_joints", None, f"no joint moves {shown(tip)}")
     findings.raise_errors()
 
-    model = _build(id, root, tip, arrivals, bodies, limits, findings)
+    on_the_way = {joint.name for joint in finder.path(tip)}
+    held = {
+        joint.name: _hold(joint, asked.locked, on_the_way, findings)
+        for joint in arrivals.values()
+        if joint.moving is not None and joint.name not in limits
+    }
+    model = _build(id, root, tip, arrivals, bodies, limits, held, findings)
     return RobotDescription(
         id,
         source,
@@ -99,8 +104,9 @@ def read_urdf(
         tuple(limits.values()),
         tip,
         geometry=tuple(geometry),
-        groups=groups,
-        disabled_collisions=disabled,
+        named_positions=named_positions(semantics.states, tuple(limits.values()), asked.group, findings),
+        groups=semantics.groups,
+        disabled_collisions=semantics.disabled_collisions,
         findings=tuple(findings.items),
     )
 
@@ -147,43 +153,6 @@ def _walk(links: Collection[str], joints: Sequence[UrdfJoint]) -> tuple[str, dic
     return root, arrivals
 
 
-def _tip_of_only_chain(groups: Sequence[JointGroup], findings: Findings) -> str | None:
-    """The end of the one group that is a chain; None: there is none, or several."""
-    tips = [(group.name, group.tip_frame) for group in groups if group.tip_frame is not None]
-    if len(tips) != 1:
-        return None
-    ((name, tip),) = tips
-    text = f"the tip frame is that of the SRDF's only chain, {shown(name)}: {shown(tip)}"
-    findings.info("tip_frame_from_srdf", shown(name), text)
-    return tip
-
-
-def _tip(root: str, arrivals: Mapping[str, UrdfJoint], asked: str | None, findings: Findings) -> str:
-    """The link asked for; or the one behind the most degrees of freedom, and of those the one with the most joints."""
-    depth = {root: (0, 0)}
-    for link, joint in arrivals.items():
-        free, steps = depth[joint.parent]
-        depth[link] = (free + joint.is_free, steps + 1)
-    if asked is None:
-        return max(depth, key=lambda link: depth[link])
-    if asked not in depth:
-        names = ", ".join(shown(link) for link in depth)
-        findings.error("unknown_tip_frame", shown(asked), f"there is no link {shown(asked)}; the links are {names}")
-        findings.raise_errors()
-    return asked
-
-
-def _chain(arrivals: Mapping[str, UrdfJoint], tip: str) -> list[UrdfJoint]:
-    """The degrees of freedom between the root and the tip, in that order."""
-    chain = []
-    link = tip
-    while link in arrivals:
-        if arrivals[link].is_free:
-            chain.append(arrivals[link])
-        link = arrivals[link].parent
-    return chain[::-1]
-
-
 def _limits(joint: Joint, findings: Findings) -> Joint:
     """The joint with checked limits, of which URDF requires those of the position."""
     if joint.kind != "continuous" and math.isinf(joint.lower):
@@ -200,9 +169,10 @@ def _build(
     arrivals: Mapping[str, UrdfJoint],
     bodies: Mapping[str, Body | None],
     limits: Mapping[str, Joint],
+    held: Mapping[str, float],
     findings: Findings,
 ) -> pin.Model:
-    """The model whose degrees of freedom are the joints in `limits`; everything else is held still."""
+    """The model whose degrees of freedom are the joints in `limits`; the joints in `held` are held there, rad or m."""
     base = [Link(root, pin.SE3.Identity(), bodies[root])]
     moving: dict[str, MovingJoint] = {}
     links = {root: base}  # of each link, the list of links that move with it
@@ -215,7 +185,7 @@ def _build(
             moving[joint.name] = MovingJoint(limits[joint.name], placement, links[link])
             placements[link] = turned.inverse()
         else:
-            placements[link] = placements[joint.parent] * joint.placement_at(_hold(joint, findings))
+            placements[link] = placements[joint.parent] * joint.placement_at(held.get(joint.name, 0.0))
             links[link] = links[joint.parent]
         links[link].append(Link(link, placements[link], bodies[link]))
     chain = [moving[joint] for joint in limits]
@@ -223,16 +193,20 @@ def _build(
     return build_model(name, base, chain)
 
 
-def _hold(joint: UrdfJoint, findings: Findings) -> float:
-    """The position, rad or m, at which a joint is held that is no degree of freedom of the arm."""
-    if joint.moving is None:
-        return 0.0
+def _hold(joint: UrdfJoint, locked: Mapping[str, float], on_the_way: Collection[str], findings: Findings) -> float:
+    """The position, rad or m, at which a joint is held that could move but is no degree of freedom of the arm."""
     subject = shown(joint.name)
+    if joint.name in locked:
+        return locked[joint.name]
     if joint.held_at is not None:
         findings.warning("mimic_joint_held", subject, f"{subject} mimics a joint: it is held at {joint.held_at:g}")
         return joint.held_at
-    position = min(max(0.0, joint.moving.lower), joint.moving.upper)
+    position = 0.0 if joint.moving is None else min(max(0.0, joint.moving.lower), joint.moving.upper)
     if abs(position) > MAX_NUMBER:  # its limits are nonsense, but it is none of the arm's joints
         position = 0.0
-    findings.info("joint_held", subject, f"{subject} is not on the way to the tip: it is held at {position:g}")
+    if joint.name in on_the_way:
+        text = f"{subject} moves the arm but is none of its joints: it is held at {position:g}"
+        findings.warning("joint_held_on_the_way", subject, text)
+    else:
+        findings.info("joint_held", subject, f"{subject} is not on the way to the tip: it is held at {position:g}")
     return position

@@ -1,22 +1,24 @@
-"""Reads groups of joints and disabled collision pairs from SRDF, the semantic companion of a URDF.
+"""Reads groups of joints, their states and disabled collision pairs from SRDF, the semantic companion of a URDF.
 
-Everything else that SRDF has (states, end effectors, virtual and passive joints) is left alone.
+Everything else that SRDF has (end effectors, virtual and passive joints) is left alone.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from planner.robots.checks import check_names, shown
+from planner.robots.checks import MAX_NAME_LENGTH, check_names, listed, shown
 from planner.robots.description import DisabledCollision, JointGroup
+from planner.robots.own_limits import is_within
+from planner.robots.urdf.elements import number_of
 from planner.robots.urdf.xml_document import parse_robot_document
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping, Sequence
     from xml.etree.ElementTree import Element
 
     from planner.robots.checks import Findings
+    from planner.robots.description import Joint
     from planner.robots.urdf.elements import UrdfJoint
 
 MAX_GROUPS = 64
@@ -28,14 +30,42 @@ MAX_MEMBERS = 1024
 MAX_REASON_LENGTH = 100
 """Number of characters of the reason of a disabled pair that are kept."""
 
-NAMES_IN_A_MESSAGE = 10
-"""Number of names that a message lists before it says how many more there are."""
+MAX_STATES = 256
+"""Number of states of groups that a document may have."""
+
+
+class GroupState(NamedTuple):
+    """A state of a group, as an SRDF has it.
+
+    Attributes:
+        name: Name of the state.
+        group: Name of the group.
+        positions: Positions by the names of joints, rad or m.
+    """
+
+    name: str
+    group: str
+    positions: Mapping[str, float]
+
+
+class Semantics(NamedTuple):
+    """What is read from an SRDF.
+
+    Attributes:
+        groups: The groups of joints.
+        disabled_collisions: The pairs of links that need no check against each other.
+        states: The states of groups.
+    """
+
+    groups: tuple[JointGroup, ...] = ()
+    disabled_collisions: tuple[DisabledCollision, ...] = ()
+    states: tuple[GroupState, ...] = ()
 
 
 def read_srdf(
     srdf: str, robot_name: str, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings
-) -> tuple[tuple[JointGroup, ...], tuple[DisabledCollision, ...]]:
-    """The groups and the disabled pairs.
+) -> Semantics:
+    """The groups, their states and the disabled pairs.
 
     A link or joint that the URDF does not have is left out, with a warning; a chain that does not exist is an
     error, for an arm is planned along it.
@@ -55,7 +85,57 @@ def read_srdf(
     if its_name != robot_name:
         text = f"the SRDF is of a robot called {shown(its_name)}, the URDF of one called {shown(robot_name)}"
         findings.warning("another_robot", None, text)
-    return _Groups(document, root, arrivals, findings).read(), _pairs(document, {root, *arrivals}, findings)
+    groups = _Groups(document, root, arrivals, findings).read()
+    return Semantics(groups, _pairs(document, {root, *arrivals}, findings), _states(document, findings))
+
+
+def named_positions(
+    states: Sequence[GroupState], joints: Sequence[Joint], group: str | None, findings: Findings
+) -> dict[str, tuple[float, ...]]:
+    """The states that say where all joints of the arm are, by name; those of its own group go before others.
+
+    Args:
+        states: All states.
+        joints: The joints of the arm.
+        group: Name of the group that the arm is; None: of none.
+        findings: The findings, which are added to.
+    """
+    found: dict[str, tuple[float, ...]] = {}
+    for state in sorted(states, key=lambda state: state.group != group):
+        subject = shown(state.name)
+        if state.name in found:
+            findings.info(
+                "state_left_out", subject, f"the state {subject} of {shown(state.group)} is not the first one"
+            )
+        elif missing := [joint.name for joint in joints if joint.name not in state.positions]:
+            text = f"the state {subject} of {shown(state.group)} says nothing of {listed(missing)}: it is left out"
+            findings.info("state_left_out", subject, text)
+        elif not is_within(joints, position := tuple(state.positions[joint.name] for joint in joints)):
+            text = f"the state {subject} of {shown(state.group)} is outside of the position limits and left out"
+            findings.warning("state_outside_limits", subject, text)
+        else:
+            found[state.name] = position
+    return found
+
+
+def _states(document: Element, findings: Findings) -> tuple[GroupState, ...]:
+    """The states of groups; one that is not made of numbers is left out."""
+    elements = document.findall("group_state")
+    if len(elements) > MAX_STATES:
+        findings.error("too_many_states", None, f"the SRDF has more than {MAX_STATES} states of groups")
+        return ()
+    states = []
+    for element in elements:
+        name, group = element.get("name", ""), element.get("group", "")
+        try:
+            values = {joint.get("name", ""): number_of(joint.get("value", "")) for joint in element.findall("joint")}
+        except ValueError:
+            text = f"the state {shown(name)} of {shown(group)} is not made of numbers and left out"
+            findings.warning("state_left_out", shown(name), text)
+            continue
+        if name and len(name) <= MAX_NAME_LENGTH and name.isprintable():
+            states.append(GroupState(name, group, values))
+    return tuple(states)
 
 
 class _Groups:
@@ -115,7 +195,7 @@ class _Groups:
                 case "joint" | "link" | "group" if its_name not in self.jointless:
                     unknown.append(its_name)
         if unknown:
-            text = f"the group {shown(name)} names what is not there and is left out: {_listed(unknown)}"
+            text = f"the group {shown(name)} names what is not there and is left out: {listed(unknown, quoted=True)}"
             self.findings.warning("unknown_group_member", shown(name), text)
         self.open.pop()
         self.members[name] = found
@@ -147,17 +227,12 @@ def _pairs(document: Element, links: set[str], findings: Findings) -> tuple[Disa
             cut = None if reason is None else reason[:MAX_REASON_LENGTH]
             pairs.setdefault(frozenset((first, second)), DisabledCollision(first, second, cut))
     if unknown:
-        text = f"disabled collision pairs name links that are not there and are left out: {_listed(unknown)}"
+        text = (
+            f"disabled collision pairs name links that are not there and are left out: {listed(unknown, quoted=True)}"
+        )
         findings.warning("unknown_collision_link", None, text)
     for pair in [pair for pair in pairs if len(pair) == 1]:
         del pairs[pair]
         (link,) = pair
         findings.warning("collision_with_itself", shown(link), f"a collision pair has {shown(link)} twice")
     return tuple(pairs.values())
-
-
-def _listed(names: Iterable[str]) -> str:
-    """The different names, cut to a few."""
-    counted = Counter(names)
-    more = f" and {len(counted) - NAMES_IN_A_MESSAGE} more" if len(counted) > NAMES_IN_A_MESSAGE else ""
-    return ", ".join(repr(shown(name)) for name in list(counted)[:NAMES_IN_A_MESSAGE]) + more

@@ -121,6 +121,24 @@ def test_locked_joints_stand_still(held: tuple[str, ...]) -> None:
         np.testing.assert_allclose(torques, expected, atol=1e-9)
 
 
+def test_a_group_of_the_robot_is_what_is_left() -> None:
+    srdf = '<robot name="test"><group name="g"><joint name="turn"/><joint name="bend"/></group></robot>'
+    links = [link(name) for name in ("base", "a", "b", "c")]
+    slide = '<limit lower="0.1" upper="0.4" velocity="1" effort="1"/>'
+    joints = [
+        joint("turn", "base", "a"),
+        joint("slide", "a", "b", kind="prismatic", limit=slide),
+        joint("bend", "b", "c"),
+    ]
+    whole = Robot.from_urdf(robot(*links, *joints), srdf=srdf, tip_frame="c")
+    assert whole.derived(group="g").joint_names == ("turn", "bend")
+    for part, slid in ((whole.derived(group="g"), 0.1), (whole.derived(group="g", locked={"slide": 0.3}), 0.3)):
+        np.testing.assert_allclose(frame_pose(part, [0.5, 0.2]), frame_pose(whole, [0.5, slid, 0.2]), atol=1e-12)
+    with pytest.raises(InvalidRobotModel) as refused:
+        whole.derived(group="arm")
+    assert findings(refused) == {("unknown_group", "arm")}
+
+
 def test_joints_are_locked_within_their_limits_and_not_all() -> None:
     with pytest.raises(InvalidRobotModel) as refused:
         ARM.derived(locked={"bend": 2.0, "hand": 0.0})

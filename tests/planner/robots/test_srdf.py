@@ -85,9 +85,9 @@ def test_the_tip_of_the_only_chain_is_the_tip_frame() -> None:
     ("srdf", "options", "tip"),
     [
         (group("arm", chain("base", "elbow")), {"tip_frame": "palm"}, "palm"),
-        (group("arm", chain("base", "elbow")) + group("hand", chain("palm", "thumb")), {}, "thumb"),
-        (group("arm", chain("base", "elbow"), '<joint name="grip"/>'), {}, "thumb"),
-        ("", {}, "thumb"),
+        (group("arm", chain("base", "elbow")) + group("hand", chain("palm", "thumb")), {}, "palm"),
+        (group("arm", chain("base", "elbow"), '<joint name="grip"/>'), {}, "palm"),
+        ("", {}, "palm"),
     ],
     ids=["the upload says otherwise", "two chains", "a chain and more", "no group"],
 )
@@ -100,7 +100,7 @@ def test_when_an_srdf_does_not_choose_the_tip_frame(srdf: str, options: dict[str
 def test_a_disabled_pair_is_kept_once_whichever_link_comes_first() -> None:
     pairs = [("base", "shoulder", "Adjacent"), ("shoulder", "base", "Never"), ("palm", "thumb", "x" * 500)]
     elements = "".join(f'<disable_collisions link1="{a}" link2="{b}" reason="{why}"/>' for a, b, why in pairs)
-    arm, findings = read(elements + '<disable_collisions link1="elbow" link2="thumb"/>')
+    arm, findings = read(elements + '<disable_collisions link1="elbow" link2="thumb"/>', tip_frame="thumb")
     assert arm.disabled_collisions == (
         DisabledCollision("base", "shoulder", "Adjacent"),
         DisabledCollision("palm", "thumb", "x" * 100),
@@ -128,16 +128,17 @@ def test_virtual_joints_and_what_else_srdf_has_are_no_strangers() -> None:
     virtual = '<virtual_joint name="to_world" type="fixed" parent_frame="world" child_link="base"/>'
     state = '<group_state name="home" group="g"><joint name="lift" value="0"/></group_state>'
     hand = '<end_effector name="e" parent_link="palm" group="g"/><passive_joint name="grip"/>'
-    arm, findings = read(virtual + group("g", '<joint name="to_world"/><joint name="lift"/>') + state + hand)
+    members = group("g", '<joint name="to_world"/><joint name="lift"/>')
+    arm, findings = read(virtual + members + state + hand, tip_frame="thumb")
     assert arm.groups == (JointGroup("g", ("lift",), None),)
     assert codes(findings, "warning") == {"mimic_joint_held"}
 
 
 def test_an_srdf_of_another_robot_is_remarked_upon() -> None:
     for name, expected in (("other", {"another_robot"}), ("test", set())):
-        findings = Robot.from_urdf(ARM, srdf=f'<robot name="{name}"/>').findings
+        findings = Robot.from_urdf(ARM, srdf=f'<robot name="{name}"/>', tip_frame="thumb").findings
         assert codes(findings, "warning") - {"mimic_joint_held"} == expected
-    findings = Robot.from_urdf(ARM, srdf="<robot/>").findings
+    findings = Robot.from_urdf(ARM, srdf="<robot/>", tip_frame="thumb").findings
     assert codes(findings, "warning") == {"mimic_joint_held"}
 
 

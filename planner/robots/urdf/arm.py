@@ -1,0 +1,218 @@
+"""Which part of a tree of links is the arm: where it ends, which of its joints move, and which are held still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from planner.robots.checks import listed, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping, Sequence
+
+    from planner.robots.checks import Findings
+    from planner.robots.description import JointGroup
+    from planner.robots.urdf.elements import UrdfJoint
+
+
+TIP_WORDS = ("tcp", "tool0", "end_effector")
+"""Parts of the names by which the links at the tips of arms are usually called."""
+
+FINGER_WORDS = ("finger", "gripper", "jaw", "thumb", "knuckle")
+"""Parts of the names by which the joints of grippers are usually called."""
+
+
+@dataclass(frozen=True)
+class PlanningGroup:
+    """The part of a robot that is asked for; of `group`, `joints` and `base_frame` one at most.
+
+    Attributes:
+        tip_frame: Link at its end; None: the end of the group, or of the arm.
+        base_frame: Link from which on joints move; None: the root.
+        group: Name of the SRDF's group whose joints move.
+        joints: Names of the joints that move.
+        locked: Positions by the names of joints that are held there, rad or m.
+    """
+
+    tip_frame: str | None = None
+    base_frame: str | None = None
+    group: str | None = None
+    joints: Sequence[str] | None = None
+    locked: Mapping[str, float] = field(default_factory=dict)
+
+
+class ArmFinder:
+    """Finds the arm in a tree: `arrivals` has the joint that leads to each link, parents first."""
+
+    def __init__(
+        self, root: str, arrivals: Mapping[str, UrdfJoint], groups: Sequence[JointGroup], findings: Findings
+    ) -> None:
+        self.root, self.arrivals, self.groups, self.findings = root, arrivals, groups, findings
+        self.joints = {joint.name: joint for joint in arrivals.values()}
+        self.children: dict[str, list[str]] = {}
+        for link, joint in arrivals.items():
+            self.children.setdefault(joint.parent, []).append(link)
+
+    def find(self, asked: PlanningGroup) -> tuple[str, list[UrdfJoint]]:
+        """The link at the end of the arm, and its degrees of freedom from the root on.
+
+        Raises:
+            InvalidRobotModel: What is asked is not there, or no chain.
+        """
+        self._check_locked(asked.locked)
+        members, tip = self._members(asked)
+        self.findings.raise_errors()
+        tip = tip or (self._usual_tip() if members is None else self._behind(members))
+        if tip != self.root and tip not in self.arrivals:
+            links = ", ".join(map(shown, (self.root, *self.arrivals)))
+            self.findings.error(
+                "unknown_tip_frame", shown(tip), f"there is no link {shown(tip)}; the links are {links}"
+            )
+            self.findings.raise_errors()
+        path = self.path(tip)
+        if asked.base_frame is not None:
+            members = self._behind_base(asked.base_frame, tip)
+        if members is not None and (off := members - {joint.name for joint in path}):
+            text = f"no chain to {shown(tip)} has all joints of the group: it leaves out {listed(sorted(off))}"
+            self.findings.error("group_is_no_chain", asked.group and shown(asked.group), text)
+            self.findings.raise_errors()
+        moving = [joint for joint in path if members is None or joint.name in members]
+        return tip, [joint for joint in moving if joint.name not in asked.locked]
+
+    def path(self, tip: str) -> list[UrdfJoint]:
+        """The joints between the root and a link that may be degrees of freedom, in that order."""
+        return [self.arrivals[link] for link in self._way(tip) if self.arrivals[link].is_free]
+
+    def _check_locked(self, locked: Mapping[str, float]) -> None:
+        for name, position in locked.items():
+            joint = self.joints.get(name)
+            if joint is None or joint.moving is None or not joint.is_free:
+                self.findings.error(
+                    "unknown_joint", shown(name), f"there is no joint {shown(name)} that could be locked"
+                )
+            elif not joint.moving.lower <= position <= joint.moving.upper or abs(position) == float("inf"):
+                text = f"{shown(name)} cannot be held at {position:g}, outside of its position limits"
+                self.findings.error("outside_position_limits", shown(name), text)
+
+    def _members(self, asked: PlanningGroup) -> tuple[set[str] | None, str | None]:
+        """Names of the joints that are to move, if they are named, and the tip as far as it is."""
+        if sum(way is not None for way in (asked.group, asked.joints, asked.base_frame)) > 1:
+            text = "a planning group is named by a group of the SRDF, by joints or by its base frame: by one of these"
+            self.findings.error("several_planning_groups", None, text)
+        if asked.group is not None:
+            for group in self.groups:
+                if group.name == asked.group:
+                    return set(group.joints), asked.tip_frame or group.tip_frame
+            names = listed(group.name for group in self.groups) or "none"
+            text = f"the SRDF has no group {shown(asked.group)}; it has {names}"
+            self.findings.error("unknown_group", shown(asked.group), text)
+        elif asked.joints is not None:
+            for name in asked.joints:
+                if name not in self.joints or not self.joints[name].is_free:
+                    text = f"there is no joint {shown(name)} that could move by itself"
+                    self.findings.error("unknown_joint", shown(name), text)
+            return set(asked.joints), asked.tip_frame
+        elif asked.tip_frame is None and asked.base_frame is None:
+            return None, self._tip_of_only_chain()
+        return None, asked.tip_frame
+
+    def _tip_of_only_chain(self) -> str | None:
+        """The end of the one group that is a chain; None: there is none, or several."""
+        tips = [(group.name, group.tip_frame) for group in self.groups if group.tip_frame is not None]
+        if len(tips) != 1:
+            return None
+        ((name, tip),) = tips
+        text = f"the tip frame is that of the SRDF's only chain, {shown(name)}: {shown(tip)}"
+        self.findings.info("tip_frame_from_srdf", shown(name), text)
+        return tip
+
+    def _behind_base(self, base: str, tip: str) -> set[str]:
+        """Names of the joints from a link to the tip."""
+        link, found = tip, set()
+        while link != base and link in self.arrivals:
+            if self.arrivals[link].is_free:
+                found.add(self.arrivals[link].name)
+            link = self.arrivals[link].parent
+        if link != base:
+            text = f"the link {shown(base)!r} is not on the way from the root to {shown(tip)}"
+            self.findings.error("unknown_base_frame", shown(base), text)
+            self.findings.raise_errors()
+        return found
+
+    def _behind(self, members: Collection[str]) -> str:
+        """The last link behind the last of some joints that moves with it."""
+        last = max(
+            (link for link, joint in self.arrivals.items() if joint.name in members), key=self._depth, default=""
+        )
+        return self._last_fixed(last or self.root)
+
+    def _last_fixed(self, link: str) -> str:
+        """The last of the links that are fixed to a link, with it; of those that are called a tip, if there are."""
+        fixed = [link]
+        for each in fixed:
+            fixed += [child for child in self.children.get(each, ()) if self.arrivals[child].moving is None]
+        named = [each for each in fixed if any(word in each for word in TIP_WORDS)]
+        return max(named or fixed, key=self._depth)
+
+    def _depth(self, link: str) -> tuple[int, int]:
+        """The degrees of freedom, and the joints, on the way to a link."""
+        way = self._way(link)
+        return sum(self.arrivals[each].is_free for each in way), len(way)
+
+    def _usual_tip(self) -> str:
+        """The end of the arm where nobody says which: of the longest chain, but for the fingers behind it.
+
+        Fingers are called so, or they begin where several branches move and no more degrees of freedom follow than lie
+        before.
+        """
+        deepest = max((self.root, *self.arrivals), key=self._depth)
+        moving = [link for link in self._way(deepest) if self.arrivals[link].is_free]
+        named = [link for link in moving if not self._is_finger(link)]
+        tip = link = (named or moving or [deepest])[-1]
+        while link in self.arrivals:
+            branch, link = link, self.arrivals[link].parent
+            before, after = self._depth(link)[0], self._depth(tip)[0] - self._depth(link)[0]
+            others = [child for child in self.children[link] if child != branch]
+            if before >= after > 0 and any(self._moves_something(child) for child in others):
+                tip = link
+        tip = self._last_fixed(tip)
+        self._warn_of_other_tips(tip)
+        return tip
+
+    def _way(self, link: str) -> list[str]:
+        """The links from behind the root to a link."""
+        way = []
+        while link in self.arrivals:
+            way.append(link)
+            link = self.arrivals[link].parent
+        return way[::-1]
+
+    def _is_finger(self, link: str) -> bool:
+        """Whether the joint that moves a link is called a finger's or a gripper's."""
+        return any(word in self.arrivals[link].name.lower() for word in FINGER_WORDS)
+
+    def _moves_something(self, link: str) -> bool:
+        """Whether a joint moves a link or anything behind it, against what the link hangs on."""
+        waiting = [link]
+        while waiting:
+            link = waiting.pop()
+            if self.arrivals[link].moving is not None:
+                return True
+            waiting += self.children.get(link, ())
+        return False
+
+    def _warn_of_other_tips(self, tip: str) -> None:
+        """Name the other ends that the arm could have."""
+        own = [joint.name for joint in self.path(tip)]
+        others = {}
+        for link in self.arrivals:
+            names = [joint.name for joint in self.path(link)]
+            is_short = len(names) < len(own) and names == own[: len(names)]
+            if link != tip and link not in self.children and not is_short:
+                others[link] = len(names)
+        if others:
+            groups = listed(group.name for group in self.groups)
+            better = f"a tip frame, joints, or a group ({groups})" if groups else "a tip frame, or joints"
+            ends = listed(sorted(others, key=lambda link: -others[link]))
+            text = f"the arm is taken to end at {shown(tip)}, behind {len(own)} joints; other ends are {ends}"
+            self.findings.warning("several_tips", None, f"{text}: ask for {better}")
