@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planner.kinematics.configurations import Configuration, configurations
-from planner.kinematics.forward import manipulability, tool_pose
+from planner.kinematics.forward import forward_kinematics, manipulability, tool_pose
 from planner.kinematics.nearest import nearest_in_turn, nearest_solution
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.kinematics.search import Search, pose_errors, search_all
+from planner.kinematics.search import Search, errors_of_many, pose_errors, search_all
 from planner.kinematics.turns import by_distance
 
 if TYPE_CHECKING:
@@ -175,18 +175,18 @@ def _results(
     robot: Robot, searches: Sequence[Search], solutions: Sequence[FloatArray | None]
 ) -> list[InverseKinematicsResult]:
     """Answers with the poses, by Pinocchio's forward kinematics, and the manipulability that belong to solutions."""
-    solved = np.array([solution for solution in solutions if solution is not None])
-    measures = iter(manipulability(robot, solved) if len(solved) else ())
-    names = iter(configurations(robot, solved))
-    results = []
-    for search, q in zip(searches, solutions, strict=True):
-        if q is None:
-            results.append(_failure(search))
-            continue
-        reached = tool_pose(robot, q)
-        errors = pose_errors(search.pose, reached)
-        results.append(InverseKinematicsResult("solved", q, reached, *errors, float(next(measures)), next(names)))
-    return results
+    solved = [k for k, solution in enumerate(solutions) if solution is not None]
+    if not solved:
+        return [_failure(search) for search in searches]
+    q = np.array([solutions[k] for k in solved])
+    reached = forward_kinematics(robot, q)
+    errors = errors_of_many([searches[k].pose for k in solved], reached)
+    of_solved = zip(q, reached, errors, manipulability(robot, q).tolist(), configurations(robot, q), strict=True)
+    answers = {
+        k: InverseKinematicsResult("solved", position, pose, *error, measure, configuration)
+        for k, (position, pose, error, measure, configuration) in zip(solved, of_solved, strict=True)
+    }
+    return [answers.get(k) or _failure(search) for k, search in enumerate(searches)]
 
 
 def _result(

@@ -295,16 +295,17 @@ class _Together:
         self.plain = np.asarray(np.isfinite(self.outside).any(axis=1))
         self.plain[irregular] = False
         self.rates = 1.0 / counted_velocity(self.robot.limit("velocity"))
+        self.ones = np.ones(self.robot.dof)
 
     def nearest(self, k: int, reference: FloatArray) -> FloatArray | None:
         """The candidate (joints,) of pose k that is nearest to the reference; None where a search has to tell."""
         if not self.plain[k]:
             return None
-        candidates = self.candidates[k]
-        turns = np.minimum(np.maximum(np.round((reference - candidates) / TURN), self.fewest[k]), self.most[k])
-        turned = candidates + TURN * turns
-        away = (turned - reference) * self.rates
-        nearest: FloatArray = turned[((away * away).sum(axis=1) + self.outside[k]).argmin()]
+        away = self.candidates[k] - reference
+        away += TURN * np.minimum(np.maximum(np.rint(away / -TURN), self.fewest[k]), self.most[k])
+        times = away * self.rates
+        times *= times
+        nearest: FloatArray = reference + away[(times @ self.ones + self.outside[k]).argmin()]
         return nearest
 
     def polished(self, rows: np.ndarray, candidates: FloatArray) -> Iterator[FloatArray | None]:
@@ -312,6 +313,6 @@ class _Together:
         rotations = None if self.target.rotations is None else self.target.rotations[rows]
         target = Target(self.target.positions[rows], rotations, self.target.point)
         errors, ends = descend_many(self.table.screws, target, candidates, self.lower, self.upper, **STEADY)
-        for k, candidate, error, end in zip(rows, candidates, errors, ends, strict=True):
-            moved = np.abs(end - candidate).max()
-            yield end if max(error, moved) <= CONFIRMED else nearest_solution(self.searches[k], candidate)
+        confirmed = np.maximum(errors, np.abs(ends - candidates).max(axis=1)) <= CONFIRMED
+        for k, candidate, end, is_near in zip(rows.tolist(), candidates, ends, confirmed.tolist(), strict=True):
+            yield end if is_near else nearest_solution(self.searches[k], candidate)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from planner.kinematics.descent import Descent, Target, descend_many
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.seeds import random_configurations, seed_table
 from planner.kinematics.turns import TURN, distances, nearest_turn
+from planner.spatial import rotation_vectors
 from planner.tolerances import SAME_SOLUTION
 
 if TYPE_CHECKING:
@@ -64,8 +66,12 @@ class Search:
     def __init__(self, robot: Robot, pose: Pose, options: InverseKinematicsOptions) -> None:
         self.robot, self.pose, self.options = robot, pose, options
         self.lower, self.upper = robot.limit("lower"), robot.limit("upper")
-        self.descend = Descent(robot, pose)
         self.best: tuple[float, FloatArray] = (np.inf, robot.middle)
+
+    @cached_property
+    def descend(self) -> Descent:
+        """Descents to the pose; of many searches at once most need none of their own."""
+        return Descent(self.robot, self.pose)
 
     @property
     def rows(self) -> int:
@@ -184,6 +190,17 @@ def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
     return distance, float(np.linalg.norm(pin.log3(reached.rotation.T @ pose.rotation)))
 
 
+def errors_of_many(poses: Sequence[Pose], reached: Sequence[Pose]) -> list[tuple[float, float | None]]:
+    """The `pose_errors` of many poses, all with a rotation or all without one, in a few array operations."""
+    away = np.array([pose.position for pose in poses]) - np.array([pose.position for pose in reached])
+    distances: list[float] = np.sqrt((away * away).sum(axis=1)).tolist()
+    if poses[0].rotation is None:
+        return [(distance, None) for distance in distances]
+    asked, found = (np.array([pose.rotation for pose in group]) for group in (poses, reached))
+    turns = rotation_vectors(found.transpose(0, 2, 1) @ asked)
+    return list(zip(distances, np.sqrt((turns * turns).sum(axis=1)).tolist(), strict=True))
+
+
 def _by_closed_form(group: list[Search], reference: FloatArray) -> dict[Search, list[FloatArray]]:
     """Find the solutions of each search by a closed form; no search has an entry if the arm has none."""
     robot, target = group[0].robot, targets(group)
@@ -252,8 +269,8 @@ def targets(group: Sequence[Search]) -> Target:
     tool = group[0].robot.tool_in_tip
     if group[0].pose.rotation is None:
         return Target(np.array([search.pose.position for search in group]), None, tool.translation)
-    tips = [search.tip for search in group]
-    return Target(np.array([t.translation for t in tips]), np.array([t.rotation for t in tips]), np.zeros(3))
+    turned = np.array([search.pose.rotation for search in group]) @ tool.rotation.T
+    return Target(np.array([search.pose.position for search in group]) - turned @ tool.translation, turned, np.zeros(3))
 
 
 def _distinct(robot: Robot, positions: list[FloatArray], apart: float) -> list[FloatArray]:
