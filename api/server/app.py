@@ -74,7 +74,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
-    app.add_middleware(RequestContext, traffic=Traffic(settings.max_bytes_in_flight))
+    app.add_middleware(RequestContext, traffic=Traffic(settings.max_bytes_in_flight), pool=workers)
     return app
 
 

@@ -92,14 +92,19 @@ class JobQueue:
         self._capacity = capacity
         self._jobs: list[Job] = []
 
-    def put(self, job: Job, wait: float) -> None:
+    @property
+    def is_full(self) -> bool:
+        """Whether no more may wait."""
+        return len(self._jobs) >= self._capacity
+
+    def put(self, job: Job) -> None:
         """Let a job wait.
 
         Raises:
             Overloaded: The queue is full.
         """
-        if len(self._jobs) >= self._capacity:
-            raise overloaded("the queue is full; try again later", wait)
+        if self.is_full:
+            raise queue_is_full()
         self._jobs.append(job)
 
     def put_back(self, job: Job) -> None:
@@ -127,6 +132,11 @@ class JobQueue:
     def work(self, only_cheap: bool) -> float:
         """Add up what the jobs that wait are expected to take, s."""
         return sum(job.remaining() for job in self._jobs if job.is_cheap or not only_cheap)
+
+
+def queue_is_full() -> Overloaded:
+    """Make the refusal of what comes when too many wait."""
+    return Overloaded("the queue is full; try again later", headers={"Retry-After": "1"})
 
 
 def overloaded(message: str, wait: float) -> Overloaded:

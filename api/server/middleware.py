@@ -14,10 +14,13 @@ from starlette.requests import ClientDisconnect
 
 from api.errors import MEDIA_TYPE, InternalError, problem_document
 from api.failures import where_from
+from api.server.jobs import queue_is_full
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+    from api.errors import ServiceError
+    from api.server.pool import WorkerPool
     from api.server.traffic import Traffic
 
 SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
@@ -26,15 +29,19 @@ SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
 TIMINGS = ("queue", "validate", "plan", "serialise")
 """The stages of a task in the order of the `Server-Timing` header."""
 
+FAILED = InternalError("the service failed on this request")
+"""What a caller is told of an exception that nobody foresaw."""
+
 log = structlog.get_logger()
 
 
 class RequestContext:
     """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
 
-    def __init__(self, app: ASGIApp, traffic: Traffic) -> None:
+    def __init__(self, app: ASGIApp, traffic: Traffic, pool: WorkerPool) -> None:
         self.app = app
         self._traffic = traffic
+        self._pool = pool
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See the ASGI specification."""
@@ -60,13 +67,16 @@ class RequestContext:
 
         failure = None
         try:
-            await self.app(scope, receive, send_and_note)
+            if scope["method"] == "POST" and self._pool.is_full:  # before its body is read: there are too many
+                await _send_problem(queue_is_full(), scope["path"], send_and_note)
+            else:
+                await self.app(scope, receive, send_and_note)
         except ClientDisconnect:
             failure = "client_disconnected"
         except Exception as error:  # noqa: BLE001 - the outermost boundary: a problem, not a traceback
             failure = where_from(error)
             if status == 0:
-                await _send_internal_error(scope["path"], send_and_note)
+                await _send_problem(FAILED, scope["path"], send_and_note)
         finally:
             share.release()
         log.log(
@@ -103,8 +113,9 @@ def _server_timing(timings: dict[str, float], total: float) -> str:
     return ", ".join(f"{name};dur={seconds * 1e3:.3f}" for name, seconds in {**known, "total": total}.items())
 
 
-async def _send_internal_error(path: str, send: Send) -> None:
-    status, body = problem_document(InternalError("the service failed on this request"), path)
-    headers = [(b"content-type", MEDIA_TYPE.encode()), (b"content-length", str(len(body)).encode())]
-    await send({"type": "http.response.start", "status": status, "headers": headers})
+async def _send_problem(error: ServiceError, path: str, send: Send) -> None:
+    status, body = problem_document(error, path)
+    headers = {"content-type": MEDIA_TYPE, "content-length": str(len(body)), **error.headers}
+    raw = [(name.encode(), value.encode()) for name, value in headers.items()]
+    await send({"type": "http.response.start", "status": status, "headers": raw})
     await send({"type": "http.response.body", "body": body})

@@ -104,6 +104,11 @@ class WorkerPool:
         self._been_ready = self._been_ready or warm == self.size
         return self._been_ready and warm > 0
 
+    @property
+    def is_full(self) -> bool:
+        """Whether nothing can be taken on, whatever it is."""
+        return self._queue.is_full and not any(map(_is_idle, self._workers))
+
     async def run(self, task: Task, kind: Kind, hold: Callable[[int], None]) -> Reply:
         """Run a task in a worker. Cancelling it takes the task away from the worker.
 
@@ -140,13 +145,12 @@ class WorkerPool:
             Overloaded: It would wait too long, or there is no room.
         """
         idle = [worker for worker in reversed(self._workers) if _is_idle(worker) and worker.takes(job)]
-        wait = 0.0 if idle else self._expected_wait(job)
         if any(worker.job for worker in self._workers if worker.takes(job)):
-            job.refuse_if_late(wait)
+            job.refuse_if_late(0.0 if idle else self._expected_wait(job))
         if idle:
             _hand_over(job, idle[0])
         else:
-            self._queue.put(job, wait)
+            self._queue.put(job)
 
     def _expected_wait(self, job: Job) -> float:
         """Estimate how long a job waits, s: the work that is ahead of it, shared by the workers that do it."""

@@ -165,7 +165,8 @@ def test_a_request_that_offers_an_upgrade_keeps_its_body(wary: RunningService, u
     body = json.dumps(plan_request()).encode()
     offer = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: %s\r\nHTTP2-Settings: AAEAAEAAAAIAAAAA\r\n" % upgrade
     sent = HEAD + offer + b"Content-Length: %d\r\n\r\n" % len(body) + body
-    assert received(connect(wary, sent + sent)).count(b"HTTP/1.1 200 ") == 2
+    goes_on = b"GET /livez HTTP/1.1\r\nHost: planner\r\nConnection: close\r\n\r\n"
+    assert received(connect(wary, sent + goes_on)).count(b"HTTP/1.1 200 ") == 2
 
 
 def test_connections_of_one_client_and_of_all_are_counted(wary: RunningService) -> None:
