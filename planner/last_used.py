@@ -26,12 +26,12 @@ class LastUsed(Generic[T]):
 
     def get(self, key: Any, build: Callable[[], T]) -> T:
         """Get the value of a key, built if it is not there."""
-        if key in self.kept:
-            value, size = self.kept.pop(key)
-        else:
-            value = build()
-            size = self.size_of(value)
-        self.kept[key] = value, size
+        known = self.kept.pop(key, None)
+        if known is not None:
+            self.kept[key] = known
+            return known[0]
+        value = build()
+        self.kept[key] = value, self.size_of(value)
         total = sum(size for _, size in self.kept.values())
         while total > self.most_bytes:
             total -= self.kept.pop(next(iter(self.kept)))[1]

@@ -322,15 +322,16 @@ class _Parts(NamedTuple):
 
 def _parts_of(robot: Robot) -> _Parts:
     """What tells the configurations of a robot apart."""
-    point = robot.tool_in_tip.translation if robot.dof == POINT_JOINTS else np.zeros(3)
-    up = -robot.model.gravity.linear
-    key = b"".join([robot.kinematic_content, point.tobytes(), up.tobytes()])
-    return _known.get(key, lambda: _read_parts(screws_of(robot), point, up))
+    point = robot.tool_in_tip.translation if robot.dof == POINT_JOINTS else None
+    gravity = robot.model.gravity.linear
+    key = robot.kinematic_content, gravity.tobytes(), None if point is None else point.tobytes()
+    return _known.get(key, lambda: _read_parts(screws_of(robot), point, -gravity))
 
 
-def _read_parts(screws: Screws, point: FloatArray, up: FloatArray) -> _Parts:
+def _read_parts(screws: Screws, point: FloatArray | None, up: FloatArray) -> _Parts:
+    """Read what tells configurations apart; `point` (3,), in the tip frame, is that of an arm with three joints."""
     joints, turning = len(screws.axes), screws.is_angle
-    if joints == POINT_JOINTS and turning.all():
+    if point is not None and turning.all():
         return _Parts(_Links.between(screws, [*screws.points[1:], screws.position + screws.rotation @ point], up))
     if joints != POSE_JOINTS or not turning[[0, 3, 4, 5]].all():
         return _Parts()
