@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals
-    from planner.backends.toppra.path_limits import PathLimits
+    from planner.backends.toppra.path_limits import LinearRows, PathLimits
     from planner.paths import JointPath
     from planner.spatial import FloatArray
 
@@ -54,6 +54,20 @@ SERIES = 1e-4
 """Square below which the inverse of a tangent is a series of three terms, exact to rounding."""
 
 
+class SolvedLimits(NamedTuple):
+    """The limits that a profile was solved with.
+
+    Attributes:
+        limits: The limits on its intervals.
+        throughout: (intervals,), where a constant u has to keep them all over the interval.
+        rows: What they say of x and u on each interval.
+    """
+
+    limits: PathLimits
+    throughout: np.ndarray
+    rows: LinearRows
+
+
 @dataclass(frozen=True, eq=False)
 class Profile:
     """A path velocity at the gridpoints; between them the path acceleration is linear in s.
@@ -62,17 +76,24 @@ class Profile:
         intervals: The curves.
         x: (intervals + 1,), s'^2 at the gridpoints.
         bend: (intervals,), half of what s'' grows by on each.
+        solved: What it was solved with; None: intervals were split since then.
     """
 
     intervals: Intervals
     x: FloatArray
     bend: FloatArray
+    solved: SolvedLimits | None = None
 
     def at(self, shares: FloatArray | float) -> tuple[FloatArray, FloatArray]:
         """Return s'^2 and s'', each (..., intervals), at shares (..., 1) of each interval."""
         p, d = np.asarray(shares), self.intervals.lengths
         x = self.x[:-1] * (1.0 - p) + self.x[1:] * p - 2.0 * self.bend * d * p * (1.0 - p)
         return x, np.diff(self.x) / (2.0 * d) + self.bend * (2.0 * p - 1.0)
+
+    @property
+    def x_at_ends(self) -> FloatArray:
+        """Return s'^2 (intervals, 2) at the start and the end of each interval."""
+        return np.column_stack([self.x[:-1], self.x[1:]])
 
     @cached_property
     def times(self) -> FloatArray:
@@ -124,18 +145,68 @@ def fastest_on(
         refinements: Largest number of times that intervals are split.
         repairs: Largest number of solutions after that for limits that are broken.
     """
+    throughout = np.zeros(len(intervals.lengths), dtype=bool)
+    limits = path_limits(path.dynamics, path.limits, intervals, factors)
+    solved = SolvedLimits(limits, throughout, limits.rows(throughout))
+    unknown = np.zeros(len(intervals.lengths) + 1)
+    return _solved(path, intervals, factors, solved, unknown, None, refinements, repairs)
+
+
+def solved_again(
+    path: JointPath, profile: Profile, parts: np.ndarray, changed: np.ndarray, factors: FloatArray
+) -> Profile:
+    """Return the fastest profile on the same intervals, some of them split, or slower; the others keep their limits.
+
+    Args:
+        path: The path, with its limits.
+        profile: A profile as `fastest_on` finds it.
+        parts: (intervals,), 1 or 2, equal parts of each interval.
+        changed: (intervals,), whether an interval is split or its factor is another.
+        factors: (segments,), on all times, beyond what the limits ask.
+    """
+    assert profile.solved is not None  # noqa: S101 - of `fastest_on`
+    before, own = profile.solved, np.repeat(np.arange(len(parts)), parts)
+    intervals, new = profile.intervals.split(parts), changed[own]
+    limits = before.limits.with_new(own, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
+    throughout = before.throughout[own] & ~new
+    rows = before.rows.with_new(own, new, limits.of(new).rows(throughout[new]))
+    split = parts > 1
+    x = np.insert(profile.x, np.flatnonzero(split) + 1, profile.at(0.5)[0][split])
+    return _solved(path, intervals, factors, SolvedLimits(limits, throughout, rows), x, new, 0, MOST_REPAIRS)
+
+
+def _solved(
+    path: JointPath,
+    intervals: Intervals,
+    factors: FloatArray,
+    solved: SolvedLimits,
+    x: FloatArray,
+    tightened: np.ndarray | None,
+    refinements: int,
+    repairs: int,
+) -> Profile:
+    """Return the fastest profile on intervals.
+
+    Args:
+        path: See `fastest_on`, like all that is not said here.
+        intervals: See there.
+        factors: See there.
+        solved: The limits that it is to be solved with first.
+        x: (intervals + 1,), the profile known for other limits on some intervals.
+        tightened: (intervals,), which these are; None: no profile is known.
+        refinements: See there.
+        repairs: See there.
+    """
     # It imports the package, which takes half a second.
     from planner.backends.toppra.reachability import fastest_profile, tightened_profile
 
-    throughout = np.zeros(len(intervals.lengths), dtype=bool)
-    limits = path_limits(path.dynamics, path.limits, intervals, factors)
-    rows = limits.rows(throughout)
-    x, tightened = np.zeros(len(intervals.lengths) + 1), None
+    limits, throughout, rows = solved
     for solution in range(refinements + repairs + 1):
         problem = intervals.lengths, rows, limits.at_gridpoints, intervals.rests
         x = fastest_profile(*problem) if tightened is None else tightened_profile(x, tightened, *problem)
         bend, used = limits.bend(x)
-        profile = Profile(intervals, x, np.where(throughout, 0.0, bend))
+        solved = SolvedLimits(limits, throughout, rows)
+        profile = Profile(intervals, x, np.where(throughout, 0.0, bend), solved)
         if solution == refinements + repairs:
             break
         broken = (used > TOLERATED) & ~throughout

@@ -18,7 +18,7 @@ from planner.backends.shared.smooth_curve import smooth_curve
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
-from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of
+from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of, solved_again
 from planner.backends.toppra.solver_failed import SolverFailed
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
 from planner.guarantees import ALL_HARD, Guarantee
@@ -214,17 +214,20 @@ def _within_limits(
     of that segment are halved; if that does not help, its limits are tightened.
     """
     factors = np.ones(len(path.durations))
+    needed: dict[int, TimeScaling] = {}
+    another = np.unique(profile.intervals.segments)  # segments whose motion is not known yet
     for attempt in range(MOST_ATTEMPTS):
         pieces = pieces_of(profile, tolerances)
-        needed = time_scalings(path, pieces, kept)
+        needed |= time_scalings(path, pieces.of(np.isin(pieces.segments, another)), kept)
         broken = [segment for segment, scaling in needed.items() if scaling.factor > TIGHTENED]
         if not broken or attempt == MOST_ATTEMPTS - 1:
             break
-        intervals = profile.intervals
+        changed = np.isin(profile.intervals.segments, broken)
         if attempt:
             for segment in broken:
                 factors[segment] *= needed[segment].factor
-        else:
-            intervals = intervals.split(1 + np.isin(intervals.segments, broken))
-        profile = fastest_on(path, intervals, factors, refinements=0)
+        parts, before = 1 + (changed & (attempt == 0)), profile
+        profile = solved_again(path, profile, parts, changed, factors)
+        differs = (profile.x_at_ends[np.repeat(~changed, parts)] != before.x_at_ends[~changed]).any(axis=1)
+        another = np.union1d(broken, before.intervals.segments[~changed][differs])
     return pieces, needed
