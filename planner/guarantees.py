@@ -67,9 +67,13 @@ class MovesAtItsEnds(Protocol):
 
 
 class LeavesStraightMotions(Protocol):
-    """A back end that is free to leave the straight joint motion between two stops, by so much; None: by any way."""
+    """A back end that is free to leave the straight joint motion between two stops, by so much; None: by any way.
+
+    The tool may go that far, m, and so may each joint, rad or m.
+    """
 
     max_deviation: float | None
+    max_joint_deviation: float | None
 
 
 END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.assembly import assemble
-from planner.certificate.joint_motions import TOOL_DEVIATION, certify_joint_motions
+from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.tool_path import certify_tool_path
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from planner.problem import PlanningProblem
     from planner.trajectory import Trajectory
 
-WANDERING = 0.1
-"""Distance of the tool from straight joint motions, m, from which on a warning says so: people and things near the arm
-have to reckon with it."""
+WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
+"""Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
+people and things near the arm have to reckon with it."""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -92,9 +92,7 @@ def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, tr
     wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
     checks = certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints)
     if leaves_straight_motions(backend):
-        checks += certify_joint_motions(
-            trajectory, path.robot, problem.waypoints, path.positions, backend.max_deviation
-        )
+        checks += certify_joint_motions(trajectory, path.robot, problem.waypoints, path.positions, backend)
     return certificate_of(
         trajectory,
         path.robot,
@@ -140,13 +138,18 @@ def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
 
 
 def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
-    """What is said of a tool that goes far from straight joint motions."""
+    """What is said of a tool or a joint that goes far from straight joint motions."""
     for check in certificate.checks:
-        if check.quantity == TOOL_DEVIATION and check.peak > WANDERING:
-            segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
-            way = f"on the way from waypoint {segment} to {segment + 1}"
+        if check.peak <= WANDERING.get(check.quantity, np.inf):
+            continue
+        segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
+        way = f"on the way from waypoint {segment} to {segment + 1}"
+        if check.quantity == TOOL_DEVIATION:
             message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation bounds that"
             yield PlanWarning("tool_deviates", message)
+        else:
+            away = f"{check.peak:.3g} off the straight joint motion, rad or m; max_joint_deviation bounds that"
+            yield PlanWarning("joint_deviates", f"{way} {check.joint} goes {away}")
 
 
 def _warnings(

@@ -109,7 +109,7 @@ class Check(Answer):
     """The quantity: `position`, `velocity`, `acceleration`, `jerk`, `torque`, `tcp_linear_velocity`,
     `tcp_angular_velocity`; and how far the tool is off the path asked: `path_position_deviation`,
     `path_orientation_deviation`, `blend_deviation`; of `min_effort` how far it is off straight joint motions, m:
-    `tool_deviation`."""
+    `tool_deviation`; and how far the farthest joint is, rad or m: `joint_deviation`."""
     joint: str | None
     """The name of the joint that uses most of its limit; null: the quantity is the tool's."""
     peak: float

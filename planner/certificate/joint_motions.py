@@ -1,4 +1,4 @@
-"""The check of how far the tool goes from straight joint motions, where a back end is free to leave them."""
+"""The checks of how far tool and joints go from straight joint motions, where a back end is free to leave them."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ import numpy as np
 
 from planner.certificate.checks import Check
 from planner.problem import JointMotion, StopTransition
-from planner.tool_motions.ways import CHORDS, farthest_from_way
+from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.guarantees import LeavesStraightMotions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
-
 TOOL_DEVIATION = "tool_deviation"
-"""The quantity of this check."""
+"""The quantity of the check of the tool."""
+
+JOINT_DEVIATION = "joint_deviation"
+"""The quantity of the check of the joints."""
 
 
 def certify_joint_motions(
@@ -28,41 +31,56 @@ def certify_joint_motions(
     robot: Robot,
     waypoints: Sequence[AnyWaypoint],
     positions: FloatArray,
-    limit: float | None,
+    allowed: LeavesStraightMotions,
 ) -> list[Check]:
-    """Find the largest distance of the tool from straight joint motions.
+    """Find the largest distances of the tool and of the joints from straight joint motions.
 
-    The limit is enforced from stop to stop. Where a waypoint is passed, any smooth motion leaves the straight ones.
+    A posture is as far from another as the joint that is farthest, and as far from a motion as from the nearest posture
+    of it. The limits are enforced from stop to stop. Where a waypoint is passed, any smooth motion leaves the straight
+    ones.
 
     Args:
         trajectory: The trajectory to be checked.
         robot: The robot, with its tool.
         waypoints: The waypoints as they are asked.
         positions: (waypoints, joints), their joint positions, rad or m.
-        limit: The largest distance that is allowed, m; None: any.
+        allowed: The largest distances that are allowed.
 
     Returns:
-        The check of the worst segment; none if there is no joint motion.
+        The checks of the tool and of the joints on their worst segments; none if there is no joint motion.
     """
-    checks = []
+    of_tool, of_joints = [], []
     passed = [not isinstance(waypoint.transition, StopTransition) for waypoint in waypoints]
     for segment in np.flatnonzero(np.diff(positions, axis=0).any(axis=1)).tolist():
         if not isinstance(waypoints[segment + 1].motion, JointMotion):
             continue
         first, last = float(trajectory.departures[segment]), float(trajectory.arrivals[segment + 1])
         straight = np.linspace(positions[segment], positions[segment + 1], CHORDS + 1)
-        away, time = farthest_from_way(robot, trajectory, first, last, straight)
-        checks.append(
-            Check(
-                quantity=TOOL_DEVIATION,
-                joint=None,
-                peak=away,
-                limit=limit,
-                ratio=None if limit is None else away / limit,
-                time=time,
-                method="sampled",
-                enforced=not (passed[segment] or passed[segment + 1]),
-                bounded=True,
-            )
-        )
-    return [max(checks, key=lambda check: (check.enforced and not check.satisfied, check.peak))] if checks else []
+        stops = not (passed[segment] or passed[segment + 1])
+        found = farthest_from_way(robot, trajectory, first, last, straight)
+        of_tool.append(_check(TOOL_DEVIATION, None, found, allowed.max_deviation, stops))
+        found = joints_farthest_from_way(trajectory, first, last, straight)
+        away = np.abs(trajectory.evaluate(np.array([found[1]]), [0])[0] - straight)
+        joint = robot.joint_names[int(away[away.max(axis=1).argmin()].argmax())]
+        of_joints.append(_check(JOINT_DEVIATION, joint, found, allowed.max_joint_deviation, stops))
+    return [
+        max(checks, key=lambda check: (check.enforced and not check.satisfied, check.peak))
+        for checks in (of_tool, of_joints)
+        if checks
+    ]
+
+
+def _check(quantity: str, joint: str | None, found: tuple[float, float], limit: float | None, stops: bool) -> Check:
+    """The check of a segment where the largest distance and its time were found, from stop to stop or not."""
+    away, time = found
+    return Check(
+        quantity=quantity,
+        joint=joint,
+        peak=away,
+        limit=limit,
+        ratio=None if limit is None else away / limit,
+        time=time,
+        method="sampled",
+        enforced=stops,
+        bounded=True,
+    )

@@ -77,17 +77,35 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
     return SymbolicMotion(ca.vertcat(*reversed(torques)), tool_velocity, tip.spin)
 
 
+def symbolic_tool_position(robot: Robot, q: ca.SX) -> ca.SX:
+    """The position (3,) of the tool, m, in the base frame, at joint positions (joints,)."""
+    import casadi as ca
+
+    model, tool = robot.model, robot.model.frames[robot.tool_frame_id]
+    rotation, position = ca.SX.eye(3), ca.SX(3, 1)
+    for i in range(robot.dof):
+        own_rotation, offset = _placed(model.jointPlacements[i + 1], robot.is_angle[i], q[i])
+        rotation, position = rotation @ own_rotation, position + rotation @ offset
+    return position + rotation @ _constant(tool.placement.translation)
+
+
+def _placed(placement: Any, turns: bool, q: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The rotation (3, 3) and the offset (3,) of a joint's frame in the frame of the joint before it."""
+    import casadi as ca
+
+    rotation, offset = _constant(placement.rotation), _constant(placement.translation)
+    if not turns:
+        return rotation, offset + rotation[:, 2] * q
+    s, c = ca.sin(q), ca.cos(q)
+    return rotation @ ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.horzcat(0, 0, 1)), offset
+
+
 def _next_body(before: _Moving, placement: Any, turns: bool, q: ca.SX, v: ca.SX, a: ca.SX) -> _Moving:
     """The body behind a joint, from the one before it."""
     import casadi as ca
 
     z = ca.DM([0.0, 0.0, 1.0])
-    rotation, offset = _constant(placement.rotation), _constant(placement.translation)
-    if turns:
-        s, c = ca.sin(q), ca.cos(q)
-        rotation = rotation @ ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.horzcat(0, 0, 1))
-    else:
-        offset = offset + rotation[:, 2] * q
+    rotation, offset = _placed(placement, turns, q)
     carried = rotation.T @ before.spin
     velocity = rotation.T @ (before.velocity + ca.cross(before.spin, offset))
     centripetal = ca.cross(before.spin, ca.cross(before.spin, offset))

@@ -9,6 +9,8 @@ import numpy as np
 from planner.kinematics.forward import tool_poses
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -28,6 +30,9 @@ KNOWN_TO = 1e-4
 
 KNOWN_SHARE = 0.005
 """Share of the distance by which the true one may be less than what is found, if that is more."""
+
+SECTIONS = 40
+"""Number of times that the part of a chord with the point nearest to another is cut by a third: to 1e-7 of it."""
 
 MOST_HALVINGS = 24
 """Times that steps are halved at most: then one of a second is 60 nanoseconds long."""
@@ -51,29 +56,64 @@ def farthest_from_way(
     Returns:
         The distance, m: no less than the true one, by 0.1 mm or half a percent more at most; and the time of it, s.
     """
-    corners = tool_poses(robot, way)[0]
-    sag = float(np.linalg.norm(np.diff(corners, 2, axis=0), axis=1).max()) / 8.0
+    return _farthest(lambda positions: tool_poses(robot, positions)[0], _distances, motion, first, last, way)
+
+
+def joints_farthest_from_way(
+    motion: PiecewisePolynomial, first: float, last: float, way: FloatArray
+) -> tuple[float, float]:
+    """Bound how far a motion takes any joint from a way, wherever on it that is.
+
+    A posture is as far from another as the joint that is farthest; see `farthest_from_way`.
+
+    Returns:
+        The distance, rad or m: no less than the true one, by 1e-4 or half a percent more at most; and its time, s.
+    """
+    return _farthest(lambda positions: positions, _largest_distances, motion, first, last, way)
+
+
+def _farthest(
+    points_at: Callable[[FloatArray], FloatArray],
+    distances: Callable[[FloatArray, FloatArray], FloatArray],
+    motion: PiecewisePolynomial,
+    first: float,
+    last: float,
+    way: FloatArray,
+) -> tuple[float, float]:
+    """Bound how far the points of a motion are from those of a way.
+
+    Args:
+        points_at: The points (N, dimensions) of joint positions (N, joints).
+        distances: The distances (N,) of points from the polygon through others, of the norm that is meant.
+        motion: Joint positions by time.
+        first: Time from which on it is looked at, s.
+        last: Time until which it is looked at, s.
+        way: (`CHORDS` + 1, joints), positions along the way.
+    """
+    corners = points_at(way)
+    nothing = np.zeros((2, corners.shape[1]))
+    sag = float(distances(np.diff(corners, 2, axis=0), nothing).max()) / 8.0
 
     def sampled(times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Find the places (N, 3) of the tool at times (N,), and their distances (N,) from the way."""
-        tools = tool_poses(robot, motion.evaluate(times, [0])[0])[0]
-        parts = [_distances(tools[row : row + ROWS], corners) for row in range(0, len(tools), ROWS)]
-        return tools, np.concatenate(parts)
+        """Find the points (N, dimensions) at times (N,), and their distances (N,) from the way."""
+        points = points_at(motion.evaluate(times, [0])[0])
+        parts = [distances(points[row : row + ROWS], corners) for row in range(0, len(points), ROWS)]
+        return points, np.concatenate(parts)
 
     inside = motion.breakpoints[(motion.breakpoints > first) & (motion.breakpoints < last)]
     times = np.union1d(np.linspace(first, last, FIRST_SAMPLES), inside)
-    tools, away = sampled(times)
+    points, away = sampled(times)
     for _ in range(MOST_HALVINGS):
-        bounds = np.maximum(away[:-1], away[1:]) + np.linalg.norm(np.diff(tools, axis=0), axis=1) / 2.0
+        bounds = np.maximum(away[:-1], away[1:]) + distances(np.diff(points, axis=0), nothing) / 2.0
         farthest = float(away.max())
         rough = np.flatnonzero(bounds > farthest + max(KNOWN_TO, KNOWN_SHARE * farthest))
         if not len(rough):
             break
         middles = (times[rough] + times[rough + 1]) / 2.0
-        new_tools, new_away = sampled(middles)
-        times, tools, away = (
+        new_points, new_away = sampled(middles)
+        times, points, away = (
             np.insert(old, rough + 1, new, axis=0)
-            for old, new in ((times, middles), (tools, new_tools), (away, new_away))
+            for old, new in ((times, middles), (points, new_points), (away, new_away))
         )
     return float(bounds.max()) + sag, float(times[away.argmax()])
 
@@ -89,4 +129,22 @@ def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
         since = points - corners[chord]
         share = np.clip((since * ways[chord]).sum(axis=1) / lengths[chord], 0.0, 1.0)
         found = np.minimum(found, np.linalg.norm(since - share[:, None] * ways[chord], axis=1))
+    return found
+
+
+def _largest_distances(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """The distances (N,) of points (N, joints) from the polygon through corners (M, joints), of the farthest joint."""
+    away = np.max([np.abs(points[:, [joint]] - corners[:, joint]) for joint in range(points.shape[1])], axis=0)
+    nearest = away.argmin(axis=1)
+    found: FloatArray = away[np.arange(len(points)), nearest]
+    ways = np.diff(corners, axis=0)
+    for chord in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(ways) - 1)):
+        since, along = points - corners[chord], ways[chord]
+        first, last = np.zeros((len(points), 1)), np.ones((len(points), 1))
+        for _ in range(SECTIONS):
+            third = (last - first) / 3.0
+            left, right = first + third, last - third
+            nearer = np.abs(since - left * along).max(axis=1) <= np.abs(since - right * along).max(axis=1)
+            first, last = np.where(nearer[:, None], first, left), np.where(nearer[:, None], right, last)
+        found = np.minimum(found, np.abs(since - first * along).max(axis=1))
     return found

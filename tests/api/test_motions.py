@@ -1,4 +1,4 @@
-"""Motions over HTTP: what lines do near a singularity, which way continuous joints take."""
+"""Motions over HTTP: lines near a singularity, the ways of continuous joints and of least effort."""
 
 from __future__ import annotations
 
@@ -41,6 +41,20 @@ def test_a_line_past_a_singular_wrist_is_planned_as_asked(service: RunningServic
     turns = [position[5] for position in plan["samples"]["position"]]
     assert (max(turns) - min(turns) > 3.0) == (choice == "slow")
     assert plan["certificate"]["satisfied"]
+
+
+def test_tool_and_joints_leave_straight_motions_by_no_more_than_is_asked(service: RunningService) -> None:
+    request = json.loads((ROOT / "examples" / "least_effort.json").read_text(encoding="utf-8"))
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    checks = {check["quantity"]: check for check in plan["certificate"]["checks"]}
+    for quantity, most in (("tool_deviation", 0.25), ("joint_deviation", 0.2)):
+        assert checks[quantity]["limit"] == most
+        assert checks[quantity]["enforced"]
+        assert checks[quantity]["peak"] <= most
+    assert checks["joint_deviation"]["peak"] > 0.15
+    request["backend"]["max_joint_deviation"] = 0.0
+    refused = service.post("/v1/trajectories", request)
+    assert refused.json()["errors"][0]["pointer"] == "/backend/max_joint_deviation"
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "blended_lines.json": (4, None),
     "date_sorting_transition_1.json": (2, 30.0),
     "date_sorting_transition_2.json": (2, 30.0),
+    "least_effort.json": (2, 6.0),
     "named_configuration.json": (3, None),
     "past_a_singularity.json": (2, None),
     "pick_and_place.json": (8, None),

@@ -53,8 +53,8 @@ ARMS_OF = {"min_effort": ("kuka_kr16_l6_2",)}
 MOST_WAYPOINTS_OF = {"min_effort": 3}
 """Of a back end that takes longer than others; 8 otherwise."""
 
-OPTIONS_OF: dict[str, dict[str, object]] = {"min_effort": {"knots": 8}}
-"""Of such a back end, less than its defaults."""
+OPTIONS_OF: dict[str, dict[str, object]] = {"min_effort": {"knots": 8, "max_joint_deviation": 0.3}}
+"""Of such a back end, less than its defaults, and what these leave out."""
 
 
 def backend_of(kind: str) -> BackEnd:

@@ -14,6 +14,7 @@ from planner.backends.min_effort.cost import Cost, use_of_rates
 from planner.backends.min_effort.on_curve import Search
 from planner.backends.min_effort.program import Numbers, program_of
 from planner.backends.min_effort.terms import Layout
+from planner.backends.min_effort.way import Way
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.backends.shared.time_laws import follow_curve
 from planner.backends.shared.time_scaling import scaled_to_duration, slowest, time_scalings
@@ -21,10 +22,8 @@ from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import QUANTITIES
-from planner.kinematics.forward import jacobian
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE
-from planner.tool_motions.ways import CHORDS, farthest_from_way
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
@@ -61,26 +60,14 @@ NO_CHOICE = 1.01
 MOST_WORK = 24_000
 """Intervals times iterations of the search from stop to stop: with six joints 7 s on one core, and most need less."""
 
-WORK_OF_TOOL = 2
-"""How many times as long an iteration takes where the tool's speed is limited, too."""
+WORK_OF_TOOL = 1.0
+"""How much longer an iteration takes where the tool's speed is limited, too, as a share."""
 
-ROOM = np.inf
-"""How far the coefficients of the spline may be from those of the first motion, rad or m, to begin with."""
+WORK_OF_WAY = 0.5
+"""How much longer an iteration takes where the motion is held near a way, as a share."""
 
-MOST_SEARCHES = 6
-"""Number of searches, at most, with rooms in which the tool stays near enough, or goes too far."""
-
-CLOSE = 0.8
-"""Share of the deviation allowed from which on no larger room is looked for."""
-
-AIM = 0.9
-"""Share of the deviation allowed that a smaller room aims at."""
-
-WITHIN = 0.99
-"""Share of the deviation allowed that the search may use, since what is found is known to half a percent."""
-
-SHARES = 257
-"""Number of instants at which two motions are compared."""
+NEARER = 1.002
+"""Factor by which the deviation allowed is narrowed beyond its excess."""
 
 HOPELESS = 30
 """Number of iterations within which a search that begins outside the limits is to come within them: of 70 random ones
@@ -90,9 +77,10 @@ REPAIRS_SHARE = 2
 """One in so many of the iterations that are left is for one search; the others are for repairs after it."""
 
 
-def _work(intervals: int, watches_tool: bool) -> int:
+def _work(layout: Layout) -> int:
     """What one iteration takes, as a number of intervals."""
-    return intervals * (WORK_OF_TOOL if watches_tool else 1)
+    own_share = 1.0 + WORK_OF_TOOL * layout.watches_tool + WORK_OF_WAY * bool(layout.way_instants)
+    return round(layout.segments * layout.intervals * own_share)
 
 
 class Optimum(ABC):
@@ -210,7 +198,6 @@ class ThroughWaypoints(Optimum):
     """The search through waypoints between which the path is free: never worse than the quintic of that duration.
 
     Attributes:
-        left: The intervals times iterations that all searches together may still take; None: there was none yet.
         begins_outside: Whether the search begins with a motion that breaks limits.
     """
 
@@ -218,7 +205,6 @@ class ThroughWaypoints(Optimum):
         super().__init__(options, path, run)
         self.positions = path.positions_of(run)
         self.limits = path.limits.of(run.segments)
-        self.left: int | None = None
         self.begins_outside = False
 
     def find(self) -> SegmentedPolynomial:
@@ -228,7 +214,7 @@ class ThroughWaypoints(Optimum):
             first = self._quintic(self.path)
         except InfeasibleDuration as error:
             refusal, first, self.begins_outside = error, self._too_fast(), True
-        found = self._found(first)
+        found = self._solve(first)
         candidates = [] if refusal else [first]
         if found is not None:
             candidates.insert(0, found)
@@ -255,65 +241,11 @@ class ThroughWaypoints(Optimum):
         durations = np.where(self.free, self.durations(at_leisure), self.path.durations[self.run.segments])
         return interpolating_spline(self.positions, durations, 5).of_segments(self.run.segments)
 
-    def _found(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
-        """The optimum from a first motion within the deviation that is allowed; None: none was found.
-
-        Where the best way is too far away, the spline is kept near the first motion: its coefficients have as much room
-        as makes the tool go as far as it may.
-        """
-        found, most = self._solve(first), self.options.max_deviation
-        if most is None:
-            return found
-        if found is None or (deviation := self._deviation(first, found)) <= WITHIN * most:
-            return found
-        near: SegmentedPolynomial | None = None
-        far = self._apart(first, found), deviation
-        room = AIM * most / self._reach_of_joints(first)
-        enough = room, 0.0
-        for _ in range(MOST_SEARCHES):
-            found = self._solve(first, room)
-            deviation = 0.0 if found is None else self._deviation(first, found)
-            if deviation > WITHIN * most:
-                far = room, deviation
-            else:
-                near, enough = found or near, (room, deviation)
-                if deviation >= CLOSE * most:
-                    break
-            share = np.log(AIM * most / far[1]) / np.log(enough[1] / far[1]) if enough[1] > 0.0 else 0.5
-            room = far[0] * (enough[0] / far[0]) ** share
-        return near
-
-    def _reach_of_joints(self, first: SegmentedPolynomial) -> float:
-        """The way of the tool, m, by that of all joints at once, rad or m, at most: the sum of the levers' lengths."""
-        (positions,) = first.evaluate(np.linspace(0.0, first.breakpoints[-1], SHARES), [0])
-        columns = np.array([jacobian(self.robot, position)[:3] for position in positions])
-        return float(np.linalg.norm(columns, axis=1).sum(axis=1).max())
-
-    def _deviation(self, first: SegmentedPolynomial, other: SegmentedPolynomial) -> float:
-        """The largest distance of the tool, m, in one motion from its way in the first, segment by segment."""
-        worst = 0.0
-        for segment in self.run.segments.tolist():
-            known, own = (motion.of(motion.segments == segment) for motion in (first, other))
-            (way,) = known.evaluate(np.linspace(0.0, known.breakpoints[-1], CHORDS + 1), [0])
-            worst = max(worst, farthest_from_way(self.robot, own, 0.0, float(own.breakpoints[-1]), way)[0])
-        return worst
-
-    def _apart(self, first: SegmentedPolynomial, other: SegmentedPolynomial) -> float:
-        """The largest distance of a joint, rad or m, between two motions at equal shares of their times."""
-        shares = np.linspace(0.0, 1.0, SHARES)
-        a, b = (motion.evaluate(shares * motion.breakpoints[-1], [0])[0] for motion in (first, other))
-        return float(np.abs(a - b).max())
-
-    def _solve(self, first: SegmentedPolynomial, room: float = ROOM) -> SegmentedPolynomial | None:
-        """The optimum from a first motion, or near it; None: none was found that keeps the limits.
-
-        Args:
-            first: The motion that the search begins with.
-            room: How far the coefficients of the spline may be from its own, rad or m.
-        """
+    def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
+        """The optimum from a first motion, near its way; None: none was found that keeps the limits."""
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
-        watches_tool = bool(np.isfinite(tool).any())
+        watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
@@ -322,8 +254,8 @@ class ThroughWaypoints(Optimum):
             positions=self.positions,
             lower=limits.lower,
             upper=limits.upper,
-            near=PiecewisePolynomial(first.lengths, first.coefficients),
-            room=room,
+            way=way,
+            near=np.empty(0),
             rates=np.array([limits.velocity, limits.acceleration, limits.jerk]),
             torque=torque,
             tool=tool,
@@ -335,39 +267,43 @@ class ThroughWaypoints(Optimum):
             cost=self.price(first),
             resting=self.cost.at_rest(self.positions[[0, -1]]),
         )
-        begin, multipliers = PiecewisePolynomial(first.lengths, first.coefficients), None
-        margins = np.full((segments * intervals, 1), FIRST_MARGIN)
-        work = _work(segments * intervals, watches_tool)
-        if self.left is None:
-            self.left = MOST_WORK if self.options.iterations is None else self.options.iterations * work
+        holds = self.options.max_deviation is not None, self.options.max_joint_deviation is not None
+        begin, again = PiecewisePolynomial(first.lengths, first.coefficients), None
+        margins, nearer = np.full((segments * intervals, 1), FIRST_MARGIN), FIRST_MARGIN
+        layout = Layout(segments, intervals, self.options.objective, watches_tool, *holds)
+        left = MOST_WORK if self.options.iterations is None else self.options.iterations * _work(layout)
         for _ in range(MOST_REPAIRS):
-            if self.left <= 0:
+            if left <= 0:
                 return None
-            rows = np.repeat(np.arange(segments), intervals)
-            program = program_of(self.robot, Layout(segments, intervals, self.options.objective, watches_tool))
-            work = _work(len(rows), watches_tool)
-            narrowed = numbers._replace(torque=torque[rows] / margins, tool=(tool[rows] / margins) ** 2)
-            most = -(-self.left // (REPAIRS_SHARE * work))
+            rows = np.repeat(np.arange(segments), layout.intervals)
+            program, work = program_of(self.robot, layout), _work(layout)
+            narrowed = numbers._replace(
+                torque=torque[rows] / margins,
+                tool=(tool[rows] / margins) ** 2,
+                near=np.empty(0) if way is None else way.limits(nearer),
+            )
+            most = -(-left // (REPAIRS_SHARE * work))
             fruitless = HOPELESS if self.begins_outside else most
-            motion = program.solve(narrowed, begin, most, fruitless, multipliers)
+            motion = program.solve(narrowed, begin, most, fruitless, again)
             if motion is None:
                 return None
-            self.left -= motion.iterations * work
+            left -= motion.iterations * work
             own = self.run.segments[rows]
             pieces = SegmentedPolynomial(motion.lengths, motion.coefficients, own)
             if use_of_rates(pieces, self.path.limits.of(own)) > 1.0 + DURATION_TOLERANCE:
                 return None
-            use = self._use(pieces)
-            if (use <= 1.0).all():
+            use, away = self._use(pieces), 0.0 if way is None else way.use(pieces)
+            if max(away, use.max()) <= 1.0:
                 self.converged = motion.converged
                 return pieces
-            if use.max() > COARSE and len(rows) < FINE:
-                intervals, margins, multipliers = 2 * intervals, np.repeat(margins, 2, axis=0), None
+            if max(away, use.max()) > COARSE and len(rows) < FINE:
+                layout, again = layout._replace(intervals=2 * layout.intervals), None
+                margins = np.repeat(margins, 2, axis=0)
             else:
                 excess = np.maximum(use - 1.0, 0.0)
                 excess = np.max([excess, NEAR * np.append(excess[1:], 0.0), NEAR * np.append(0.0, excess[:-1])], axis=0)
                 margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
-                begin, multipliers = PiecewisePolynomial(motion.lengths, motion.coefficients), motion.multipliers
+                nearer, again = nearer * max(NEARER * away, 1.0), motion
         return None
 
     def _use(self, pieces: SegmentedPolynomial) -> FloatArray:

@@ -23,6 +23,7 @@ class MinEffortOptions:
             counted, not timed: equal problems have equal plans.
         max_deviation: How far the tool may go from the straight joint motion between two stops, or where waypoints are
             passed without stopping from the quintic through them, m; None: any way.
+        max_joint_deviation: How far any joint may go from there, rad (m where it slides); None: any way.
     """
 
     objective: Objective = field(
@@ -72,6 +73,16 @@ class MinEffortOptions:
             "description": "The distance, m, that the tool may go from the straight joint motion between two stops, or "
             "where waypoints are passed without stopping from the quintic through them; null: it goes any way. The "
             "certificate's check `tool_deviation` says how far it went from straight joint motions.",
+            "ge": 0.001,
+        },
+    )
+    max_joint_deviation: float | None = field(
+        default=None,
+        metadata={
+            "description": "The distance, rad (m of a joint that slides), that each joint may go from the straight "
+            "joint motion between two stops, or where waypoints are passed without stopping from the quintic through "
+            "them: every posture is so near to one of that motion, joint by joint. Omitted: joints go any way that "
+            "`max_deviation` lets the tool go. The certificate's check `joint_deviation` says how far they went.",
             "ge": 0.001,
         },
     )

@@ -12,8 +12,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from planner.backends.min_effort.stage import stage_of, tool_stage_of
-from planner.backends.min_effort.terms import RESTING, TOOL_SHARES, Layout, Parameters, build_terms, with_derivatives
+from planner.backends.min_effort.stage import stage_of, tool_stage_of, way_stage_of
+from planner.backends.min_effort.terms import (
+    RESTING,
+    TOOL_SHARES,
+    Layout,
+    Parameters,
+    Rows,
+    build_terms,
+    with_derivatives,
+)
 from planner.dynamics.symbolic import dynamics_content
 from planner.last_used import LastUsed
 
@@ -22,6 +30,7 @@ if TYPE_CHECKING:
 
     import casadi as ca
 
+    from planner.backends.min_effort.way import Way
     from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -72,8 +81,8 @@ class Numbers(NamedTuple):
         positions: (segments + 1, joints), rad or m.
         lower: (joints,), position limits.
         upper: (joints,).
-        near: A motion that the spline stays near to.
-        room: By how much each of its coefficients may be off that motion's, rad or m; infinite: it may go anywhere.
+        way: The way to stay near to; None: it may go anywhere.
+        near: (rows,), limits of the rows of how near.
         rates: (3, segments, joints): limits of velocity, acceleration and jerk, infinite: none.
         torque: (pieces, joints), limits, infinite: none.
         tool: (pieces, 2), limits of the squares of the tool's speed and angular speed.
@@ -89,8 +98,8 @@ class Numbers(NamedTuple):
     positions: FloatArray
     lower: FloatArray
     upper: FloatArray
-    near: PiecewisePolynomial
-    room: float
+    way: Way | None
+    near: FloatArray
     rates: FloatArray
     torque: FloatArray
     tool: FloatArray
@@ -111,6 +120,7 @@ class Motion(NamedTuple):
         coefficients: (pieces, joints, 4), ascending powers of local time.
         converged: Whether it is an optimum.
         iterations: Made to find it.
+        unknowns: What the solver found.
         multipliers: The multipliers of the bounds and of the constraints, as the solver has them.
     """
 
@@ -118,6 +128,7 @@ class Motion(NamedTuple):
     coefficients: FloatArray
     converged: bool
     iterations: int
+    unknowns: FloatArray
     multipliers: tuple[Any, Any]
 
 
@@ -137,8 +148,14 @@ class Program:
         self.layout, self.joints, self.pieces = layout, robot.dof, layout.segments * layout.intervals
         parameters = Parameters(layout, robot.dof)
         terms, p = build_terms(layout, robot.dof, parameters), parameters.all
-        tool = tool_stage_of(robot) if layout.watches_tool else None
-        functions = with_derivatives(terms, parameters, stage_of(robot, layout.objective), tool)
+        limited = []
+        if layout.watches_tool:
+            none = ca.MX(0, layout.tool_instants)
+            limited.append(Rows(tool_stage_of(robot), terms.tool_states, none, parameters.tool))
+        if layout.way_instants:
+            way_stage = way_stage_of(robot, layout.holds_tool, layout.holds_joints)
+            limited.append(Rows(way_stage, terms.way_states, parameters.way, parameters.near))
+        functions = with_derivatives(terms, parameters, stage_of(robot, layout.objective), limited)
         count = {name: terms.x.numel() if name == "x" else functions["jac_g"].size1_out("g") for name in ("x", "g")}
         self.inequalities = count["g"] - terms.at_via.numel() - 1
         self.watch = _watch_of(count["x"], count["g"], p.numel(), self.inequalities)
@@ -158,7 +175,7 @@ class Program:
         first: PiecewisePolynomial,
         iterations: int,
         fruitless: int,
-        multipliers: tuple[Any, Any] | None = None,
+        again: Motion | None = None,
     ) -> Motion | None:
         """The optimum, or the best motion within the limits that there was after so many iterations; None: no motion.
 
@@ -167,7 +184,7 @@ class Program:
             first: A motion to begin with, of the same durations.
             iterations: The most there may be.
             fruitless: The most there may be until one is within the limits.
-            multipliers: If the first motion is this program's own for nearly the same numbers: those of it.
+            again: What this program found for nearly the same numbers, to begin with instead.
 
         Raises:
             MemoryError: The solver says that there was not enough.
@@ -176,17 +193,18 @@ class Program:
         p = self._numbers(m, length, unit_time)
         durations = m.durations / unit_time
         box = self._box(m, length)
-        begin = np.clip(self._coefficients(first, m, length), *box)
+        begin = np.concatenate([np.clip(self._coefficients(first, m, length), *box), durations])
         via = np.zeros(self.joints * (self.layout.segments - 1))
         inequalities = np.full(self.inequalities, INSIDE)
         total = [-np.inf, np.inf] if m.total is None else [m.total / unit_time] * 2
         self.watch.begin(iterations, fruitless)
         solver, known = self.solver, {}
-        if multipliers is not None:
-            solver, known = self.solver_again, dict(zip(("lam_x0", "lam_g0"), multipliers, strict=True))
+        if again is not None:
+            solver, begin = self.solver_again, again.unknowns
+            known = dict(zip(("lam_x0", "lam_g0"), again.multipliers, strict=True))
         result = solver(
             **known,
-            x0=np.concatenate([begin, durations]),
+            x0=begin,
             p=p,
             lbx=np.concatenate([box[0], np.where(m.free, LEAST_TIME, 1.0) * durations]),
             ubx=np.concatenate([box[1], np.where(m.free, MOST_TIME, 1.0) * durations]),
@@ -207,6 +225,7 @@ class Program:
             self._powers(x, p, m.positions[0]),
             converged,
             int(stats["iter_count"]),
+            x,
             (result["lam_x"], result["lam_g"]),
         )
 
@@ -238,6 +257,7 @@ class Program:
             jerk.T,
             np.maximum(torque[:-1], torque[1:]).T,
             tool.T,
+            *self._way(m),
             m.units[:2],
             m.units[2],
             m.free.astype(float),
@@ -247,12 +267,17 @@ class Program:
         ]
         return np.concatenate([np.ravel(part, order="F") for part in parts])
 
+    def _way(self, m: Numbers) -> list[FloatArray]:
+        """The reciprocals of the limits of how near the way is, and its constants."""
+        if m.way is None:
+            return []
+        return [np.tile(1.0 / m.near[:, None], self.layout.way_instants), m.way.constants(self.layout.intervals).T]
+
     def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:
-        """Bounds on the coefficients that are unknown, by the position limits and by the motion to stay near to."""
+        """Bounds on the coefficients that are unknown, by the position limits."""
         count = self.pieces + 3 - 2 * RESTING
         lower, upper = (np.tile((limit - m.positions[0]) / length, count) for limit in (m.lower, m.upper))
-        center, room = self._coefficients(m.near, m, length), m.room / length
-        return np.maximum(lower, center - room), np.minimum(upper, center + room)
+        return lower, upper
 
     def _coefficients(self, motion: PiecewisePolynomial, m: Numbers, length: float) -> FloatArray:
         """The unknown ones of the spline near a motion: its blossoms, by Taylor's formula at the breakpoints."""

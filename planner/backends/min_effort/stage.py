@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from planner.dynamics.symbolic import dynamics_content, symbolic_motion
+from planner.dynamics.symbolic import dynamics_content, symbolic_motion, symbolic_tool_position
 from planner.last_used import LastUsed
 
 if TYPE_CHECKING:
@@ -43,13 +43,14 @@ class Stage(NamedTuple):
     curvature: ca.Function
 
 
-class ToolStage(NamedTuple):
-    """Functions of the state z = (positions, velocities), (2 joints,).
+class RowStage(NamedTuple):
+    """Functions of a state z and constants c whose values, the rows, are limited.
 
     Attributes:
-        value: (z) -> squares of the tool's speeds (2,), m^2/s^2 and rad^2/s^2.
-        slopes: (z) -> their derivative (2, states).
-        curvature: (z, multipliers of them) -> second derivative of their sum (states, states), and its first (states,).
+        value: (z, c) -> the rows (rows,).
+        slopes: (z, c) -> their derivative (rows, states).
+        curvature: (z, c, multipliers of them) -> second derivative of their sum (states, states), and its first
+            (states,).
     """
 
     value: ca.Function
@@ -57,13 +58,13 @@ class ToolStage(NamedTuple):
     curvature: ca.Function
 
 
-def _bytes_of(stage: Stage | ToolStage) -> int:
+def _bytes_of(stage: Stage | RowStage) -> int:
     """The memory that the functions take, about."""
     return BYTES_PER_INSTRUCTION * sum(function.n_instructions() for function in stage)
 
 
 _stages: LastUsed[Stage] = LastUsed(STAGE_BYTES, _bytes_of)
-_tool_stages: LastUsed[ToolStage] = LastUsed(STAGE_BYTES, _bytes_of)
+_row_stages: LastUsed[RowStage] = LastUsed(STAGE_BYTES, _bytes_of)
 
 
 def stage_of(robot: Robot, objective: Objective) -> Stage:
@@ -71,24 +72,59 @@ def stage_of(robot: Robot, objective: Objective) -> Stage:
     return _stages.get((dynamics_content(robot), objective), lambda: build_stage(robot, objective))
 
 
-def tool_stage_of(robot: Robot) -> ToolStage:
-    """The functions of a robot with its tool, built when first asked for."""
-    return _tool_stages.get(dynamics_content(robot), lambda: build_tool_stage(robot))
+def tool_stage_of(robot: Robot) -> RowStage:
+    """The squares of the tool's speeds (2,), m^2/s^2 and rad^2/s^2, by positions and velocities (2 joints,)."""
+    return _row_stages.get(dynamics_content(robot), lambda: _build_tool_stage(robot))
 
 
-def build_tool_stage(robot: Robot) -> ToolStage:
-    """The functions of a robot with its tool."""
+def _build_tool_stage(robot: Robot) -> RowStage:
     import casadi as ca
 
     n = robot.dof
-    z, multipliers = ca.SX.sym("z", 2 * n), ca.SX.sym("multipliers", 2)
+    z = ca.SX.sym("z", 2 * n)
     tool = symbolic_motion(robot, z[:n], z[n:], ca.SX(n, 1))
-    squares = ca.vertcat(ca.sumsqr(tool.tool_velocity), ca.sumsqr(tool.tool_spin))
-    hessian, gradient = ca.hessian(ca.dot(multipliers, squares), z)
-    return ToolStage(
-        ca.Function("squares", [z], [squares], {"cse": True}),
-        ca.Function("slopes", [z], [ca.densify(ca.jacobian(squares, z))], {"cse": True}),
-        ca.Function("curvature", [z, multipliers], [ca.densify(hessian), ca.densify(gradient)], {"cse": True}),
+    return _build_row_stage(ca.vertcat(ca.sumsqr(tool.tool_velocity), ca.sumsqr(tool.tool_spin)), z, ca.SX(0, 1))
+
+
+def way_stage_of(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
+    """How far a posture (joints,) is from a way: the square of the tool's distance, m^2, then joint by joint.
+
+    The posture is compared with the one at a share u of the way, which is linear in it. The last row is 2 u - 1, which
+    goes from -1 to 1 on the way. The constants are joint positions (joints,) on the way and their share, the derivative
+    (joints,) of the way by u, and that of u by the posture (joints,).
+
+    Args:
+        robot: The robot, with its tool.
+        holds_tool: Whether the tool's distance is a row.
+        holds_joints: Whether the joints' distances, rad or m, are rows.
+    """
+    key = dynamics_content(robot), holds_tool, holds_joints
+    return _row_stages.get(key, lambda: _build_way_stage(robot, holds_tool, holds_joints))
+
+
+def _build_way_stage(robot: Robot, holds_tool: bool, holds_joints: bool) -> RowStage:
+    import casadi as ca
+
+    n = robot.dof
+    q, known, known_u, slope, gradient = (ca.SX.sym("way", size) for size in (n, n, 1, n, n))
+    beyond = ca.dot(gradient, q - known)
+    on_way = known + slope * beyond
+    away = symbolic_tool_position(robot, q) - symbolic_tool_position(robot, on_way)
+    rows = [ca.sumsqr(away)] * holds_tool + [q - on_way] * holds_joints
+    rows.append(2.0 * (known_u + beyond) - 1.0)
+    return _build_row_stage(ca.vertcat(*rows), q, ca.vertcat(known, known_u, slope, gradient))
+
+
+def _build_row_stage(rows: ca.SX, z: ca.SX, constants: ca.SX) -> RowStage:
+    import casadi as ca
+
+    multipliers = ca.SX.sym("multipliers", rows.numel())
+    hessian, gradient = ca.hessian(ca.dot(multipliers, rows), z)
+    at = [z, constants]
+    return RowStage(
+        ca.Function("rows", at, [rows], {"cse": True}),
+        ca.Function("slopes", at, [ca.densify(ca.jacobian(rows, z))], {"cse": True}),
+        ca.Function("curvature", [*at, multipliers], [ca.densify(hessian), ca.densify(gradient)], {"cse": True}),
     )
 
 

@@ -5,7 +5,7 @@ acceleration and piecewise constant jerk. The coefficients of a B-spline and of 
 Practical Guide to Splines, 2001, ch. IX and XI), so position, velocity, acceleration and jerk keep their limits
 everywhere if the coefficients do. Torques are held, and the cost is summed, at the breakpoints; the tool's speed, which
 is cheaper to know and would rise between them, at shares of the intervals, too. The first and the last three
-coefficients are the ends: rest, without acceleration.
+coefficients are the ends: rest, without acceleration. Where the motion is held near a way, it is so at these, too.
 
 Unknown are the other coefficients and the durations of the segments. Lengths are measured by the run's largest travel,
 times by its mean segment, so that motions of any size look alike to the solver. CasADi differentiates; the second
@@ -15,19 +15,20 @@ saves colouring the whole program for them.
 
 from __future__ import annotations
 
+from itertools import accumulate
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     import casadi as ca
 
     from planner.backends.min_effort.cost import Objective
-    from planner.backends.min_effort.stage import Stage, ToolStage
+    from planner.backends.min_effort.stage import RowStage, Stage
 
 RESTING = 3
 """Coefficients at each end that are the end position itself."""
 
 TOOL_SHARES = (0.25, 0.5, 0.75)
-"""Shares of an interval at which the tool's speed is held."""
+"""Shares of an interval at which the tool's speed, and how near a way is, are held."""
 
 
 class Layout(NamedTuple):
@@ -38,12 +39,16 @@ class Layout(NamedTuple):
         intervals: Number of intervals of the spline on each segment.
         objective: The cost that is minimised.
         watches_tool: Whether the tool's speed is limited.
+        holds_tool: Whether the tool is held near a way.
+        holds_joints: Whether the joints are held near a way.
     """
 
     segments: int
     intervals: int
     objective: Objective
     watches_tool: bool
+    holds_tool: bool = False
+    holds_joints: bool = False
 
     @property
     def instants(self) -> int:
@@ -54,6 +59,12 @@ class Layout(NamedTuple):
     def tool_instants(self) -> int:
         """The number of those of the tool's speed: the inner breakpoints, then the shares of every interval."""
         return self.instants + len(TOOL_SHARES) * (self.instants + 1) if self.watches_tool else 0
+
+    @property
+    def way_instants(self) -> int:
+        """The number of those at which the motion is held near a way: the same."""
+        holds = self.holds_tool or self.holds_joints
+        return self.instants + len(TOOL_SHARES) * (self.instants + 1) if holds else 0
 
 
 class Parameters:
@@ -72,6 +83,8 @@ class Parameters:
         self.jerk = ca.MX.sym("jerk", joints, pieces)
         self.torque = ca.MX.sym("torque", joints, layout.instants)
         self.tool = ca.MX.sym("tool", 2, layout.tool_instants)
+        self.near = ca.MX.sym("near", layout.holds_tool + joints * layout.holds_joints + 1, layout.way_instants)
+        self.way = ca.MX.sym("way", 3 * joints + 1, layout.way_instants)
         self.units = ca.MX.sym("units", 2, joints)
         self.unit_of_jerk = ca.MX.sym("unit_of_jerk", joints)
         self.is_free = ca.MX.sym("is_free", layout.segments)
@@ -96,8 +109,9 @@ class Terms(NamedTuple):
         x: Coefficients, then durations.
         states: (3 joints + 1, instants), what the stage is a function of.
         tool_states: (2 joints, tool instants), what that of the tool is.
+        way_states: (joints, way instants), what that of the way is.
         smooth: The part of the cost that has nothing to do with torques.
-        rest: Constraints that have nothing to do with torques and the tool: rates, waypoints, total duration.
+        rest: Constraints that have nothing to do with torques, the tool and the way: rates, waypoints, total duration.
         at_via: Those of the waypoints.
         motion: Position, velocity and acceleration at the breakpoints, jerk and length of the pieces.
     """
@@ -105,6 +119,7 @@ class Terms(NamedTuple):
     x: ca.MX
     states: ca.MX
     tool_states: ca.MX
+    way_states: ca.MX
     smooth: ca.MX
     rest: ca.MX
     at_via: ca.MX
@@ -130,30 +145,45 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     half = (h[:-1] + h[1:]) / 2.0
     origins = ca.repmat(p.origin, 1, layout.instants)
     states = ca.vertcat(q[:, 1:-1] + origins, v[:, 1:-1], a[:, 1:-1], half)
-    tool_states = ca.MX(2 * n, 0)
-    if layout.watches_tool:
-        positions, speeds = [q[:, 1:-1]], [v[:, 1:-1]]
-        for share in TOOL_SHARES:
-            t = ca.repmat(share * h, n, 1)
-            positions.append(q[:, :-1] + t * (v[:, :-1] + t * (a[:, :-1] / 2.0 + t * j / 6.0)))
-            speeds.append(v[:, :-1] + t * (a[:, :-1] + t * j / 2.0))
-        origins = ca.repmat(p.origin, 1, layout.tool_instants)
-        tool_states = ca.vertcat(ca.horzcat(*positions) + origins, ca.horzcat(*speeds))
+    positions, speeds = [q[:, 1:-1]], [v[:, 1:-1]]
+    for share in TOOL_SHARES:
+        t = ca.repmat(share * h, n, 1)
+        positions.append(q[:, :-1] + t * (v[:, :-1] + t * (a[:, :-1] / 2.0 + t * j / 6.0)))
+        speeds.append(v[:, :-1] + t * (a[:, :-1] + t * j / 2.0))
+    all_positions = ca.horzcat(*positions)
+    all_positions = all_positions + ca.repmat(p.origin, 1, all_positions.shape[1])
+    tool_states = ca.vertcat(all_positions, ca.horzcat(*speeds))[:, : layout.tool_instants]
+    way_states = all_positions[:, : layout.way_instants]
     ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0
     smooth = p.time_weight * ca.sum1(durations) * unit_time + ends
     if layout.objective == "jerk":
         smooth = smooth + ca.sum2(ca.sum1((j / ca.repmat(p.unit_of_jerk, 1, pieces)) ** 2) * h)
     at_via = ca.vec(shape[:, layout.intervals : -1 : layout.intervals] - p.via)
     rest = ca.veccat(bounds[:, 2:-2] * p.velocity, a[:, 1:-1] * p.acceleration, j * p.jerk)
-    return Terms(
-        x, states, tool_states, smooth, ca.vertcat(rest, at_via, ca.dot(p.is_free, durations)), at_via, [q, v, a, j, h]
-    )
+    rest = ca.vertcat(rest, at_via, ca.dot(p.is_free, durations))
+    return Terms(x, states, tool_states, way_states, smooth, rest, at_via, [q, v, a, j, h])
 
 
-def with_derivatives(
-    terms: Terms, parameters: Parameters, stage: Stage, tool: ToolStage | None
-) -> dict[str, ca.Function]:
+class Rows(NamedTuple):
+    """Rows of limited values at instants.
+
+    Attributes:
+        stage: The functions of a state that are limited.
+        states: The states (states, instants).
+        constants: Their constants (constants, instants).
+        scales: The reciprocals (rows, instants) of the limits.
+    """
+
+    stage: RowStage
+    states: ca.MX
+    constants: ca.MX
+    scales: ca.MX
+
+
+def with_derivatives(terms: Terms, parameters: Parameters, stage: Stage, limited: list[Rows]) -> dict[str, ca.Function]:
     """Build the program and the derivatives that the solver needs, by the solver's names for them.
+
+    Its constraints are the torques, the rows, and the rest.
 
     With D the derivative of the states by x, blocks of the stage's derivatives at each instant are chained by D; the
     states' own second derivative is weighted by the stage's first.
@@ -172,18 +202,18 @@ def with_derivatives(
     ) * parameters.per_cost
     uses = [ca.vec(torques * parameters.torque)]
     slopes = [_scaled(parameters.torque, _blocks(stage.slopes.map(instants)(terms.states), joints, instants) @ chain)]
-    if tool is not None:
-        tool_instants = parameters.tool.shape[1]
-        tool_chain = ca.jacobian(ca.vec(terms.tool_states), x)
-        by_tool = _blocks(tool.slopes.map(tool_instants)(terms.tool_states), 2, tool_instants)
-        uses.append(ca.vec(tool.value.map(tool_instants)(terms.tool_states) * parameters.tool))
-        slopes.append(_scaled(parameters.tool, by_tool @ tool_chain))
+    chains = [ca.jacobian(ca.vec(rows.states), x) for rows in limited]
+    for rows, own_chain in zip(limited, chains, strict=True):
+        count, own_instants = rows.scales.shape
+        by_state = rows.stage.slopes.map(own_instants)(rows.states, rows.constants)
+        uses.append(ca.vec(rows.stage.value.map(own_instants)(rows.states, rows.constants) * rows.scales))
+        slopes.append(_scaled(rows.scales, _blocks(by_state, count, own_instants) @ own_chain))
     g = ca.vertcat(*uses, terms.rest)
     jacobian = ca.vertcat(*slopes, ca.jacobian(terms.rest, x))
 
     factor, multipliers = ca.MX.sym("factor"), ca.MX.sym("multipliers", g.numel())
-    starts = [0, joints * instants, joints * instants + parameters.tool.numel(), g.numel()]
-    of_torques, of_tool, of_rest = ca.vertsplit(multipliers, starts)
+    counts = [joints * instants, *(rows.scales.numel() for rows in limited), terms.rest.numel()]
+    of_torques, *of_rows, of_rest = ca.vertsplit(multipliers, [0, *accumulate(counts)])
     second, first, stiffness, by_torques = stage.curvature.map(instants)(
         *at,
         ca.repmat(factor * parameters.per_cost, 1, instants),
@@ -193,17 +223,18 @@ def with_derivatives(
     stiff = _blocks(by_torques, joints, instants) @ chain
     bending = bending + stiff.T @ (ca.diag(ca.vec(stiffness)) @ stiff)
     other = factor * parameters.per_cost * terms.smooth + ca.dot(of_rest, terms.rest)
-    held = {"held": (terms.states, first)}
-    if tool is not None:
-        weights = ca.reshape(of_tool, 2, tool_instants) * parameters.tool
-        second, first = tool.curvature.map(tool_instants)(terms.tool_states, weights)
-        bending = bending + tool_chain.T @ _blocks(second, second.shape[0], tool_instants) @ tool_chain
-        held["tool_held"] = (terms.tool_states, first)
-    symbols = {name: ca.MX.sym(name, states.numel()) for name, (states, _) in held.items()}
-    for name, (states, _) in held.items():
-        other = other + ca.dot(symbols[name], ca.vec(states))
-    firsts = [ca.vec(first) for _, first in held.values()]
-    bent = ca.graph_substitute(ca.hessian(other, x)[0], list(symbols.values()), firsts)
+    held = [(terms.states, first)]
+    for rows, own_chain, own_multipliers in zip(limited, chains, of_rows, strict=True):
+        count, own_instants = rows.scales.shape
+        weights = ca.reshape(own_multipliers, count, own_instants) * rows.scales
+        second, first = rows.stage.curvature.map(own_instants)(rows.states, rows.constants, weights)
+        bending = bending + own_chain.T @ _blocks(second, second.shape[0], own_instants) @ own_chain
+        held.append((rows.states, first))
+    symbols = [ca.MX.sym("held", states.numel()) for states, _ in held]
+    for symbol, (states, _) in zip(symbols, held, strict=True):
+        other = other + ca.dot(symbol, ca.vec(states))
+    firsts = [ca.vec(first) for _, first in held]
+    bent = ca.graph_substitute(ca.hessian(other, x)[0], symbols, firsts)
     hessian = ca.triu(bending + bent)
     return {
         "value": ca.Function("value", [x, p], [f, g]),

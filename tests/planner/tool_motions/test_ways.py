@@ -1,4 +1,4 @@
-"""The distance of one motion's tool from another's way, against nearest neighbours of dense samples."""
+"""The distance of one motion's tool or joints from another's way, against nearest neighbours of dense samples."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import pytest
 
 from planner.polynomials import PiecewisePolynomial
 from planner.robots import load_robot
-from planner.tool_motions.ways import CHORDS, farthest_from_way
+from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
 from tests.planner.problems import ARMS, random_position
-from tests.planner.tool_motions.dense_ways import StraightWay
+from tests.planner.tool_motions.dense_ways import StraightPostures, StraightWay
 
 
 @pytest.mark.parametrize("robot_id", ARMS)
@@ -32,6 +32,11 @@ def test_it_is_the_largest_distance_or_a_little_more(robot_id: str, seed: int) -
         assert true - 1e-6 <= found <= true * 1.005 + 2e-4
         there = motion.evaluate(np.array([time]), [0])[0]
         assert way.distances(there)[0] >= 0.98 * true - 2e-4
+    postures = StraightPostures(robot, ends)
+    true = postures.farthest(whole)
+    found, time = joints_farthest_from_way(whole, 0.0, 1.0, np.linspace(*ends, CHORDS + 1))
+    assert true - 2e-4 <= found <= true * 1.005 + 2e-4
+    assert postures.distances(whole.evaluate(np.array([time]), [0])[0])[0] >= 0.98 * true - 2e-4
 
 
 def test_a_straight_motion_is_hardly_off_itself() -> None:

@@ -68,11 +68,14 @@ def by_differences(function: Any, x: FloatArray, step: float = 1e-6) -> FloatArr
     return np.array(columns).T
 
 
-@pytest.mark.parametrize("watches_tool", [False, True])
+@pytest.mark.parametrize("limited", [(False, False, False), (True, True, True)])
 @pytest.mark.parametrize("objective", ["effort", "mechanical_work", "jerk"])
-def test_derivatives_by_differences(objective: Objective, watches_tool: bool) -> None:
-    """The gradient, the constraints' and the Lagrangian's second derivative, durations included."""
-    program = Program(load_robot(ARM), Layout(2, 4, objective, watches_tool))
+def test_derivatives_by_differences(objective: Objective, limited: tuple[bool, bool, bool]) -> None:
+    """The gradient, the constraints' and the Lagrangian's second derivative, durations included.
+
+    They are of torques and rates, or also of the tool's speed and of how far tool and joints are from a way.
+    """
+    program = Program(load_robot(ARM), Layout(2, 4, objective, *limited))
     values, slopes, curvature = (
         program.solver.get_function(name) for name in ("nlp_grad_f", "nlp_jac_g", "nlp_hess_l")
     )
@@ -103,7 +106,7 @@ def test_effort_is_never_above_the_quintics(seed: int, through: bool) -> None:
     quintic, best = plan(problem, Quintic()), plan(problem, QUICK)
     assert best.trajectory.duration == pytest.approx(quintic.trajectory.duration, rel=1e-9)
     assert effort(best) < 0.99 * effort(quintic)
-    assert {warning.code for warning in best.warnings} <= {"tool_deviates"}
+    assert {warning.code for warning in best.warnings} <= {"tool_deviates", "joint_deviates"}
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4, 6, 7, 9, 12, 13, 14, 15, 16, 17])

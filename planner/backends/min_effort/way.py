@@ -1,0 +1,91 @@
+"""The way of a first motion, near which another is held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.min_effort.terms import TOOL_SHARES
+from planner.kinematics.forward import jacobian
+from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
+
+if TYPE_CHECKING:
+    from planner.backends.min_effort.options import MinEffortOptions
+    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+JOINTS_SHARE = 1e-3
+"""Share of a radian in the measure of lengths, beside what it moves the tool; it counts where the tool hardly moves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """The joint positions of a motion from which another may go so far.
+
+    Attributes:
+        robot: The robot, with its tool.
+        motion: The motion, whose way it is.
+        max_deviation: The largest distance of the tool from the way, m; None: any.
+        max_joint_deviation: The largest distance of any joint from its place on the way, rad or m; None: any.
+    """
+
+    robot: Robot
+    motion: SegmentedPolynomial
+    max_deviation: float | None
+    max_joint_deviation: float | None
+
+    @classmethod
+    def of(cls, robot: Robot, motion: SegmentedPolynomial, options: MinEffortOptions) -> Way | None:
+        """The way of a motion and how far another may go from it; None: anywhere."""
+        if options.max_deviation is None and options.max_joint_deviation is None:
+            return None
+        return cls(robot, motion, options.max_deviation, options.max_joint_deviation)
+
+    def limits(self, margin: float) -> FloatArray:
+        """The limits (rows,) of the rows of `way_stage_of`, those of deviations narrowed by a margin."""
+        tool = [] if self.max_deviation is None else [(self.max_deviation / margin) ** 2]
+        joints = [] if self.max_joint_deviation is None else [self.max_joint_deviation / margin] * self.robot.dof
+        return np.array([*tool, *joints, 1.0])
+
+    def constants(self, intervals: int) -> FloatArray:
+        """The constants (`Layout.way_instants`, 3 joints + 1) of `way_stage_of`, for so many intervals on each segment.
+
+        A straight way may be followed at any pace: a posture is compared with the point of it that is nearest in the
+        measure of the tool's motion there. A bent one is followed at the pace of its motion, whatever the share.
+        """
+        segments, even = by_segment(self.motion), np.arange(intervals)[:, None] + [1.0, *TOOL_SHARES]
+        times = [even / intervals * own.breakpoints[-1] for own in segments]
+        rows = [own.evaluate(own_times.ravel(), [0])[0] for own, own_times in zip(segments, times, strict=True)]
+        dof = self.robot.dof
+        by_share = np.concatenate(rows).reshape(-1, 1 + len(TOOL_SHARES), dof).transpose(1, 0, 2)
+        positions = np.concatenate([by_share[0, :-1], by_share[1:].reshape(-1, dof)])
+        shares = np.full((len(positions), 1), 0.5)
+        slope, gradient = np.zeros_like(positions), np.zeros_like(positions)
+        if len(segments) == 1:
+            start, end = self.motion.evaluate(self.motion.breakpoints[[0, -1]], [0])[0]
+            slope += end - start
+            shares = (positions - start) @ slope[:1].T / (slope[:1] @ slope[:1].T)
+            levers = np.array([jacobian(self.robot, position)[:3] for position in positions])
+            gradient = np.einsum("nik,nil,nl->nk", levers, levers, slope) + JOINTS_SHARE**2 * slope
+            gradient /= (gradient * slope).sum(axis=1)[:, None]
+        return np.hstack([positions, shares, slope, gradient])
+
+    def use(self, other: SegmentedPolynomial) -> float:
+        """The largest share of what is allowed by which another motion leaves the way, segment by segment."""
+        worst = 0.0
+        for known, own in zip(by_segment(self.motion), by_segment(other), strict=True):
+            (way,) = known.evaluate(np.linspace(0.0, known.breakpoints[-1], CHORDS + 1), [0])
+            last = float(own.breakpoints[-1])
+            if self.max_deviation is not None:
+                worst = max(worst, farthest_from_way(self.robot, own, 0.0, last, way)[0] / self.max_deviation)
+            if self.max_joint_deviation is not None:
+                worst = max(worst, joints_farthest_from_way(own, 0.0, last, way)[0] / self.max_joint_deviation)
+        return worst
+
+
+def by_segment(motion: SegmentedPolynomial) -> list[PiecewisePolynomial]:
+    """The motion on each of its segments, in their order."""
+    return [motion.of(motion.segments == segment) for segment in np.unique(motion.segments)]
