@@ -25,6 +25,7 @@ class Caps:
         max_samples: The most values of an answer, and the most rows of a request.
         memory_mib: The private memory that a worker may allocate, MiB.
         log_level: The least severe event that a worker logs.
+        niceness: How far a worker stands back for the server when both want to compute (`nice(2)`).
     """
 
     max_deadline: float
@@ -32,6 +33,7 @@ class Caps:
     max_samples: int
     memory_mib: int
     log_level: str = "info"
+    niceness: int = 0
 
 
 @dataclass(frozen=True)

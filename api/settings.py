@@ -59,6 +59,9 @@ class Settings(BaseSettings):
     """The bytes that the robots of all clients may take in memory."""
     worker_memory_mib: int = Field(default=1024, ge=448)
     """The private memory that one worker may allocate, MiB."""
+    worker_niceness: int = Field(default=5, ge=0, le=19)
+    """How far the workers stand back for the server when the processors are busy, as in `nice`: so that it refuses at
+    once what is too much, and nobody waits for answers that are there."""
     worker_max_tasks: int = Field(default=10_000, ge=1)
     """The number of requests after which a worker is replaced by a fresh one."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"

@@ -26,6 +26,7 @@ NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 def work(channel: socket, caps: Caps) -> None:
     """Be a worker: get ready and say so with None, then answer tasks until the server is no more."""
+    os.nice(caps.niceness)
     os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))
     limit = caps.memory_mib * 1024 * 1024
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

@@ -33,10 +33,12 @@ LATE = 30.0
 
 
 class Outcome(NamedTuple):
-    """What became of a request: times in s, `finished` since the start of the load."""
+    """What became of a request: times in s; `late` is how much after its time it was sent, which is the fault of the
+    machine, `finished` counts from the start of the load."""
 
     status: int
     latency: float
+    late: float
     finished: float
     may_retry: bool
 
@@ -90,6 +92,7 @@ def _summary(outcomes: list[Outcome], seconds: float) -> dict[str, Any]:
         "refused_without_retry_after": sum(not outcome.may_retry for outcome in refused),
         "otherwise": len(outcomes) - len(answered) - len(refused),
         "latency": _percentiles([outcome.latency for outcome in answered]),
+        "sent_late": _percentiles([outcome.late for outcome in outcomes]),
         "refusal": _percentiles([outcome.latency for outcome in refused]),
     }
 
@@ -125,9 +128,10 @@ async def _arrivals(port: int, requests: list[bytes], rate: float, seconds: floa
     start, arrival = time.perf_counter(), 0.0
 
     async def ask(request: bytes, arrival: float) -> Outcome:
+        late = time.perf_counter() - start - arrival
         status, may_retry = await clients.send(request)
         finished = time.perf_counter() - start
-        return Outcome(status, finished - arrival, finished, may_retry)
+        return Outcome(status, finished - arrival, late, finished, may_retry)
 
     while (arrival := arrival + rng.expovariate(rate)) < seconds:
         await asyncio.sleep(max(0.0, start + arrival - time.perf_counter()))

@@ -61,6 +61,7 @@ class WorkerPool:
             max_samples=settings.max_samples,
             memory_mib=settings.worker_memory_mib,
             log_level=settings.log_level,
+            niceness=settings.worker_niceness,
         )
         self._costs = Costs()
         self._queue = JobQueue(settings.queue_size)

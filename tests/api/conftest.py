@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 WORKER_MEMORY_MIB = 512
+SETTINGS = {"workers": 2, "express_workers": 0, "worker_niceness": 0, "worker_memory_mib": WORKER_MEMORY_MIB}
+"""The settings of a service unless a test asks for others: as few processes as can be."""
 
 
 @dataclass
@@ -83,7 +85,14 @@ def free_port() -> int:
 @contextmanager
 def running_service(log: Path, **settings: Any) -> Iterator[RunningService]:
     port = free_port()
-    settings = {"workers": 2, "express_workers": 0, "worker_memory_mib": WORKER_MEMORY_MIB, **settings, "port": port}
+    settings = {
+        "workers": 2,
+        "express_workers": 0,
+        "worker_niceness": 0,
+        "worker_memory_mib": WORKER_MEMORY_MIB,
+        **settings,
+        "port": port,
+    }
     environment = {**os.environ, **{f"PLANNER_{name.upper()}": str(value) for name, value in settings.items()}}
     with log.open("wb") as stderr:
         process = subprocess.Popen([sys.executable, "-m", "api.server"], cwd=ROOT, env=environment, stderr=stderr)
