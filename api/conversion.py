@@ -28,16 +28,26 @@ from planner.spatial import (
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.fields import FieldPath
+
+BASE = "base"
+"""The name of the frame that poses are in unless another one is named."""
+
+WORLD = "world"
+"""The name of the frame in which robots are mounted."""
+
+OWN_FRAMES = {BASE, WORLD}
+"""The names of the frames that are always there."""
 
 
 def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
     """Make the planning problem of a plan request."""
+    robot = mounted(with_tool(robot, request.tool), request.mounting)
     return problem.PlanningProblem(
-        robot=with_tool(robot, request.tool),
-        waypoints=to_waypoints(request.waypoints, robot),
+        robot=robot,
+        waypoints=to_waypoints(request.waypoints, robot, request.frames),
         limits=to_limits(request.limits),
         inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
@@ -50,22 +60,48 @@ def to_backend(asked: Any) -> BackEnd:
     return BACKENDS[asked.kind](**asked.model_dump(exclude={"kind"}))
 
 
-def to_waypoints(asked: Sequence[waypoints.Waypoint], robot: Robot) -> tuple[problem.AnyWaypoint, ...]:
-    """Make waypoints of any kind for a robot, whose named positions they may name.
+def to_waypoints(
+    asked: Sequence[waypoints.Waypoint], robot: Robot, frames: Mapping[str, common.Pose]
+) -> tuple[problem.AnyWaypoint, ...]:
+    """Make waypoints of any kind for a robot, whose named positions they may name, in frames that they may name.
 
     Raises:
-        InvalidProblem: The robot has no position of a name.
+        InvalidProblem: There is no position, or no frame, of a name.
     """
-    faults: list[tuple[FieldPath, str]] = []
+    taken = sorted(OWN_FRAMES & frames.keys())
+    faults: list[tuple[FieldPath, str]] = [
+        (("frames", name), f"a frame called {name} is always there") for name in taken
+    ]
+    in_base = _frames_in_base(robot, frames)
     made = []
     for i, waypoint in enumerate(asked):
+        frame = waypoint.frame or BASE if isinstance(waypoint, waypoints.PoseWaypoint) else BASE
+        if frame not in in_base:
+            faults.append((("waypoints", i, "frame"), f"there is no frame {frame!r}; there are {', '.join(in_base)}"))
+            continue
         try:
-            made.append(_to_waypoint(waypoint, robot))
+            made.append(_to_waypoint(waypoint, robot, in_base[frame]))
         except InvalidProblem as error:
             faults += [(("waypoints", i, "name"), fault.message) for fault in error.faults]
     if faults:
         raise InvalidProblem(faults)
     return tuple(made)
+
+
+def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:
+    """Mount a robot as was asked, if it was."""
+    if mounting is None:
+        return robot
+    if mounting.orientation is None:
+        raise InvalidProblem([(("mounting", "orientation"), "the mounting needs an orientation")])
+    return robot.derived(mounting=to_pose(mounting))
+
+
+def _frames_in_base(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose | None]:
+    """The frames that waypoints may name, in the base frame; None: that itself."""
+    here = robot.mounting
+    in_world = {WORLD: Pose(np.zeros(3)), **{name: to_pose(pose) for name, pose in frames.items()}}
+    return {BASE: None, **{name: pose if here is None else pose.to_frame(here) for name, pose in in_world.items()}}
 
 
 def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
@@ -245,10 +281,10 @@ def _to_rotation(orientation: common.Orientation | None) -> FloatArray | None:
             return project_to_rotation(np.array(orientation.matrix))
 
 
-def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot) -> problem.AnyWaypoint:
+def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None) -> problem.AnyWaypoint:
     common_fields: dict[str, Any] = {
         "name": waypoint.name,
-        "motion": _to_motion(waypoint.motion),
+        "motion": _to_motion(waypoint.motion, frame),
         "transition": _to_transition(waypoint.transition),
         "duration": waypoint.duration,
         "dwell": waypoint.dwell,
@@ -263,19 +299,19 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot) -> problem.AnyWaypo
             return problem.JointWaypoint.named(robot, waypoint.name, **common_fields)
         case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
-            return problem.PoseWaypoint(to_pose(waypoint.pose), Configuration(**asked), **common_fields)
+            return problem.PoseWaypoint(to_pose(waypoint.pose), Configuration(**asked), frame, **common_fields)
         case waypoints.RelativeWaypoint():
             return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
 
 
-def _to_motion(motion: waypoints.Motion) -> problem.Motion:
+def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
     match motion:
         case waypoints.JointMotion():
             return problem.JointMotion(motion.turns)
         case waypoints.LinearMotion():
             return problem.LinearMotion(**_following(motion))
         case waypoints.CircularMotion():
-            via = to_pose(motion.via)
+            via = to_pose(motion.via) if frame is None else to_pose(motion.via).from_frame(frame)
             return problem.CircularMotion(via, **_following(motion))
 
 

@@ -238,12 +238,19 @@ class PoseWaypoint(Waypoint):
     """A waypoint given by a pose of the tool.
 
     Attributes:
-        pose: In the base frame; without a rotation, any orientation will do.
+        pose: In the base frame, or in `frame`; without a rotation, any orientation will do.
         configuration: The sides on which shoulder, elbow and wrist are to be; those that are None are free.
+        frame: Pose in the base frame of the work object that `pose` is given in; None: the base frame.
     """
 
     pose: Pose
     configuration: Configuration = Configuration()
+    frame: Pose | None = None
+
+    @property
+    def pose_in_base(self) -> Pose:
+        """The pose in the base frame."""
+        return self.pose if self.frame is None else self.pose.from_frame(self.frame)
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,28 @@ class Pose:
         quaternion = np.array(xyzw, dtype=np.float64)
         return cls(np.array(position, dtype=np.float64), rotation_from_quaternion(quaternion))
 
+    def from_frame(self, frame: Pose) -> Pose:
+        """Express a pose that is given in a frame where that frame stands: T_base_frame T_frame_pose.
+
+        Args:
+            frame: The frame's own pose; without a rotation, its axes are parallel to those that it is given in.
+        """
+        if frame.rotation is None:
+            return Pose(frame.position + self.position, self.rotation)
+        rotation = None if self.rotation is None else frame.rotation @ self.rotation
+        return Pose(frame.position + frame.rotation @ self.position, rotation)
+
+    def to_frame(self, frame: Pose) -> Pose:
+        """Express a pose in a frame that stands beside it: the inverse of `from_frame`.
+
+        Args:
+            frame: The frame's own pose; without a rotation, its axes are parallel to those that it is given in.
+        """
+        shift = self.position - frame.position
+        if frame.rotation is None:
+            return Pose(shift, self.rotation)
+        return Pose(frame.rotation.T @ shift, None if self.rotation is None else frame.rotation.T @ self.rotation)
+
 
 def rotation_x(angle: float) -> FloatArray:
     """Rotation (3, 3) about x by `angle` rad."""

@@ -61,6 +61,7 @@ JointVector = Annotated[list[Number], Field(min_length=1, max_length=64)]
 JointLimits = Annotated[list[Limit], Field(min_length=1, max_length=64)]
 Deadline = Annotated[float, Field(gt=0.0, le=LARGEST)]
 RobotId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+FrameName = Annotated[str, Field(min_length=1, max_length=200)]
 Seed = Annotated[int, Field(ge=0, lt=2**31)]
 
 

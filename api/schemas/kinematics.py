@@ -11,6 +11,7 @@ from api.schemas.common import (
     Answer,
     Deadline,
     Elbow,
+    FrameName,
     JointVector,
     Pose,
     QuaternionOrientation,
@@ -32,7 +33,7 @@ class ForwardKinematicsRequest(Schema):
     positions: Rows
     """The joint positions, shape (positions, joints), rad or m."""
     tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""
 
@@ -52,7 +53,7 @@ class InverseKinematicsRequest(Schema):
     """A joint position, one value a joint, rad or m. Omitted: of the first pose any solution is best, and all are
     sorted by their distance to the middle of the limits."""
     tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     tolerance_position: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
     """The distance that the tool may be off the position asked, m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
@@ -70,8 +71,13 @@ class ReachabilityRequest(Schema):
     """The id of a robot, as GET /v1/robots lists them."""
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """The waypoints, as in a plan request; motions, transitions, times and limits do not count."""
+    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
+    """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
+    there already. Without a mounting the base is the world."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
     tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """How poses are solved; solutions are turned nearest to the reference, or else to the middle of the limits."""
     seed: Seed = 0
@@ -88,7 +94,7 @@ class JacobianRequest(Schema):
     position: JointVector
     """The joint position, one value a joint, rad or m."""
     tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""
 
@@ -103,7 +109,7 @@ class WorkspaceRequest(Schema):
     seed: Seed = 0
     """The seed of the random joint positions; the same seed gives the same points."""
     tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""
 

@@ -12,6 +12,7 @@ from api.schemas.common import (
     DEFAULT_DEADLINE,
     LARGEST,
     Deadline,
+    FrameName,
     JointVector,
     Limits,
     Number,
@@ -91,7 +92,12 @@ class TrajectoryRequest(Schema):
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """How poses and relative moves are solved for joint positions."""
     tool: Pose | None = None
-    """The pose of the tool centre point in the tip frame (m); omitted: the tip itself."""
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
+    """Work objects by name, each with its pose in the world (m), for the `frame` of waypoints; `base` and `world` are
+    there already. Without a mounting the base is the world."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
     payload: Payload | None = None
     """The body that the robot carries, until a waypoint changes it; omitted: none."""
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4

@@ -10,6 +10,7 @@ from typing_extensions import TypeAliasType
 from api.schemas.common import (
     LARGEST,
     Answer,
+    FrameName,
     JointVector,
     Limit,
     Number,
@@ -22,7 +23,6 @@ from api.schemas.common import (
 )
 from api.schemas.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
 
-FrameName = Annotated[str, Field(min_length=1, max_length=200)]
 JointName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-/ ]*$", max_length=100)]
 
 

@@ -10,6 +10,7 @@ from typing_extensions import TypeAliasType
 from api.schemas.common import (
     LARGEST,
     Elbow,
+    FrameName,
     JointVector,
     Limits,
     Number,
@@ -78,7 +79,8 @@ class CircularMotion(ToolMotion):
     kind: Literal["circular"]
     """The motion: an arc of the tool."""
     via: Pose
-    """A pose on the way, in the base frame (m); without an orientation the tool turns by the shortest rotation."""
+    """A pose on the way (m), in the frame of the waypoint; without an orientation the tool turns by the shortest
+    rotation."""
 
 
 Motion = TypeAliasType(
@@ -233,7 +235,10 @@ class PoseWaypoint(WaypointBase):
     kind: Literal["pose"]
     """The kind of waypoint: a pose of the tool."""
     pose: Pose
-    """The pose of the tool in the base frame (m)."""
+    """The pose of the tool (m), in the base frame unless `frame` names another."""
+    frame: FrameName | None = None
+    """The name of the frame that the pose, and the `via` of a circular motion to it, are in: one of the request's
+    `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""
     configuration: Configuration | None = None
     """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
     omitted: any, chosen so that the way through the whole list is shortest."""

@@ -62,14 +62,15 @@ def inverse_kinematics(work: Work) -> Reply:
 
 def reachability(work: Work) -> Reply:
     """Answer POST /v1/kinematics/reachability."""
-    from api.conversion import to_options, to_waypoints, with_tool
+    from api.conversion import mounted, to_options, to_waypoints, with_tool
     from api.kinematics_answers import reachability_answer
     from planner.waypoints.reachability import reachability
 
     with work.stage("validate"):
         request = work.request(schemas.ReachabilityRequest)
-        robot = with_tool(work.robot(request), request.tool)
-        waypoints, options = to_waypoints(request.waypoints, robot), to_options(request.ik, request.seed)
+        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+        waypoints = to_waypoints(request.waypoints, robot, request.frames)
+        options = to_options(request.ik, request.seed)
     with work.stage("plan"):
         found = reachability(robot, waypoints, options)
     return work.reply(reachability_answer(waypoints, found))

@@ -312,10 +312,12 @@ def unreachable_error(
     if result.orientation_error is not None:
         away += f" and {np.degrees(result.orientation_error):.4g} deg"
     remedies = pose_remedy(index, waypoint, near, before, axes, f"the nearest reachable pose found, {away} away")
-    in_metres = Pose(wanted.position * MILLIMETRE, wanted.rotation)
-    if isinstance(waypoint, PoseWaypoint) and result.position_error > MANY_METRES and _is_solved(robot, in_metres):
-        remedies = [Remedy(("waypoints", index, "pose"), in_metres, "the position looks like millimetres; it is in m")]
-        away += "; the position looks like millimetres, and is in metres"
+    if isinstance(waypoint, PoseWaypoint) and result.position_error > MANY_METRES:
+        in_metres = replace(waypoint, pose=Pose(waypoint.pose.position * MILLIMETRE, waypoint.pose.rotation))
+        if _is_solved(robot, in_metres.pose_in_base):
+            explanation = "the position looks like millimetres; it is in m"
+            remedies = [Remedy(("waypoints", index, "pose"), in_metres.pose, explanation)]
+            away += "; the position looks like millimetres, and is in metres"
     if result.status == "joint_position_limit":
         joint = robot.joints[robot.joint_names.index(str(result.joint))]
         value = float(result.value or 0.0)

@@ -43,7 +43,7 @@ def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | 
                 before = Pose(before.position)
         else:
             if isinstance(waypoint, PoseWaypoint):
-                before = waypoint.pose
+                before = waypoint.pose_in_base
             elif before is not None and (axes is not None or waypoint.frame == "base"):
                 before = moved_pose(before, axes, waypoint)
             else:
@@ -98,13 +98,14 @@ def pose_remedy(
     Args:
         index: Index of the waypoint.
         waypoint: A pose, or relative to one.
-        goal: The pose at which it is to be.
+        goal: The pose at which it is to be, in the base frame.
         before: The pose asked at the waypoint before, if there is one.
         axes: (3, 3), of the tool there, if they are known.
         explanation: For a person.
     """
     if isinstance(waypoint, PoseWaypoint):
-        return [Remedy(("waypoints", index, "pose"), goal, explanation)]
+        in_its_frame = goal if waypoint.frame is None else goal.to_frame(waypoint.frame)
+        return [Remedy(("waypoints", index, "pose"), in_its_frame, explanation)]
     if not isinstance(waypoint, RelativeWaypoint) or before is None:
         return []
     move = move_to(goal, before, axes, waypoint)

@@ -54,6 +54,14 @@ def polynomials(joints: str = "123", other: Any = None, **changes: Any) -> dict[
     return {"robot": "three_dof_arm", "polynomials": curves}
 
 
+ORIGIN = {"position": [0.0, 0.0, 0.0]}
+
+
+def in_frame(name: str, **changes: Any) -> dict[str, Any]:
+    """A pose in a frame, and what else is asked."""
+    return plan_request(waypoints=[joint(0.1, 0.2, 0.3), pose_waypoint([0.2, 0.0, 0.1], frame=name)], **changes)
+
+
 def configured(**names: Any) -> dict[str, Any]:
     return second(pose_waypoint([0.1, 0.1, -0.1], configuration=names))
 
@@ -78,6 +86,12 @@ BAD_REQUESTS = [
         "/waypoints/0/name",
     ),
     Bad("a position of no name", PLAN, plan_request(waypoints=[{"kind": "named"}]), INVALID, "/waypoints/0/name"),
+    Bad("no such frame", PLAN, in_frame("pallet"), INVALID, "/waypoints/1/frame"),
+    Bad("a frame of no name", PLAN, in_frame(""), INVALID, "/waypoints/1/frame"),
+    Bad("the base somewhere else", PLAN, in_frame("base", frames={"base": ORIGIN}), INVALID, "/frames/base"),
+    Bad("the world somewhere else", PLAN, in_frame("base", frames={"world": ORIGIN}), INVALID, "/frames/world"),
+    Bad("a frame without a place", PLAN, in_frame("a", frames={"a": {}}), INVALID, "/frames/a/position"),
+    Bad("a mounting without axes", PLAN, in_frame("base", mounting=ORIGIN), INVALID, "/mounting/orientation"),
     Bad("no such side", PLAN, configured(elbow="left"), INVALID, "/waypoints/1/configuration/elbow"),
     Bad("no such part", PLAN, configured(knee="up"), INVALID, "/waypoints/1/configuration/knee"),
     Bad("a part that the arm lacks", PLAN, configured(wrist="flip"), INVALID, "/waypoints/1/configuration/wrist"),

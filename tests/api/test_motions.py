@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from api.schemas import answers
+from planner.spatial import rotation_from_quaternion
 from tests.api.answers import checked
-from tests.api.requests import dh_joint, dh_robot, joint, plan_request
+from tests.api.requests import dh_joint, dh_robot, joint, plan_request, pose_waypoint
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -69,3 +72,57 @@ def test_a_continuous_joint_takes_the_short_way_or_the_long_one(
     request = plan_request(robot="turning_arm", waypoints=[joint(3.1, 0.5), joint(-3.1, 0.6, motion=motion)])
     plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
     assert plan["waypoints"][1]["position"] == pytest.approx([end, 0.6])
+
+
+def test_poses_in_the_frame_of_a_pallet_and_a_hanging_robot(service: RunningService) -> None:
+    """The pallet's pose in the base frame by hand: hanging from 2 m, the base has y and z of the world turned round."""
+    hanging = {"position": [0.0, 0.0, 2.0], "orientation": {"kind": "rpy", "rpy": [math.pi, 0.0, 0.0]}}
+    pallet = {"position": [1.2, 0.2, 0.5], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, math.pi / 2.0]}}
+    corner = pose_waypoint([0.1, 0.05, 0.2], {"kind": "rpy", "rpy": [0.0, math.pi, 0.0]}, frame="pallet")
+    home = joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0)
+    request = plan_request(
+        robot="kuka_kr16_2",
+        waypoints=[home, corner],
+        frames={"pallet": pallet},
+        mounting=hanging,
+        include=["torque"],
+    )
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    # In the world at (1.2 - 0.05, 0.2 + 0.1, 0.5 + 0.2), the tool's z axis down: in the base upwards.
+    reached = plan["waypoints"][1]["pose"]
+    assert reached["position"] == pytest.approx([1.15, -0.3, 1.3], abs=2e-6)
+    down = rotation_from_quaternion(np.array(reached["orientation"]["xyzw"]))[:, 2]
+    assert down == pytest.approx([0.0, 0.0, 1.0], abs=2e-6)
+    standing = plan_request(robot="kuka_kr16_2", waypoints=[home, home], include=["torque"])
+    held = service.post("/v1/trajectories", standing).json()["samples"]["torque"][0]
+    hangs = service.post("/v1/trajectories", {**standing, "mounting": hanging}).json()["samples"]["torque"][0]
+    assert hangs == pytest.approx([-torque for torque in held], abs=1e-6)
+    reach = {"robot": "kuka_kr16_2", "waypoints": [corner], "frames": {"pallet": pallet}, "mounting": hanging}
+    (found,) = service.post("/v1/kinematics/reachability", reach).json()["waypoints"]
+    assert found["status"] == "reachable" or found["solutions"]
+
+
+def test_a_circle_goes_through_a_pose_in_the_frame_of_its_waypoint(service: RunningService) -> None:
+    """The same circle with its poses in the base frame."""
+    table = {"position": [0.1, -0.2, 0.3], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, 0.5]}}
+    home, down = joint(0.0, -1.5, 1.5, 0.0, 1.5, 0.0), {"kind": "rpy", "rpy": [0.0, math.pi, 0.0]}
+    turned = {"kind": "rpy", "rpy": [0.0, math.pi, 0.5]}
+    c, s = math.cos(0.5), math.sin(0.5)
+
+    def at(x: float, y: float, z: float, named: bool) -> list[float]:
+        return [x, y, z] if named else [0.1 + c * x - s * y, -0.2 + s * x + c * y, 0.3 + z]
+
+    plans = []
+    for named in (True, False):
+        more = {"frame": "table"} if named else {}
+        axes = down if named else turned
+        via = {"position": at(0.95, 0.05, 0.4, named), "orientation": None}
+        waypoints = [
+            home,
+            pose_waypoint(at(0.9, 0.0, 0.4, named), axes, **more),
+            pose_waypoint(at(1.0, 0.0, 0.4, named), axes, motion={"kind": "circular", "via": via}, **more),
+        ]
+        request = plan_request(robot="kuka_kr16_2", waypoints=waypoints, frames={"table": table}, sample_period=0.1)
+        plans.append(checked(service.post("/v1/trajectories", request), answers.PlanAnswer))
+    assert plans[0]["duration"] == pytest.approx(plans[1]["duration"], rel=1e-6)
+    np.testing.assert_allclose(plans[0]["waypoints"][2]["position"], plans[1]["waypoints"][2]["position"], atol=1e-6)

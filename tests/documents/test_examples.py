@@ -29,6 +29,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "date_sorting_transition_2.json": (2, 30.0),
     "least_effort.json": (2, 6.0),
     "named_configuration.json": (3, None),
+    "on_a_pallet.json": (4, None),
     "past_a_singularity.json": (2, None),
     "pick_and_place.json": (8, None),
     "refuelling_case_1.json": (6, 25.29),

@@ -42,6 +42,9 @@ PARTS = range(4)
 PARTS_CARRIED = (Payload(1.0, (0.0, 0.0, 0.1)), Payload(4.0, (0.05, 0.0, 0.1), (0.02, 0.02, 0.01)))
 """Things that arms with inertias pick up on their way."""
 
+WORK_OBJECT = Pose.from_rpy([0.3, -0.2, 0.1], [0.2, -0.4, 1.0])
+"""A frame that every second pose is given in."""
+
 Check = Callable[[PlanningProblem], None]
 """Fails where something does not hold of a problem's plan."""
 
@@ -139,7 +142,8 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
             _near(home, robot, rng, reach), singularity=near
         )
         asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
-        waypoints.append(PoseWaypoint(_near(home, robot, rng, reach), asked, motion=made))
+        goal, frame = _near(home, robot, rng, reach), WORK_OBJECT if k % 2 == 0 else None
+        waypoints.append(PoseWaypoint(goal if frame is None else goal.to_frame(frame), asked, frame, motion=made))
         if k > 1:
             both_tool = not isinstance(before, JointMotion) and not isinstance(made, JointMotion)
             kinds = ["stop", "blend"] if both_tool else ["stop", "blend", "through"]

@@ -75,7 +75,7 @@ def _goes_where_it_should(result: Plan) -> None:
             axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
             J = pin.getFrameJacobian(robot.model, data, robot.tool_frame_id, axes)[: 3 if robot.dof == 3 else 6]
             handedness.add(float(np.sign(np.linalg.det(J))))
-            start, end = solved[k - 1].pose, waypoint.pose  # type: ignore[union-attr]
+            start, end = solved[k - 1].pose, waypoint.pose_in_base  # type: ignore[union-attr]
             if isinstance(waypoint.motion, CircularMotion):
                 assert _from_circle(tool.translation, start, waypoint.motion.via, end) <= 1.001e-4
             else:
