@@ -82,16 +82,32 @@ def jobs(
     family: Annotated[str | None, typer.Option(help="Only this kind of work.")] = None,
     job: Annotated[str | None, typer.Option(help="Only this job.")] = None,
     backend: Annotated[list[str] | None, typer.Option(help="Only these back ends.")] = None,
+    like: Annotated[Path | None, typer.Option(help="Only the jobs and back ends of these saved results.")] = None,
+    save: Annotated[Path | None, typer.Option(help="File to save the results in, for docs/corpus.md.")] = None,
 ) -> None:
     """Jobs as robot programmers send them through every back end; takes hours with all of them."""
+    from benchmarks import jobs_page
     from benchmarks.jobs import measure
     from benchmarks.jobs_report import print_json, print_table
     from benchmarks.jobs_verdicts import judge
     from tests.jobs.corpus import BACK_ENDS, names
 
-    chosen = [job] if job else names(family)[::every]
-    records = judge(measure(chosen, tuple(backend or BACK_ENDS)))
+    chosen = {name: tuple(backend or BACK_ENDS) for name in ([job] if job else names(family)[::every])}
+    if like is not None:
+        chosen = {name: tuple(own) for name, own in jobs_page.load(like).items()}
+    records = judge(measure(chosen))
     print_json(records) if json else print_table(records)
+    if save is not None:
+        jobs_page.save(records, save)
+
+
+@app.command()
+def corpus() -> None:
+    """Write docs/corpus.md from the saved results of the corpus of jobs, before and after."""
+    from benchmarks import jobs_page
+
+    before, after = jobs_page.load(jobs_page.BEFORE), jobs_page.load(jobs_page.AFTER)
+    jobs_page.PAGE.write_text(jobs_page.document(before, after), encoding="utf-8")
 
 
 @app.command()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import resource
 import signal
 import time
@@ -10,11 +11,13 @@ import traceback
 import warnings
 from typing import TYPE_CHECKING, Any
 
+from api.worker_main import NUMERIC_THREADS
 from planner.errors import PlanningError
 from tests.jobs.checks import keeps_promises
 from tests.jobs.corpus import job, plan_job
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
     from multiprocessing.connection import Connection
 
 MOST_SECONDS = 20.0
@@ -31,10 +34,10 @@ class OutOfTime(BaseException):
     """A plan has taken too much processor time."""
 
 
-def measure(jobs: list[str], kinds: tuple[str, ...]) -> list[dict[str, Any]]:
-    """Records of jobs, by name, by back ends, in one worker process that is replaced when it dies or hangs."""
+def measure(jobs: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
+    """Records of jobs, by name, by their back ends, in one worker process that is replaced when it dies or hangs."""
     worker = Worker()
-    records = [worker.plan(name, kind) for name in jobs for kind in kinds]
+    records = [worker.plan(name, kind) for name, kinds in jobs.items() for kind in kinds]
     worker.stop()
     return records
 
@@ -68,6 +71,7 @@ class Worker:
         self.process.join()
 
     def _start(self) -> None:
+        os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))  # the new process inherits them
         self._channel, other = self._context.Pipe()
         self.process = self._context.Process(target=_work, args=(other,), daemon=True)
         self.process.start()

@@ -1,0 +1,202 @@
+"""The corpus' results in files, and docs/corpus.md: by kind of job and back end, before and after.
+
+Run: python -m benchmarks corpus
+"""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from tests.jobs.corpus import BACK_ENDS, VARIANTS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs/corpus.md"
+BEFORE, AFTER = (ROOT / f"benchmarks/results/jobs_{name}.csv" for name in ("before", "after"))
+
+GIVEN_UP = frozenset({"crashed", "died", "hung", "out of time"})
+"""What becomes of a plan that is neither made nor refused."""
+
+NO_FAULT = frozenset({"slow by its law"})
+"""What is noted of a plan, and is as it should be."""
+
+COUNTED = ("refused", "broken", "slow", "slow on its path", "over budget")
+"""The faults that have a column of their own."""
+
+HEADER = """\
+# The corpus of real jobs
+
+`tests/jobs/` makes some 2,500 jobs as robot programmers send them: structured lists of waypoints, seeded, with the
+reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind and for six
+arms, through all back ends ({plans:,} plans), before the work on them began and now. `python -m benchmarks jobs
+--like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans them again (in about ten
+minutes), `python -m benchmarks corpus` writes this page.
+
+Every plan is checked without the certificate: limits, continuity, waypoints met, the tool on its lines and circles.
+What is counted:
+
+- Refused: there is no plan, though a joint path within the limits is known. Refusals of the jobs of the kind
+  `infeasible` are none of these: that they are right, with the right reason, an independent check confirms.
+- Given up: an error, no answer within {patience:.0f} s of computing, or a lack of memory.
+- Broken: a limit, the continuity, a waypoint or a line was not kept.
+- Slow: by more than 2 % slower than the closed form, than length over speed, or than another back end along the same
+  path that keeps no less.
+- Own curve: by more than 2 % slower than another back end that keeps no less, where each draws its own curve through
+  waypoints that are passed.
+- Late: over its budget of computing time, of one second for up to 200 waypoints. The time itself is processor time,
+  in the median, on a machine that had other work to do.
+
+"""
+
+EXPLANATIONS = {
+    "slow on its path": """\
+Own curve: between waypoints that are passed, `toppra` keeps to one curve, the C2 spline through them. `ruckig` draws
+another, on which it is 2 to 9 % faster here; `auto` takes the faster of all.""",
+    "over budget": """\
+Late: long lists whose laws are searched for (`min_effort`), or that `auto` plans more than once to take the best.""",
+}
+"""What is to be said of the plans with a fault."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of one job by one back end.
+
+    Attributes:
+        outcome: `planned`, `refused`, or how it was given up.
+        faults: Kinds of what is wrong with it.
+        milliseconds: Processor time; None where it was given up.
+    """
+
+    outcome: str
+    faults: frozenset[str]
+    milliseconds: int | None
+
+    @classmethod
+    def parse(cls, text: str) -> Result:
+        """Read it as `str` writes it."""
+        words, _, milliseconds = text.partition(" ")
+        outcome, *faults = (word.replace("_", " ") for word in words.split("+"))
+        return cls(outcome, frozenset(faults), int(milliseconds) if milliseconds else None)
+
+    def __str__(self) -> str:
+        words = "+".join(word.replace(" ", "_") for word in (self.outcome, *sorted(self.faults)))
+        return words if self.milliseconds is None else f"{words} {self.milliseconds}"
+
+    @property
+    def is_good(self) -> bool:
+        """Whether nothing is wrong with it."""
+        return not self.faults - NO_FAULT
+
+
+Results = dict[str, dict[str, Result]]
+"""By the name of the job, and the back end."""
+
+
+def save(records: Iterable[dict[str, Any]], file: Path) -> None:
+    """Write judged records, one line for each job, one column for each back end."""
+    rows: dict[str, dict[str, str]] = {}
+    for it in records:
+        milliseconds = round(1e3 * it["seconds"]) if "seconds" in it else None
+        faults = frozenset(kind.replace("_", " ") for kind, _ in it["faults"])
+        result = Result(it["outcome"].replace("_", " "), faults, milliseconds)
+        rows.setdefault(it["job"], {"job": it["job"]})[it["backend"]] = str(result)
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, ["job", *BACK_ENDS], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows.values())
+
+
+def load(file: Path) -> Results:
+    """Read what `save` has written."""
+    with file.open(encoding="utf-8", newline="") as stream:
+        return {
+            row["job"]: {kind: Result.parse(row[kind]) for kind in BACK_ENDS if row[kind]}
+            for row in csv.DictReader(stream)
+        }
+
+
+def document(before: Results, after: Results) -> str:
+    """The page."""
+    from benchmarks.jobs import MOST_SECONDS
+
+    plans = sum(map(len, before.values()))
+    parts = [
+        HEADER.format(jobs=len(before), plans=plans, patience=MOST_SECONDS),
+        "## By back end\n\n",
+        *_by(BACK_ENDS, before, after, lambda job, kind: kind),
+        "\n## By kind of job\n\n",
+        *_by(VARIANTS, before, after, lambda job, kind: _family(job)),
+        "\n## By kind of job and back end\n\nPlans with which nothing is wrong, before, now, and of how many.\n\n",
+        *_by_both(before, after),
+        "\n## What is left\n\n",
+        *_rest(after),
+    ]
+    return "".join(parts)
+
+
+def _family(job: str) -> str:
+    return job.split("-")[0]
+
+
+def _row(*cells: object) -> str:
+    return f"| {' | '.join(map(str, cells))} |\n"
+
+
+def _by(rows: Iterable[str], before: Results, after: Results, key: Any) -> Iterator[str]:
+    yield _row("", "plans", "planned", "refused", "given up", "broken", "slow", "own curve", "late", "ms")
+    yield _row("---", *["---:"] * 9)
+    for row in (*rows, "all"):
+        sides = [
+            [result for job, own in side.items() for kind, result in own.items() if row in ("all", key(job, kind))]
+            for side in (before, after)
+        ]
+        if sides[0]:
+            counts = zip(*map(_counts, sides), strict=True)
+            yield _row(row, len(sides[0]), *(f"{was:,} → {now:,}" if was != now else f"{now:,}" for was, now in counts))
+
+
+def _counts(results: list[Result]) -> list[int]:
+    faults = Counter(fault for result in results for fault in result.faults)
+    outcomes = Counter(result.outcome for result in results)
+    given_up = sum(outcomes[outcome] for outcome in GIVEN_UP)
+    times = [result.milliseconds for result in results if result.milliseconds is not None]
+    refused, *others = (faults[fault] for fault in COUNTED)
+    return [outcomes["planned"], refused, given_up, *others, round(median(times))]
+
+
+def _by_both(before: Results, after: Results) -> Iterator[str]:
+    yield _row("", *BACK_ENDS)
+    yield _row("---", *["---:"] * len(BACK_ENDS))
+    for family in VARIANTS:
+        cells = []
+        for kind in BACK_ENDS:
+            was, now = (
+                [own[kind].is_good for job, own in side.items() if _family(job) == family and kind in own]
+                for side in (before, after)
+            )
+            count = f"{sum(was)} → {sum(now)}" if sum(was) != sum(now) else f"{sum(now)}"
+            cells.append(f"{count} / {len(now)}" if now else "")
+        if any(cells):
+            yield _row(family, *cells)
+
+
+def _rest(after: Results) -> Iterator[str]:
+    """All plans with which something is wrong, by what it is."""
+    found: dict[str, list[str]] = {}
+    for job, own in after.items():
+        for kind, result in own.items():
+            for fault in result.faults - NO_FAULT:
+                late = f" ({result.milliseconds} ms)" if fault == "over budget" else ""
+                found.setdefault(fault, []).append(f"{job} {kind}{late}")
+    for fault, plans in sorted(found.items(), key=lambda item: len(item[1])):
+        yield f"{EXPLANATIONS.get(fault, fault.capitalize())}\n\n"
+        yield from (f"- {plan}\n" for plan in plans)
+        yield "\n"
