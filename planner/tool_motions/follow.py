@@ -13,7 +13,6 @@ from planner.kinematics.search import pose_errors
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, RANK, handedness, inverse_step, null_space
-from planner.tool_motions.position_limits import shares_of_range
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -84,16 +83,6 @@ inverse kinematics brings it to any pose."""
 CROSSING_STEPS = 30
 """Bisections in the search for the point where a path crosses a singularity."""
 
-NEAR_LIMIT = 0.8
-"""The share of half its range from where on a joint is moved away from its position limit."""
-
-REPULSION = 20.0
-"""How fast a joint at its limit is moved away from it, as a multiple of the speed of the joints: what is left of that
-in a self-motion is a joint's share in it squared, a seventh on average."""
-
-LAST_PART = 0.1
-"""The last part of the way, in u, on which the null space's component nears a given end more and more slowly."""
-
 
 @dataclass(frozen=True, eq=False)
 class Lost:
@@ -131,8 +120,6 @@ def follow(
     end: FloatArray | None,
     tolerance: tuple[float, float],
     steepest: float = STEEP,
-    *,
-    by_smallest_steps: bool = False,
 ) -> PiecewisePolynomial | Lost:
     """Follow the path with the tool from the joint position `start`, without a jump and without a detour.
 
@@ -146,8 +133,7 @@ def follow(
 
     An arm with more joints than the tool has directions keeps the component of its joint position in the null space
     of the start (or changes it evenly to that of `end`), which makes q(u) a function of u alone. So does an arm that is
-    singular all along the path, if it would not come to `end` otherwise. Where that leads nowhere, an arm with more
-    joints may take the smallest steps instead, and keep away from its position limits by self-motions.
+    singular all along the path, if it would not come to `end` otherwise.
 
     Args:
         robot: The robot, with its tool.
@@ -156,14 +142,11 @@ def follow(
         end: (joints,), where the joint path should end, if that is known.
         tolerance: m and rad.
         steepest: How far a joint may go, rad or m, where the tool goes 1 m or rad.
-        by_smallest_steps: Whether an arm with more joints than the tool has directions goes by the smallest steps.
 
     Returns:
         The joint path over u from 0 to 1, or where it got lost.
     """
-    if by_smallest_steps:
-        return _BySmallestSteps(robot, path, start, end, tolerance, steepest, np.empty((0, robot.dof))).run()
-    result = _Follower(robot, path, start, end, tolerance, steepest).run()
+    result = Follower(robot, path, start, end, tolerance, steepest).run()
     if end is None or isinstance(result, Lost):
         return result
     reached = result.evaluate(result.breakpoints[-1:], [0])[0][0]
@@ -172,12 +155,20 @@ def follow(
     idle = null_space(jacobian(robot, end)[: len(path.twist(1.0))])
     if len(idle) == max(0, robot.dof - len(path.twist(1.0))):
         return result
-    guided = _Follower(robot, path, start, end, tolerance, steepest, idle).run()
+    guided = Follower(robot, path, start, end, tolerance, steepest, idle).run()
     return result if isinstance(guided, Lost) else guided
 
 
-class _Follower:
+class Follower:
+    """Follows one path, from knot to knot; the arguments are those of `follow`, which says how.
+
+    Args:
+        free: (n, joints), the joint motions that are kept even besides those of the tool; None: the null space of the
+            start.
+    """
+
     near_end = NEAR_END
+    """How near to its end, rad or m, the last knot is sought from there."""
 
     def __init__(
         self,
@@ -207,6 +198,8 @@ class _Follower:
             knot = self._next(last, ahead)
             if knot is not None:
                 knots.append(knot)
+                if self._is_outside(knot.q):
+                    return Lost(knot.u, knot.q, _curve(knots))
                 step = min(GROWTH * (ahead - last.u), LONGEST_STEP)
                 continue
             step = (ahead - last.u) / 2.0
@@ -215,6 +208,10 @@ class _Follower:
         if self.end is not None and np.abs(knots[-1].q - self.end).max() < SAME_CONFIGURATION:
             knots[-1] = knots[-1]._replace(q=self.end)
         return _curve(knots)
+
+    def _is_outside(self, _q: FloatArray) -> bool:
+        """Whether the joint position (joints,) has left its limits, where these are looked at."""
+        return False
 
     def _next(self, last: _Knot, u: float) -> _Knot | None:
         """The next knot; None: the step is too long, or no joint position leads on."""
@@ -367,30 +364,6 @@ class _Follower:
 
     def _jacobian(self, q: FloatArray) -> FloatArray:
         return jacobian(self.robot, q)[: self.rows]
-
-
-class _BySmallestSteps(_Follower):
-    """Follows a path by the smallest joint steps, and away from the position limits where the tool leaves that open.
-
-    q' = J^+ X' + N^T N (g + (end - q) / (1 - u)), N the null space of J, and g against the joints that are near their
-    limits: the gradient projection of Liégeois (1977), "Automatic supervisory control of the configuration and behavior
-    of multibody mechanisms". It is as strong as the joints are fast, so that the curve does not depend on how u runs.
-    """
-
-    near_end = MOST_CORRECTION
-
-    def _rate(self, u: float, q: FloatArray, J: FloatArray | None = None) -> FloatArray | None:
-        J = self._augmented(q) if J is None else J
-        rate = super()._rate(u, q, J)
-        if rate is None:
-            return None
-        shares = shares_of_range(self.robot, q)
-        too_far = np.maximum(np.abs(shares) - NEAR_LIMIT, 0.0) / (1.0 - NEAR_LIMIT)
-        wanted = -REPULSION * float(np.linalg.norm(rate)) * np.sign(shares) * too_far**2
-        if self.end is not None:
-            wanted += (self.end - q) / max(1.0 - u, LAST_PART)
-        idle = null_space(J)
-        return np.asarray(rate + idle.T @ (idle @ wanted))
 
 
 def _curve(knots: list[_Knot]) -> PiecewisePolynomial:

@@ -31,6 +31,7 @@ from planner.tool_motions.follow import GENTLE, STEEP, STEEPEST, Lost, follow
 from planner.tool_motions.follow_many import follow_lines
 from planner.tool_motions.pose_paths import Arc, Line, Reversed
 from planner.tool_motions.position_limits import first_beyond
+from planner.tool_motions.self_motions import follow_by_self_motions
 from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
@@ -251,7 +252,7 @@ def _followed(
     result = follow(robot, path, start, given, tolerance, steepest)
     is_redundant = robot.dof > len(path.twist(0.0))
     if is_redundant and (isinstance(result, Lost) or first_beyond(robot, result) is not None):
-        result = follow(robot, path, start, given, tolerance, steepest, by_smallest_steps=True)
+        result = follow_by_self_motions(robot, path, start, given, tolerance, steepest)
     return result, 0.0
 
 

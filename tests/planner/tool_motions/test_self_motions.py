@@ -14,6 +14,7 @@ from planner.spatial import FloatArray, Pose
 from planner.tool_motions.follow import STEEP, Lost, follow
 from planner.tool_motions.pose_paths import Line
 from planner.tool_motions.position_limits import first_beyond
+from planner.tool_motions.self_motions import follow_by_self_motions
 from tests.jobs.tracing import on_line, tool_at, trace
 
 TOLERANCE = (1e-4, 1e-3)
@@ -67,6 +68,19 @@ def test_a_line_is_driven_by_self_motions(arm: str, start: list[float], move: li
     if robot.dof == 7:
         given = keeps_to_line(robot, [JointWaypoint(q), JointWaypoint(chain[-1], motion=LINE)], before, after)
         assert given == pytest.approx(chain[-1], abs=1e-9)
+
+
+def test_following_ends_where_a_joint_has_left_its_limits() -> None:
+    """What comes after could be followed, at the cost of many steps: it is of no use."""
+    robot, start = load_robot("panda"), np.array([0.0, -0.3, 0.0, -2.2, 0.0, 2.0, 0.8])
+    before = tool_at(robot, start)
+    path = Line(before, Pose(before.position + np.array([-0.9, 0.0, 0.1]), before.rotation))
+    lost = follow_by_self_motions(robot, path, start, None, TOLERANCE, STEEP)
+    assert isinstance(lost, Lost)
+    beyond = first_beyond(robot, lost.curve)
+    assert beyond is not None
+    assert 0.5 < beyond[0] < lost.u < 0.7
+    assert (lost.position < robot.limit("lower")).any() or (lost.position > robot.limit("upper")).any()
 
 
 # Joint positions at the poses of lists of lines: of the solutions at the first pose, few lead through all of them.
