@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.errors import ConfigurationChange, Remedy, SingularPath
+from planner.errors import ConfigurationChange, Remedy, SingularPath, UnreachableWaypoint
 from planner.kinematics.configurations import configurations
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
@@ -56,7 +56,8 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
         and not _is_named(before)
         and (index == 1 or isinstance(before.motion, JointMotion))
     ):
-        other = _other_start(refused)
+        is_out_of_reach = isinstance(refused.error, UnreachableWaypoint)  # from wherever the motion starts
+        other = None if is_out_of_reach else _other_start(refused)
         if other is not None:
             explanation = "the same pose in another configuration, from which the motion can be done"
             yield Remedy(("waypoints", index - 1, "position"), tuple(other.tolist()), explanation)
