@@ -117,6 +117,11 @@ class _Sequence:
     ) -> None:
         self.robot, self.waypoints, self.options, self.follow = robot, waypoints, options, follow
         self.wanted = wanted_poses(robot, waypoints)
+        self.given_ahead: list[FloatArray | None] = [None] * (len(waypoints) + 1)  # at a waypoint, or after it
+        for index in range(len(waypoints) - 1, -1, -1):
+            waypoint = waypoints[index]
+            ahead = self.given_ahead[index + 1]
+            self.given_ahead[index] = np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else ahead
 
     def solve(self) -> tuple[SolvedWaypoint, ...]:
         position, weight = self.robot.middle, FREE_START_WEIGHT
@@ -195,8 +200,8 @@ class _Sequence:
         allowed = solutions_in(robot, pose, solutions, wanted, options)
         if not allowed:
             raise configuration_error(robot, index, pose, solutions, wanted, options)
-        given = (np.array(w.position) for w in self.waypoints[index:] if isinstance(w, JointWaypoint))
-        ahead = next(given, near)
+        ahead = self.given_ahead[index]
+        ahead = near if ahead is None else ahead
         if is_isolated(robot, pose, allowed[0]):
             return Layer.isolated(robot, allowed, ahead)
         return Layer.continuum(robot, allowed, ahead, pose, options, wanted)
