@@ -29,7 +29,7 @@ def serve(settings: Settings | None = None) -> NoReturn:
     """Run the service until SIGTERM or SIGINT; requests in flight are finished first. Exits with 0."""
     settings = settings or Settings()
     configure_logs(settings.log_level)
-    settings = _within_open_files(settings)
+    settings = within_open_files(settings)
     # uvicorn raises the signal that stopped it once more, for the handler that was there before it.
     for stop_signal in (signal.SIGTERM, signal.SIGINT):
         signal.signal(stop_signal, _exit_cleanly)
@@ -59,9 +59,9 @@ def serve(settings: Settings | None = None) -> NoReturn:
     sys.exit(0)
 
 
-def _within_open_files(settings: Settings) -> Settings:
+def within_open_files(settings: Settings) -> Settings:
     """Ask for as many open files as the connections need, and take no more connections than the process is given."""
-    besides = RESERVED_FILES + FILES_OF_A_WORKER * settings.workers
+    besides = RESERVED_FILES + FILES_OF_A_WORKER * (settings.workers + settings.express_workers)
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if 0 <= soft < settings.max_connections + besides:  # negative: there is no limit
         soft = settings.max_connections + besides if hard < 0 else min(settings.max_connections + besides, hard)

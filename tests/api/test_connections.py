@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import socket
 import time
 from contextlib import ExitStack, suppress
@@ -13,7 +14,9 @@ import pytest
 
 from api.errors import Overloaded
 from api.server.connections import client_of
+from api.server.process import within_open_files
 from api.server.traffic import Traffic
+from api.settings import Settings
 from tests.api.conftest import running_service, wait_until
 from tests.api.requests import joint, plan_request
 
@@ -245,6 +248,29 @@ def test_an_answer_that_is_read_slowly_but_steadily_arrives(wary: RunningService
     head, _, document = answer.partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 200")
     assert json.loads(document)["certificate"]["satisfied"]
+
+
+@pytest.mark.parametrize(
+    ("limits", "asked", "connections"),
+    [
+        ((1024, 4096), (1100, 4096), 1024),  # the process asks for more open files
+        ((128, 256), (256, 256), 180),  # it is not given as many as it needs
+        ((2000, 4096), None, 1024),
+        ((-1, -1), None, 1024),
+        ((1024, -1), (1100, -1), 1024),
+        ((16, 16), None, 1),
+    ],
+)
+def test_there_are_no_more_connections_than_open_files(
+    monkeypatch: pytest.MonkeyPatch, limits: tuple[int, int], asked: tuple[int, int] | None, connections: int
+) -> None:
+    """With 256 open files, 300 half-open connections shut everybody out."""
+    calls = []
+    monkeypatch.setattr(resource, "getrlimit", lambda _: limits)
+    monkeypatch.setattr(resource, "setrlimit", lambda _, new: calls.append(new))
+    settings = within_open_files(Settings(workers=2, express_workers=1, max_connections=1024))
+    assert settings.max_connections == connections
+    assert [call for call in calls if call != limits] == ([] if asked is None else [asked])
 
 
 def test_clients_are_told_apart_by_what_they_cannot_choose() -> None:
