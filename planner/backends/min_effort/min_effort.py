@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from planner.trajectory import Trajectory
 
 MOST_SEGMENTS = 100
-"""Segments from stop to stop, at most: with six joints they take 0.3 s an iteration and 200 MB, 300 more than 1 GB."""
+"""Segments from stop to stop, at most: with six joints they take 0.5 s an iteration and 200 MB, 300 more than 1 GB.
+Windows of a longer list would need less memory, but no less time: each segment takes 0.1 s until the optimum is found,
+300 of them 30 s, which is beyond the deadline of a request."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,9 @@ class MinEffort(MinEffortOptions):
     (`on_curve.py`). The quintic of the same duration is where the search begins, along a given way the fastest law
     within the jerk limits stretched to it, and either is the answer if nothing better within the limits is found.
 
-    Between two stops the tool stays within `max_deviation` of the straight joint motion: the least torque may be far
-    off, near the body or hanging down. Where waypoints are passed, it is within as much of the quintic through them.
+    Between two stops the tool stays within `max_deviation` of the straight joint motion, and each joint within
+    `max_joint_deviation`: the least torque may be far off, near the body or hanging down. Where waypoints are passed,
+    they are within as much of the quintic through them.
 
     A motion without an asked duration takes as long as the quintic, times `slowdown`: the choice of a back end is then
     no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it

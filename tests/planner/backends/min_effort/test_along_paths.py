@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -67,9 +68,9 @@ PATHS: dict[str, tuple[AnyWaypoint, ...]] = {
 QUICK = MinEffort(knots=24)
 
 
-def planned(
-    waypoints: tuple[AnyWaypoint, ...], backend: BackEnd = QUICK, durations: list[float | None] | None = None
-) -> Plan:
+@cache
+def planned(name: str, backend: BackEnd = QUICK, durations: tuple[float | None, ...] | None = None) -> Plan:
+    waypoints = PATHS[name]
     if durations is not None:
         timed = zip(waypoints[1:], durations, strict=True)
         waypoints = (waypoints[0], *(replace(waypoint, duration=seconds) for waypoint, seconds in timed))
@@ -113,16 +114,16 @@ def dense_use(result: Plan) -> FloatArray:
     ("name", "slower"), some(["line", "short line", "circle", "blends"], [1.0, 1.005, 1.05, 2.0, 8.0])
 )
 def test_effort_is_never_above_other_laws_of_the_same_duration(name: str, slower: float) -> None:
-    waypoints = PATHS[name]
-    others = [planned(waypoints, backend) for backend in (Ruckig(), Toppra(jerk_limited=True), Quintic())]
-    if len(waypoints) == 2:
+    is_single = len(PATHS[name]) == 2
+    others = [planned(name, backend) for backend in (Ruckig(), Toppra(jerk_limited=True), Quintic())]
+    if is_single:
         asked = slower * others[0].trajectory.duration
-        result = planned(waypoints, QUICK, [asked])
+        result = planned(name, QUICK, (asked,))
     else:
         asked = slower * others[2].trajectory.duration
-        result = planned(waypoints, replace(QUICK, slowdown=slower))
+        result = planned(name, replace(QUICK, slowdown=slower))
     duration = result.trajectory.duration
-    assert duration == pytest.approx(asked, rel=0.0 if len(waypoints) == 2 else 1e-9)
+    assert duration == pytest.approx(asked, rel=0.0 if is_single else 1e-9)
     assert dense_use(result).max() <= 1.0 + 1e-9
     for other in others:
         if other.trajectory.duration <= duration * (1.0 + 1e-9):
@@ -131,10 +132,10 @@ def test_effort_is_never_above_other_laws_of_the_same_duration(name: str, slower
 
 @pytest.mark.parametrize("name", ["line", "circle", "blends", "mixed"])
 def test_something_is_saved(name: str) -> None:
-    result = planned(PATHS[name])
+    result = planned(name)
     duration = result.trajectory.duration
-    assert cost(result) < 0.998 * cost(planned(PATHS[name], Quintic()), duration=duration)
-    assert cost(result) < 0.998 * cost(planned(PATHS[name], Ruckig()), duration=duration)
+    assert cost(result) < 0.998 * cost(planned(name, Quintic()), duration=duration)
+    assert cost(result) < 0.998 * cost(planned(name, Ruckig()), duration=duration)
     assert result.warnings == ()
 
 
@@ -205,7 +206,7 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
             },
             {"type": "ineq", "fun": lambda x: room - rows @ (x * unit), "jac": lambda x: -rows * unit},
         ],
-        options={"maxiter": 400, "ftol": 1e-9},
+        options={"maxiter": 400, "ftol": 3e-7},
     )
     assert found.success, found.message
     begun, best = cost(fastest, duration=duration), cost(result)
@@ -230,11 +231,11 @@ def test_limits_by_dense_samples(name: str) -> None:
 
 def test_durations_of_segments_that_are_passed_are_kept() -> None:
     """Exactly; one without a duration has what the quintic gives it."""
-    free = planned(PATHS["blends"], replace(QUICK, slowdown=1.2))
+    free = planned("blends", replace(QUICK, slowdown=1.2))
     times = np.diff(free.trajectory.arrivals).tolist()
     unequal = [1.4 * times[0], 1.1 * times[1], 1.2 * times[2]]
     for asked in (unequal, [unequal[0], None, unequal[2]]):
-        result, quintic = (planned(PATHS["blends"], backend, asked) for backend in (QUICK, Quintic()))
+        result, quintic = (planned("blends", backend, tuple(asked)) for backend in (QUICK, Quintic()))
         expected = np.diff(quintic.trajectory.arrivals)
         assert np.diff(result.trajectory.arrivals) == pytest.approx(expected, rel=1e-12)
         assert dense_use(result).max() <= 1.0 + 1e-9
@@ -243,20 +244,19 @@ def test_durations_of_segments_that_are_passed_are_kept() -> None:
 
 @pytest.mark.parametrize("name", ["line", "blends"])
 def test_a_duration_too_short_is_refused_with_one_that_will_do(name: str) -> None:
-    waypoints = PATHS[name]
-    times = np.diff(planned(waypoints).trajectory.arrivals)
+    times = np.diff(planned(name).trajectory.arrivals)
     asked: list[float | None] = (0.4 * times).tolist()
     with pytest.raises(InfeasibleDuration) as refused:
-        planned(waypoints, QUICK, asked)
+        planned(name, QUICK, tuple(asked))
     assert refused.value.segment is not None
     for remedy in refused.value.remedies:
         asked[remedy.field[1] - 1] = remedy.value
-    result = planned(waypoints, QUICK, asked)
+    result = planned(name, QUICK, tuple(asked))
     assert np.diff(result.trajectory.arrivals) == pytest.approx(asked, rel=1e-12)
 
 
 def test_motions_of_all_kinds_in_one_list() -> None:
-    result, quintic = planned(PATHS["mixed"]), planned(PATHS["mixed"], Quintic())
+    result, quintic = planned("mixed"), planned("mixed", Quintic())
     times = result.trajectory
     assert times.arrivals == pytest.approx(quintic.trajectory.arrivals, rel=1e-9, abs=0.02 * times.duration)
     assert times.departures[3] - times.arrivals[3] == pytest.approx(0.5)
@@ -269,9 +269,9 @@ def test_motions_of_all_kinds_in_one_list() -> None:
 @pytest.mark.parametrize("objective", ["mechanical_work", "jerk"])
 @pytest.mark.parametrize("name", ["line", "blends"])
 def test_other_objectives(name: str, objective: Objective) -> None:
-    best = planned(PATHS[name], replace(QUICK, objective=objective))
+    best = planned(name, replace(QUICK, objective=objective))
     for backend in (Ruckig(), Quintic(), QUICK):
-        other = planned(PATHS[name], backend)
+        other = planned(name, backend)
         assert cost(best, objective) < 0.9999 * cost(other, objective, best.trajectory.duration)
 
 
@@ -279,25 +279,25 @@ def test_time_against_effort() -> None:
     def price(result: Plan, weight: float) -> float:
         return cost(result) + weight * result.trajectory.duration
 
-    plans = {w: planned(LINE, replace(QUICK, time_weight=w)) for w in (1e-4, 1e-2, 1.0)}
+    plans = {w: planned("line", replace(QUICK, time_weight=w)) for w in (1e-4, 1e-2, 1.0)}
     durations = [result.trajectory.duration for result in plans.values()]
     assert durations[0] > 1.05 * durations[1] > 1.1 * durations[2]
-    assert durations[2] < 1.02 * planned(LINE, Ruckig()).trajectory.duration
+    assert durations[2] < 1.02 * planned("line", Ruckig()).trajectory.duration
     for weight, result in plans.items():
-        others = [*plans.values(), planned(LINE), planned(LINE, Ruckig())]
+        others = [*plans.values(), planned("line"), planned("line", Ruckig())]
         assert all(price(result, weight) <= price(other, weight) * (1.0 + 1e-9) for other in others)
 
 
 def test_after_its_iterations_the_best_law_so_far_is_returned() -> None:
-    hurried = planned(LINE, replace(QUICK, iterations=1))
+    hurried = planned("line", replace(QUICK, iterations=1))
     assert [warning.code for warning in hurried.warnings] == ["suboptimal"]
-    assert cost(hurried) <= cost(planned(LINE, Quintic())) * (1.0 + 1e-9)
+    assert cost(hurried) <= cost(planned("line", Quintic())) * (1.0 + 1e-9)
 
 
 def test_no_other_law_is_no_fault() -> None:
     """In the shortest time there is one law only: nothing is left to search for, and nothing to warn of."""
-    shortest = planned(LINE, Ruckig()).trajectory.duration
-    result = planned(LINE, QUICK, [shortest * (1.0 + 1e-9)])
+    shortest = planned("line", Ruckig()).trajectory.duration
+    result = planned("line", QUICK, (shortest * (1.0 + 1e-9),))
     assert result.warnings == ()
 
 
