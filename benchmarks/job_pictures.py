@@ -85,7 +85,7 @@ def _section(job: Callable[[], dict[str, Any]], solved: Plan) -> str:
     kinds = Counter(waypoint.get("motion", {"kind": "joint"})["kind"] for waypoint in job()["waypoints"][1:])
     motions = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     used_up = [
-        f"{check.quantity} of {check.joint}" if check.joint else check.quantity
+        check.quantity.replace("tcp_", "tool ").replace("_", " ")
         for check in solved.certificate.checks
         if check.enforced and check.quantity in QUANTITIES and (check.ratio or 0.0) >= USED_UP
     ]

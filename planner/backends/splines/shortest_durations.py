@@ -146,14 +146,17 @@ class _MeasuredMotion:
         """Change every REACH-th duration at once, and put each ratio's change down to the nearest of them."""
         segments = np.arange(len(self.durations))
         excess, slopes = np.log(self.ratios), np.zeros((len(segments), len(segments)))
+        total = np.zeros(len(segments))
         for first in range(min(REACH, len(segments))):
             changed = segments[first::REACH]
             stretched = self.durations.copy()
             stretched[changed] *= 1.0 + DIFFERENCE
-            nearest = changed[np.abs(segments[:, None] - changed).argmin(axis=1)]
-            slopes[segments, nearest] = (np.log(self.near(stretched)) - excess) / DIFFERENCE
+            nearest = changed[np.clip((segments - first + REACH // 2) // REACH, 0, len(changed) - 1)]
+            effects = (np.log(self.near(stretched)) - excess) / DIFFERENCE
+            slopes[segments, nearest] = effects
+            total += effects
         # All durations times k divide every ratio by k: a segment's own has to make up for what is out of reach.
-        slopes[segments, segments] -= 1.0 + slopes.sum(axis=1)
+        slopes[segments, segments] -= 1.0 + total
         near = excess > excess.max() + np.log(NEAR)
         return LinearisedLimits(excess[near], slopes[near], np.ones(np.count_nonzero(near), bool))
 
