@@ -39,7 +39,8 @@ RUN apt-get update \
     && apt-get install --yes --no-install-recommends libgomp1 \
     && rm -rf /var/lib/apt/lists/* /var/cache/apt/* \
     && find /usr -xdev -type f \( -name '*.h' -o -name '*.a' \) -delete \
-    && useradd --uid 10001 --no-create-home --home-dir /nonexistent --shell /usr/sbin/nologin planner
+    && useradd --uid 10001 --no-create-home --home-dir /nonexistent --shell /usr/sbin/nologin planner \
+    && install -d -o 10001 -g 10001 /data
 COPY --from=builder /opt/planner /opt/planner
 # /dev/shm is the one place that stays writable on a read-only root file system.
 ENV PATH=/opt/planner/bin:$PATH \

@@ -50,6 +50,7 @@ STATUS_OF_CODE: dict[str, int] = {
     "header_too_large": 431,
     "internal_error": 500,
     "overloaded": 503,
+    "database_unavailable": 503,
     "deadline_exceeded": 504,
 }
 """HTTP status of each problem code."""
@@ -158,7 +159,7 @@ class RobotOfAnother(ServiceError):
 
 
 class TooManyRobots(ServiceError):
-    """The store of added robots is full."""
+    """There is no room for more added robots."""
 
     code = "too_many_robots"
     title = "No more robots can be added"
@@ -197,6 +198,13 @@ class Overloaded(ServiceError):
 
     code = "overloaded"
     title = "Too many requests are waiting"
+
+
+class DatabaseUnavailable(ServiceError):
+    """The database does not answer."""
+
+    code = "database_unavailable"
+    title = "The database cannot be reached"
 
 
 class DeadlineExceeded(ServiceError):

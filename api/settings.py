@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path  # noqa: TC003 - pydantic evaluates the annotations
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
@@ -18,6 +19,12 @@ class Settings(BaseSettings):
     """The address to listen on."""
     port: int = Field(default=8000, ge=0, le=65535)
     """The port to listen on."""
+    data_directory: Path | None = None
+    """The folder in which robots and all else that clients leave is kept, in a file of SQLite; None: nothing outlives
+    the service. Processes on one machine may share it."""
+    database_url: SecretStr | None = None
+    """The database that takes the place of SQLite's file, for services on several machines:
+    `postgresql://user:password@host/name`."""
     workers: int = Field(default_factory=lambda: len(os.sched_getaffinity(0)), ge=1, le=256)
     """The number of worker processes, each with one plan at a time; default: one a core."""
     express_workers: int = Field(default=1, ge=0, le=256)
@@ -56,7 +63,7 @@ class Settings(BaseSettings):
     """The largest number of robots that are kept for one address; raise it to `max_robots` behind a reverse proxy that
     does not pass addresses on."""
     max_robots_bytes: int = Field(default=64 * 1024 * 1024, ge=0)
-    """The bytes that the robots of all clients may take in memory."""
+    """The bytes that the robots of all clients may take in the database."""
     worker_memory_mib: int = Field(default=1024, ge=448)
     """The private memory that one worker may allocate, MiB."""
     worker_niceness: int = Field(default=5, ge=0, le=19)
@@ -66,3 +73,10 @@ class Settings(BaseSettings):
     """The number of requests after which a worker is replaced by a fresh one."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """The least severe event that is logged."""
+
+    @field_validator("database_url")
+    @classmethod
+    def _of_postgresql(cls, url: SecretStr | None) -> SecretStr | None:
+        if url is not None and not url.get_secret_value().startswith(("postgresql://", "postgres://")):
+            raise ValueError("it begins with postgresql://")
+        return url

@@ -1,1 +1,1 @@
-"""The server's side of the operations: it moves bytes between callers, the store and the workers."""
+"""The server's side of the operations: it moves bytes between callers, the database and the workers."""

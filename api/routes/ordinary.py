@@ -11,6 +11,7 @@ import orjson
 import structlog
 from starlette.requests import ClientDisconnect
 
+from api.database.robots import find_robot
 from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.messages import Task
 from api.schemas.common import DEFAULT_DEADLINE
@@ -80,7 +81,7 @@ async def look_at_body(request: Request) -> Asked:
     body = await _read_body(request)
     document = _parse(body, service.settings.max_body_bytes)
     named = document.get("robot", document.get("from"))
-    content = service.robots.get(named) if isinstance(named, str) else None
+    content = await service.database.read(find_robot, named) if isinstance(named, str) else None
     robot = {} if content is None else {"definition": content.definition}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:

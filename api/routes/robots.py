@@ -1,4 +1,4 @@
-"""Uploaded robots are kept here, in the store; what the store does not have is the workers'."""
+"""Added robots are kept in the database; what it does not have is the workers'."""
 
 from __future__ import annotations
 
@@ -7,11 +7,17 @@ from http import HTTPStatus
 
 from fastapi import Request, Response
 
+from api.database.robots import RobotBounds, find_robot, robots_behind
+from api.database.robots import add_robot as keep_robot
+from api.database.robots import delete_robot as forget_robot
 from api.errors import RobotExists, RobotOfAnother, TooManyRobots, invalid
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES, first_page
 from api.routes.ordinary import respond, run, run_with_body, service_of
 from api.server.connections import client_of
 from api.server.traffic import Answer
+
+ADDED = "uploaded."
+"""What the cursors of added robots begin with; those of the catalogue's come before."""
 
 
 async def list_robots(request: Request) -> Response:
@@ -21,16 +27,16 @@ async def list_robots(request: Request) -> Response:
     if not 1 <= limit <= MOST_ENTRIES:
         raise invalid([{"pointer": "", "message": f"the parameter limit is a number from 1 to {MOST_ENTRIES}"}])
     cursor = request.query_params.get("cursor", "")
-    kept = ((f"uploaded.{robot_id}", robot_id, content) for robot_id, content in service_of(request).robots.all())
-    behind = ((place, content.summarised_as(robot_id)) for place, robot_id, content in kept if place > cursor)
-    page, has_more = first_page(behind, limit)
+    last = cursor.removeprefix(ADDED) if cursor.startswith(ADDED) else ""  # those of the catalogue come before
+    kept = await service_of(request).database.read(robots_behind, last, limit + 1)
+    page, has_more = first_page(((ADDED + robot_id, summary) for robot_id, summary in kept), limit)
     return respond(await run(request, "list_robots", limit=limit, cursor=cursor, added=page, has_more=has_more))
 
 
 async def get_robot(request: Request) -> Response:
     """Answer GET /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    content = service_of(request).robots.get(robot_id)
+    content = await service_of(request).database.read(find_robot, robot_id)
     if content is None:
         return respond(await run(request, "get_robot", id=robot_id))
     return Answer([content.described_as(robot_id)], HTTPStatus.OK, "application/json")
@@ -42,7 +48,11 @@ async def add_robot(request: Request) -> Response:
     if reply.result is None:
         return respond(reply)
     robot_id, content = reply.result
-    match service_of(request).robots.add(robot_id, content, _client(request)):
+    service = service_of(request)
+    bounds = RobotBounds(
+        service.settings.max_robots, service.settings.max_robots_per_client, service.settings.max_robots_bytes
+    )
+    match await service.database.write(keep_robot, robot_id, content, _client(request), bounds):
         case "exists":
             raise RobotExists(f"{robot_id} is another robot; choose another id, or delete that one first")
         case "full":
@@ -57,7 +67,7 @@ async def add_robot(request: Request) -> Response:
 async def delete_robot(request: Request) -> Response:
     """Answer DELETE /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    match service_of(request).robots.delete(robot_id, _client(request)):
+    match await service_of(request).database.write(forget_robot, robot_id, _client(request)):
         case "deleted":
             return Response(status_code=204)
         case "of_another":

@@ -10,6 +10,7 @@ from fastapi import FastAPI, Response
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
+from api.database.database import Database, database_url
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
 from api.operations import OPERATIONS
 from api.routes import compare, robots, service
@@ -19,7 +20,6 @@ from api.server.pool import WorkerPool
 from api.server.service import Service
 from api.server.traffic import Traffic
 from api.settings import Settings
-from api.store import InMemoryRobotStore
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
     "get_liveness": service.get_liveness,
     "get_readiness": service.get_readiness,
 }
-"""The endpoints of the operations that are not ordinary: they need the store, several workers or none."""
+"""The endpoints of the operations that are not ordinary: they need the database, several workers or none."""
 
 log = structlog.get_logger()
 
@@ -51,20 +51,22 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     """
     settings = settings or Settings()
     workers = pool or WorkerPool(settings)
+    database = Database(database_url(settings))
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        database.open()
         workers.attach()
         log.info("started", workers=settings.workers)
         yield
         await workers.detach()
         workers.stop()
+        database.close()
         log.info("stopped")
 
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
-    robots = InMemoryRobotStore(settings.max_robots, settings.max_robots_per_client, settings.max_robots_bytes)
-    app.state.service = Service(settings, workers, robots)
+    app.state.service = Service(settings, workers, database)
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
         app.add_route(operation.path, endpoint, methods=[operation.method])

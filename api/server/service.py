@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from api.database.database import Database
     from api.server.pool import WorkerPool
     from api.settings import Settings
-    from api.store import RobotStore
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class Service:
     Attributes:
         settings: What the operator has set.
         pool: The worker processes.
-        robots: The uploaded robots.
+        database: What outlives a request: robots.
     """
 
     settings: Settings
     pool: WorkerPool
-    robots: RobotStore
+    database: Database

@@ -17,7 +17,10 @@ CONNECTION_CODES = ("malformed_request", "request_timeout", "too_many_requests",
 WORKER_CODES = ("overloaded", "deadline_exceeded", "internal_error")
 """Codes of the problem documents that may be the answer to anything a worker runs."""
 
-BODY_CODES = ("invalid_request", "payload_too_large", "unsupported_media_type", "memory_exceeded", *WORKER_CODES)
+DATABASE_CODES = ("database_unavailable", *WORKER_CODES)
+"""Codes of the problem documents that may be the answer to anything that the database is asked for."""
+
+BODY_CODES = ("invalid_request", "payload_too_large", "unsupported_media_type", "memory_exceeded", *DATABASE_CODES)
 """Codes of the problem documents that may be the answer to anything with a body."""
 
 

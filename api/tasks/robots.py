@@ -1,4 +1,4 @@
-"""Robots: those of the catalogue, and the models of uploaded ones, which the server keeps (`api/store.py`)."""
+"""Robots: those of the catalogue, and the models of uploaded ones, which the server keeps (`api/database/`)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import orjson
 from api.digests import canonical, sha256
 from api.errors import CatalogueRobot, invalid
 from api.pages import first_page
+from api.robot_content import RobotContent
 from api.schemas import robots as schemas
-from api.store import RobotContent
-from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
+from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.work import model_of, to_json
 from planner.errors import UnknownRobot
 
@@ -135,7 +135,7 @@ OPERATIONS = (
         summary="The robots, the catalogue's and the added ones, in pages.",
         run=list_robots,
         answer=schemas.RobotsAnswer,
-        codes=("invalid_request", *WORKER_CODES),
+        codes=("invalid_request", *DATABASE_CODES),
         pages=True,
     ),
     Operation(
@@ -146,7 +146,7 @@ OPERATIONS = (
         summary="One robot.",
         run=get_robot,
         answer=schemas.RobotDescription,
-        codes=("unknown_robot", *WORKER_CODES),
+        codes=("unknown_robot", *DATABASE_CODES),
     ),
     Operation(
         id="add_robot",
@@ -196,7 +196,7 @@ OPERATIONS = (
         run=delete_robot,
         answer=None,
         status=204,
-        codes=("unknown_robot", "catalogue_robot", "robot_of_another", *WORKER_CODES),
+        codes=("unknown_robot", "catalogue_robot", "robot_of_another", *DATABASE_CODES),
     ),
 )
 """What there is about robots."""

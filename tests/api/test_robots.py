@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from api.pages import PAGE_BYTES, first_page
+from api.robot_content import RobotContent
 from api.schemas.robots import AddedRobot, RobotDescription, RobotsAnswer, RobotSummary
-from api.store import InMemoryRobotStore, RobotContent
 from tests.api.odd_robots import ODD_ROBOTS, Odd
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, urdf_chain, urdf_robot
 
@@ -288,45 +288,6 @@ def test_a_robot_is_derived_only_so_many_times_over(service: RunningService) -> 
         service.client.delete(f"{ROBOTS}/{robot_id}")
 
 
-def content(digest: str, size: int = 0) -> RobotContent:
-    return RobotContent(digest, b"x" * size, b'{"dof":1}', b'{"dof":1}')
-
-
-def test_the_store_keeps_a_content_once_and_as_long_as_an_id_points_at_it() -> None:
-    store = InMemoryRobotStore(3, 10, 1000)
-    assert [store.add(robot_id, content("x"), "me") for robot_id in ("b", "a", "a")] == ["added", "added", "same"]
-    assert store.get("a") is store.get("b")
-    assert store.add("a", content("y"), "me") == "exists"
-    assert store.add("c", content("y"), "me") == "added"
-    assert store.add("d", content("y"), "me") == "full"
-    assert [(robot_id, kept.digest) for robot_id, kept in store.all()] == [("a", "x"), ("b", "x"), ("c", "y")]
-    assert [store.delete("b", "me") for _ in range(2)] == ["deleted", "unknown"]
-    assert store.get("a") == content("x")
-    assert store.delete("a", "me") == "deleted"
-    assert store.add("a", content("y"), "me") == "added"
-    assert store.get("a") is store.get("c")
-
-
-def test_one_client_fills_no_more_than_its_share_and_deletes_what_it_added_only() -> None:
-    """Any client could take all 1,000 places in 7 s, or delete any robot."""
-    store = InMemoryRobotStore(10, 2, 1000)
-    assert [store.add(robot_id, content("x"), "one") for robot_id in "abc"] == ["added", "added", "too_many"]
-    assert store.add("c", content("x"), "other") == "added"
-    assert [store.delete(robot_id, "other") for robot_id in "ac"] == ["of_another", "deleted"]
-    assert store.delete("a", "one") == "deleted"
-    assert store.add("c", content("x"), "one") == "added"
-
-
-def test_the_bytes_of_all_robots_are_bounded() -> None:
-    """100 robots of 4 MB took 382 MB of the server."""
-    store = InMemoryRobotStore(10, 10, 1000)
-    assert store.add("a", content("x", 600), "me") == "added"
-    assert store.add("b", content("y", 600), "me") == "full"
-    assert store.add("b", content("x", 600), "me") == "added"  # the same content takes no more
-    assert store.delete("a", "me") == store.delete("b", "me") == "deleted"
-    assert store.add("b", content("y", 600), "me") == "added"
-
-
 @pytest.fixture(scope="module")
 def other_client(service: RunningService) -> Iterator[httpx.Client]:
     transport = httpx.HTTPTransport(local_address="127.0.0.2")
@@ -391,4 +352,4 @@ def test_the_list_does_not_have_the_pairs_of_an_srdf(service: RunningService) ->
 
 
 def test_an_id_is_written_into_the_description_as_json() -> None:
-    assert content("x").described_as('quo"te') == b'{"id":"quo\\"te","dof":1}'
+    assert RobotContent("x", b"", b'{"dof":1}', b"").described_as('quo"te') == b'{"id":"quo\\"te","dof":1}'

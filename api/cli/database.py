@@ -1,0 +1,67 @@
+"""The command line of the database: `planner db`."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sqlalchemy import Engine
+
+app = typer.Typer(name="db", help="The database that PLANNER_DATA_DIRECTORY or PLANNER_DATABASE_URL names.")
+
+UPGRADE = "planner db upgrade"
+"""The command that brings the tables up to date; the service does it, too, when it starts."""
+
+
+@app.command()
+def upgrade() -> None:
+    """Bring the tables to what this version of the service works with."""
+    from api.database.migrate import upgrade
+
+    with _engine() as engine:
+        upgrade(engine)
+    typer.echo("the tables are those of this version")
+
+
+@app.command()
+def check() -> None:
+    """Tell whether the tables are those of this version; ends with 1 if they are not."""
+    from api.database.migrate import is_current
+
+    with _engine() as engine:
+        current = is_current(engine)
+    if not current:
+        typer.echo(f"the tables are not those of this version; see {UPGRADE}", err=True)
+        raise typer.Exit(1)
+    typer.echo("the tables are those of this version")
+
+
+@contextmanager
+def _engine() -> Iterator[Engine]:
+    """Connect to the database that the environment names, and say in a line what goes wrong."""
+    from pydantic import ValidationError
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from api.database.database import database_url, make_engine
+    from api.database.migrate import DatabaseTooNew
+    from api.settings import Settings
+
+    try:
+        url = database_url(Settings())
+    except ValidationError as error:
+        raise typer.BadParameter(str(error.errors()[0]["msg"]), param_hint="environment") from None
+    if url is None:
+        raise typer.BadParameter("set PLANNER_DATA_DIRECTORY or PLANNER_DATABASE_URL", param_hint="environment")
+    engine = make_engine(url)
+    try:
+        yield engine
+    except (DatabaseTooNew, SQLAlchemyError) as error:
+        typer.echo(str(error).splitlines()[0], err=True)
+        raise typer.Exit(1) from None
+    finally:
+        engine.dispose()

@@ -1,0 +1,140 @@
+"""The connection to the database, and the threads that wait for it."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+
+from sqlalchemy import create_engine, event, make_url
+from sqlalchemy.exc import DBAPIError, OperationalError
+
+from api.database.migrate import upgrade
+from api.errors import DatabaseUnavailable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sqlalchemy import URL, Connection, Engine
+
+    from api.settings import Settings
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+READING_THREADS = 2
+"""The number of threads that read: so many answers to clients wait for the disk or the network at once."""
+
+BUSY_TIMEOUT = 30_000
+"""The time for which SQLite waits for another process that writes, ms: many times that of any transaction."""
+
+FILE_NAME = "planner.sqlite3"
+"""The name of SQLite's file in the data directory."""
+
+
+class Database:
+    """The database of one service.
+
+    The event loop must never wait for it: a commit waits for the disk, another process may hold a lock, and the
+    network to PostgreSQL may stall. So all statements run in threads, which leave the interpreter to the event loop
+    while they wait; a process of its own would cost more memory, and a copy of all that is written and read. One thread
+    writes, since SQLite lets no two write at once; others read, and need not wait for it.
+
+    Args:
+        url: Where it is; None: a temporary one, for as long as the service runs.
+    """
+
+    engine: Engine
+
+    def __init__(self, url: URL | None) -> None:
+        self._url = url
+        self._temporary: Path | None = None
+        self._writer = ThreadPoolExecutor(1, "database-writer")
+        self._readers = ThreadPoolExecutor(READING_THREADS, "database-reader")
+
+    def open(self) -> None:
+        """Bring its tables up to date. It waits: call it before there are requests.
+
+        Raises:
+            DatabaseTooNew: A later version of the service has changed its tables.
+            OperationalError: There is no connection.
+        """
+        url = self._url
+        if url is None:
+            self._temporary = Path(tempfile.mkdtemp(prefix="planner-"))
+            url = sqlite_url(self._temporary)
+        self.engine = make_engine(url)
+        upgrade(self.engine)
+
+    async def read(self, work: Callable[Concatenate[Connection, P], T], *arguments: P.args, **options: P.kwargs) -> T:
+        """Run a function that reads, with a connection and its arguments, in a transaction.
+
+        Raises:
+            DatabaseUnavailable: There is no connection, or it broke.
+        """
+        return await self._run(self._readers, True, lambda connection: work(connection, *arguments, **options))
+
+    async def write(self, work: Callable[Concatenate[Connection, P], T], *arguments: P.args, **options: P.kwargs) -> T:
+        """Run a function that writes, as `read` does; all that it writes is written together, or nothing."""
+        return await self._run(self._writer, False, lambda connection: work(connection, *arguments, **options))
+
+    async def _run(self, threads: ThreadPoolExecutor, reads: bool, work: Callable[[Connection], T]) -> T:
+        def transaction() -> T:
+            with self.engine.execution_options(reads=reads).begin() as connection:
+                return work(connection)
+
+        try:
+            return await asyncio.get_running_loop().run_in_executor(threads, transaction)
+        except DBAPIError as error:
+            if isinstance(error, OperationalError) or error.connection_invalidated:
+                raise DatabaseUnavailable(
+                    "the database does not answer; try again later", headers={"Retry-After": "5"}
+                ) from error
+            raise
+
+    def close(self) -> None:
+        """Wait for what is under way and end all connections; a temporary database is deleted."""
+        self._writer.shutdown()
+        self._readers.shutdown()
+        self.engine.dispose()
+        if self._temporary is not None:
+            shutil.rmtree(self._temporary, ignore_errors=True)
+
+
+def database_url(settings: Settings) -> URL | None:
+    """Find out where the database is: at a URL, in the data directory, or, None, in a temporary one."""
+    if settings.database_url is not None:
+        return make_url(settings.database_url.get_secret_value()).set(drivername="postgresql+psycopg")
+    return None if settings.data_directory is None else sqlite_url(settings.data_directory)
+
+
+def sqlite_url(directory: Path) -> URL:
+    """Make the URL of SQLite's file in a folder."""
+    return make_url("sqlite://").set(database=str(directory / FILE_NAME))
+
+
+def make_engine(url: URL) -> Engine:
+    """Prepare connections to a database; none is made yet."""
+    if url.get_backend_name() != "sqlite":
+        return create_engine(url, pool_pre_ping=True)
+    Path(str(url.database)).parent.mkdir(parents=True, exist_ok=True)
+    engine = create_engine(url)
+    event.listen(engine, "connect", _set_up_sqlite)
+    event.listen(engine, "begin", _begin)
+    return engine
+
+
+def _set_up_sqlite(connection: Any, _record: Any) -> None:
+    """Let readers go on while one writes, and let transactions begin where SQLAlchemy says so."""
+    connection.isolation_level = None
+    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_TIMEOUT}"):
+        connection.execute(f"PRAGMA {pragma}")
+
+
+def _begin(connection: Connection) -> None:
+    """Begin a transaction; one that is to write takes the lock at once, as it could not get it in the middle."""
+    reads = connection.get_execution_options().get("reads", False)
+    connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")

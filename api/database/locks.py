@@ -1,0 +1,22 @@
+"""Locks by which services that share a database keep out of each other's way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from sqlalchemy import text
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+MIGRATIONS = 7_390_001
+"""The number of the advisory lock under which tables are changed; other programs in the same database use others."""
+
+ROBOTS = 7_390_002
+"""The number of the advisory lock under which robots are added and deleted."""
+
+
+def exclusively(connection: Connection, lock: int) -> None:
+    """Keep others from the same work until the transaction ends; whoever writes to SQLite does so anyway."""
+    if connection.dialect.name == "postgresql":
+        connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": lock})

@@ -1,0 +1,85 @@
+"""The robots that clients add: contents by their digest, and ids that stand for contents."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from sqlalchemy import delete, exists, func, insert, select
+
+from api.database.locks import ROBOTS, exclusively
+from api.database.tables import robot_contents, robots
+from api.robot_content import RobotContent, with_id
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+
+class RobotBounds(NamedTuple):
+    """How much is kept.
+
+    Attributes:
+        ids: The most ids.
+        ids_of_owner: The most ids of one client.
+        size: The most bytes of contents.
+    """
+
+    ids: int
+    ids_of_owner: int
+    size: int
+
+
+def find_robot(connection: Connection, robot_id: str) -> RobotContent | None:
+    """Find what an id stands for."""
+    columns = (robot_contents.c[name] for name in ("digest", "definition", "description", "summary"))
+    found = connection.execute(select(*columns).join(robots).where(robots.c.id == robot_id)).one_or_none()
+    return None if found is None else RobotContent(*found)
+
+
+def add_robot(
+    connection: Connection, robot_id: str, content: RobotContent, owner: str, bounds: RobotBounds
+) -> Literal["added", "same", "exists", "full", "too_many"]:
+    """Let an id stand for a content, in the name of a client.
+
+    Returns:
+        `same`: it does already; `exists`: it stands for another; `full`: there is no room; `too_many`: the client
+        has as many ids as one may have.
+    """
+    exclusively(connection, ROBOTS)
+    kept = connection.scalar(select(robots.c.digest).where(robots.c.id == robot_id))
+    if kept is not None:
+        return "same" if kept == content.digest else "exists"
+    ids = select(func.count()).select_from(robots)
+    if connection.execute(ids.where(robots.c.owner == owner)).scalar_one() >= bounds.ids_of_owner:
+        return "too_many"
+    is_known = connection.scalar(select(exists().where(robot_contents.c.digest == content.digest)))
+    size = connection.execute(select(func.coalesce(func.sum(robot_contents.c.size), 0))).scalar_one()
+    more = 0 if is_known else content.size
+    if size + more > bounds.size or connection.execute(ids).scalar_one() >= bounds.ids:
+        return "full"
+    if not is_known:
+        connection.execute(insert(robot_contents).values(**vars(content), size=content.size))
+    connection.execute(insert(robots).values(id=robot_id, digest=content.digest, owner=owner, added=time.time()))
+    return "added"
+
+
+def delete_robot(connection: Connection, robot_id: str, owner: str) -> Literal["deleted", "unknown", "of_another"]:
+    """Forget an id that the client added, and the content that nothing else needs."""
+    exclusively(connection, ROBOTS)
+    kept = connection.execute(select(robots.c.digest, robots.c.owner).where(robots.c.id == robot_id)).one_or_none()
+    if kept is None:
+        return "unknown"
+    if kept.owner != owner:
+        return "of_another"
+    connection.execute(delete(robots).where(robots.c.id == robot_id))
+    is_needed = exists().where(robots.c.digest == robot_contents.c.digest)
+    connection.execute(delete(robot_contents).where(robot_contents.c.digest == kept.digest, ~is_needed))
+    return "deleted"
+
+
+def robots_behind(connection: Connection, robot_id: str, limit: int) -> list[tuple[str, bytes]]:
+    """List ids that come after one, in their order by code point, each with its entry of GET /v1/robots."""
+    order = robots.c.id.collate("C") if connection.dialect.name == "postgresql" else robots.c.id
+    query = select(robots.c.id, robot_contents.c.summary).join(robot_contents)
+    rows = connection.execute(query.where(order > robot_id).order_by(order).limit(limit))
+    return [(row.id, with_id(row.id, row.summary)) for row in rows]

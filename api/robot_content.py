@@ -1,0 +1,38 @@
+"""What a client added as a robot, as workers make it and the database keeps it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import orjson
+
+
+@dataclass(frozen=True)
+class RobotContent:
+    """What a client added, whatever it is called.
+
+    Attributes:
+        digest: The SHA-256 of the definition, `sha256:...`: two contents with the same digest are the same.
+        definition: The validated request that added it, without the id, as canonical JSON.
+        description: The answer of GET /v1/robots/{id}, without the id, as a JSON object.
+        summary: Its entry in the answer of GET /v1/robots, without the id, as a JSON object.
+    """
+
+    digest: str
+    definition: bytes
+    description: bytes
+    summary: bytes
+
+    @property
+    def size(self) -> int:
+        """The bytes that it takes to keep."""
+        return len(self.definition) + len(self.description) + len(self.summary)
+
+    def described_as(self, robot_id: str) -> bytes:
+        """Write the answer of GET /v1/robots/{id} as JSON."""
+        return with_id(robot_id, self.description)
+
+
+def with_id(robot_id: str, description: bytes) -> bytes:
+    """Write the id into a JSON object, before all else."""
+    return b'{"id":' + orjson.dumps(robot_id) + b"," + description.removeprefix(b"{")

@@ -1,0 +1,201 @@
+"""The database: its migrations, and the robots in it, on SQLite and on PostgreSQL."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+from sqlalchemy import delete, func, inspect, make_url, select, text
+from typer.testing import CliRunner
+
+from api.cli import app
+from api.database.database import Database, make_engine, sqlite_url
+from api.database.migrate import DatabaseTooNew, is_current, upgrade
+from api.database.robots import RobotBounds, add_robot, delete_robot, find_robot, robots_behind
+from api.database.tables import metadata, robot_contents, robots
+from api.errors import DatabaseUnavailable
+from api.robot_content import RobotContent
+from api.settings import Settings
+from tests.api.conftest import RunningService
+from tests.api.databases import PostgresServer, engine, postgres
+from tests.api.requests import dh_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from sqlalchemy import Connection, Engine
+
+__all__ = ["engine", "postgres"]
+WIDE = RobotBounds(ids=10, ids_of_owner=10, size=1000)
+
+
+@pytest.fixture
+def connection(engine: Engine) -> Iterator[Connection]:
+    """A transaction that is undone."""
+    with engine.connect() as connection:
+        yield connection
+        connection.rollback()
+
+
+def test_the_migrations_make_the_tables_that_the_code_works_with(connection: Connection) -> None:
+    assert compare_metadata(MigrationContext.configure(connection), metadata) == []
+
+
+def test_migrations_that_come_at_once_are_applied_once(engine: Engine, tmp_path: Path) -> None:
+    """Three services that start together on an empty database."""
+    if engine.dialect.name == "sqlite":
+        url = sqlite_url(tmp_path)
+    else:
+        with engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+            connection.execute(text("CREATE DATABASE three_at_once"))
+        url = engine.url.set(database="three_at_once")
+    engines = [make_engine(url) for _ in range(3)]
+    with ThreadPoolExecutor(3) as threads:
+        list(threads.map(upgrade, engines))
+    assert all(map(is_current, engines))
+    assert set(inspect(engines[0]).get_table_names()) == {*metadata.tables, "alembic_version"}
+    for each in engines:
+        each.dispose()
+
+
+def test_a_database_of_a_later_version_is_left_alone(tmp_path: Path) -> None:
+    engine = make_engine(sqlite_url(tmp_path))
+    upgrade(engine)
+    with engine.begin() as connection:
+        connection.execute(text("UPDATE alembic_version SET version_num = 'of tomorrow'"))
+    with pytest.raises(DatabaseTooNew, match="of tomorrow"):
+        upgrade(engine)
+    assert not is_current(engine)
+    engine.dispose()
+
+
+def test_the_command_line_upgrades_and_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def planner(*arguments: str) -> int:
+        return CliRunner().invoke(app, ["db", *arguments]).exit_code
+
+    assert planner("check") == 2  # no database is named
+    monkeypatch.setenv("PLANNER_DATA_DIRECTORY", str(tmp_path / "new"))
+    assert [planner(command) for command in ("check", "upgrade", "check")] == [1, 0, 0]
+    monkeypatch.setenv("PLANNER_DATABASE_URL", "postgresql://nobody@127.0.0.1:1/nothing")
+    assert planner("check") == 1
+    monkeypatch.setenv("PLANNER_DATABASE_URL", "mysql://nobody@127.0.0.1/nothing")
+    assert planner("check") == 2
+
+
+def test_reading_does_not_wait_for_writing_and_the_event_loop_for_neither(tmp_path: Path) -> None:
+    database = Database(sqlite_url(tmp_path))
+    database.open()
+    writing, go_on = threading.Event(), threading.Event()
+
+    def slow_write(connection: Connection) -> None:
+        connection.execute(delete(robots))
+        writing.set()
+        assert go_on.wait(10.0)
+
+    async def meanwhile() -> Any:
+        slow = asyncio.ensure_future(database.write(slow_write))
+        while not writing.is_set():
+            await asyncio.sleep(0.001)
+        found = await database.read(count_robots)
+        assert not slow.done()
+        go_on.set()
+        await slow
+        return found
+
+    assert asyncio.run(meanwhile()) == 0
+    database.close()
+
+
+def test_a_database_that_is_gone_is_a_problem_and_comes_back(postgres: PostgresServer) -> None:
+    database = Database(make_url(postgres.new_database("comes_and_goes")).set(drivername="postgresql+psycopg"))
+    database.open()
+    assert asyncio.run(database.read(count_robots)) == 0
+    postgres.stop()
+    with pytest.raises(DatabaseUnavailable):
+        asyncio.run(database.read(count_robots))
+    postgres.start()
+    assert asyncio.run(database.read(count_robots)) == 0
+    database.close()
+
+
+def count_robots(connection: Connection) -> Any:
+    return connection.scalar(select(func.count()).select_from(robots))
+
+
+def test_a_temporary_database_leaves_nothing_behind() -> None:
+    database = Database(None)
+    database.open()
+    folder = database._temporary
+    assert folder is not None and folder.is_dir()
+    database.close()
+    assert not folder.exists()
+
+
+def content(digest: str, size: int = 0) -> RobotContent:
+    return RobotContent(digest, b"x" * size, b'{"dof":1}', b'{"dof":1}')
+
+
+def test_a_content_is_kept_once_and_as_long_as_an_id_stands_for_it(connection: Connection) -> None:
+    add = partial(add_robot, connection, owner="me", bounds=WIDE._replace(ids=3))
+    assert [add(robot_id, content("x")) for robot_id in ("b", "a", "a")] == ["added", "added", "same"]
+    assert find_robot(connection, "a") == find_robot(connection, "b") == content("x")
+    assert add("a", content("y")) == "exists"
+    assert add("c", content("y")) == "added"
+    assert add("d", content("y")) == "full"
+    assert [digest for (digest,) in connection.execute(select(robot_contents.c.digest))] == ["x", "y"]
+    assert [delete_robot(connection, "b", "me") for _ in range(2)] == ["deleted", "unknown"]
+    assert find_robot(connection, "a") == content("x")
+    assert delete_robot(connection, "a", "me") == "deleted"
+    assert [digest for (digest,) in connection.execute(select(robot_contents.c.digest))] == ["y"]
+    assert add("a", content("y")) == "added"
+
+
+def test_ids_are_listed_in_their_order(connection: Connection) -> None:
+    for robot_id in ("b", "Z", "a.1", "a", "_"):
+        add_robot(connection, robot_id, content("x"), "me", WIDE)
+    listed = robots_behind(connection, "", 10)
+    assert [robot_id for robot_id, _ in listed] == ["Z", "_", "a", "a.1", "b"]
+    assert robots_behind(connection, "_", 2) == [("a", b'{"id":"a","dof":1}'), ("a.1", b'{"id":"a.1","dof":1}')]
+
+
+def test_one_client_fills_no_more_than_its_share_and_deletes_what_it_added_only(connection: Connection) -> None:
+    """Any client could take all 1,000 places in 7 s, or delete any robot."""
+    add = partial(add_robot, connection, content=content("x"), bounds=WIDE._replace(ids_of_owner=2))
+    assert [add(robot_id, owner="one") for robot_id in "abc"] == ["added", "added", "too_many"]
+    assert add("c", owner="other") == "added"
+    assert [delete_robot(connection, robot_id, "other") for robot_id in "ac"] == ["of_another", "deleted"]
+    assert delete_robot(connection, "a", "one") == "deleted"
+    assert add("c", owner="one") == "added"
+
+
+def test_the_bytes_of_all_robots_are_bounded(connection: Connection) -> None:
+    """100 robots of 4 MB took 382 MB of the server."""
+    add = partial(add_robot, connection, owner="me", bounds=WIDE)
+    assert add("a", content("x", 600)) == "added"
+    assert add("b", content("y", 600)) == "full"
+    assert add("b", content("x", 600)) == "added"  # the same content takes no more
+    assert delete_robot(connection, "a", "me") == delete_robot(connection, "b", "me") == "deleted"
+    assert add("b", content("y", 600)) == "added"
+
+
+def test_robots_survive_a_restart(start_service: Callable[..., RunningService], tmp_path: Path) -> None:
+    settings = {"workers": 1, "data_directory": tmp_path / "data"}
+    first = start_service(**settings)
+    added = first.post("/v1/robots", dh_robot()).json()
+    first.process.kill()
+    second = start_service(**settings)
+    assert second.client.get("/v1/robots/planar_arm").json()["content"] == added["content"]
+    forward = second.post("/v1/kinematics/forward", {"robot": "planar_arm", "positions": [[0.0, 0.0]]})
+    assert forward.json()["poses"][0]["position"] == pytest.approx([0.7, 0.0, 0.0])
+
+
+def test_settings_keep_the_password_to_themselves() -> None:
+    settings = Settings(database_url="postgresql://me:secret@somewhere/planner")  # type: ignore[arg-type]
+    assert "secret" not in repr(settings)
