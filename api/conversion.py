@@ -15,7 +15,6 @@ from planner.guarantees import END_OPTIONS, EndStates
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.polynomials import powers
 from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import (
@@ -25,7 +24,6 @@ from planner.spatial import (
     rotation_from_quaternion,
     rotation_from_rpy,
 )
-from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -186,45 +184,6 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
         named_positions=model.named_positions,
     )
     return replace(robot, source=f"derived from {base.id}: {base.source}")
-
-
-def to_trajectory(polynomials: Sequence[requests.JointCurve], joint_names: Sequence[str]) -> Trajectory:
-    """Make the trajectory of a robot's joints as piecewise polynomials; pieces of no length are left out.
-
-    Raises:
-        InvalidProblem: The joints are not the robot's, their breakpoints differ or do not increase, there is not one
-            row of coefficients a piece, all of one length, or a position is beyond all bounds.
-    """
-    field: FieldPath = ("polynomials",)
-    if [polynomial.joint for polynomial in polynomials] != list(joint_names):
-        raise InvalidProblem([(field, f"one a joint is needed, in the order {', '.join(joint_names)}")])
-    breakpoints = np.array(polynomials[0].breakpoints)
-    lengths = np.diff(breakpoints)
-    order = len(polynomials[0].coefficients[0])
-    faults: list[tuple[FieldPath, str]] = []
-    for j, polynomial in enumerate(polynomials):
-        if polynomial.breakpoints != polynomials[0].breakpoints:
-            faults.append(((*field, j, "breakpoints"), "all joints must have the same breakpoints"))
-        if len(polynomial.coefficients) != len(lengths):
-            message = f"{len(polynomial.coefficients)} rows for {len(lengths)} pieces"
-            faults.append(((*field, j, "coefficients"), message))
-        wrong = [i for i, row in enumerate(polynomial.coefficients) if len(row) != order]
-        faults += [((*field, j, "coefficients", i), f"all rows must have {order} coefficients") for i in wrong]
-    backwards = np.flatnonzero(lengths < 0.0)
-    if len(backwards):
-        faults.append(((*field, 0, "breakpoints", int(backwards[0]) + 1), "time must increase"))
-    elif breakpoints[-1] == breakpoints[0]:
-        faults.append(((*field, 0, "breakpoints"), "the trajectory takes no time"))
-    if faults:
-        raise InvalidProblem(faults)
-    coefficients = np.array([polynomial.coefficients for polynomial in polynomials]).transpose(1, 0, 2)
-    farthest = np.abs(coefficients * powers(lengths[:, None], order)).sum(axis=2)
-    if beyond := np.argwhere(farthest > common.LARGEST).tolist():
-        message = f"the joint may leave the {common.LARGEST:g} rad or m to either side that positions may have"
-        raise InvalidProblem([((*field, j, "coefficients", i), message) for i, j in beyond])
-    pieces = np.flatnonzero(lengths > 0.0)
-    ends = np.array([0.0, lengths[pieces].sum()])
-    return Trajectory(lengths[pieces], coefficients[pieces], np.zeros(len(pieces), dtype=int), ends, ends)
 
 
 def to_end_states(request: requests.ValidateRequest, joints: int) -> EndStates:

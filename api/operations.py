@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from api.tasks import dynamics, kinematics, robots, service, trajectories
+from api.tasks import dynamics, kinematics, robots, service, trajectories, trajectory_operations
 
 if TYPE_CHECKING:
     from api.tasks.operation import Operation
 
 OPERATIONS: tuple[Operation, ...] = (
     *trajectories.OPERATIONS,
+    *trajectory_operations.OPERATIONS,
     *robots.OPERATIONS,
     *kinematics.OPERATIONS,
     *dynamics.OPERATIONS,

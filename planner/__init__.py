@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from planner.certificate import Check as Check
     from planner.certificate import certify as certify
     from planner.certificate import certify_samples as certify_samples
+    from planner.certificate import interpolated as interpolated
     from planner.comparison import Comparison as Comparison
     from planner.comparison import Figures as Figures
     from planner.comparison import compare as compare
@@ -76,6 +77,15 @@ if TYPE_CHECKING:
     from planner.kinematics import workspace as workspace
     from planner.kinematics.options import InverseKinematicsOptions as InverseKinematicsOptions
     from planner.limits import Limits as Limits
+    from planner.operations import CertifiedTrajectory as CertifiedTrajectory
+    from planner.operations import JoinedTrajectory as JoinedTrajectory
+    from planner.operations import JointState as JointState
+    from planner.operations import Junction as Junction
+    from planner.operations import ResampledTrajectory as ResampledTrajectory
+    from planner.operations import join_trajectories as join_trajectories
+    from planner.operations import resample_trajectory as resample_trajectory
+    from planner.operations import reverse_trajectory as reverse_trajectory
+    from planner.operations import slice_trajectory as slice_trajectory
     from planner.paths import JointPath as JointPath
     from planner.planning import plan as plan
     from planner.problem import BlendTransition as BlendTransition
@@ -124,7 +134,7 @@ _NAMES = {
         "Toppra",
         "Trapezoidal",
     ),
-    "planner.certificate": ("Certificate", "Check", "certify", "certify_samples"),
+    "planner.certificate": ("Certificate", "Check", "certify", "certify_samples", "interpolated"),
     "planner.comparison": ("Comparison", "Figures", "compare", "figures"),
     "planner.dynamics": ("inverse_dynamics",),
     "planner.errors": (
@@ -166,6 +176,17 @@ _NAMES = {
     ),
     "planner.kinematics.options": ("InverseKinematicsOptions",),
     "planner.limits": ("Limits",),
+    "planner.operations": (
+        "CertifiedTrajectory",
+        "JoinedTrajectory",
+        "JointState",
+        "Junction",
+        "ResampledTrajectory",
+        "join_trajectories",
+        "resample_trajectory",
+        "reverse_trajectory",
+        "slice_trajectory",
+    ),
     "planner.paths": ("JointPath",),
     "planner.planning": ("plan",),
     "planner.problem": (

@@ -35,17 +35,19 @@ ALL_HARD: Mapping[str, Guarantee] = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 
 @dataclass(frozen=True, eq=False)
 class EndStates:
-    """The motion at the first and at the last waypoint of a trajectory, which never ends with an acceleration.
+    """The motion at the first and at the last waypoint of a trajectory; that of a plan never ends with an acceleration.
 
     Attributes:
         initial_velocity: Velocity (joints,) at the first waypoint, rad/s or m/s.
         initial_acceleration: Acceleration (joints,) at the first waypoint, rad/s^2 or m/s^2.
         final_velocity: Velocity (joints,) at the last waypoint, rad/s or m/s.
+        final_acceleration: Acceleration (joints,) at the last waypoint, or of all joints, rad/s^2 or m/s^2.
     """
 
     initial_velocity: FloatArray
     initial_acceleration: FloatArray
     final_velocity: FloatArray
+    final_acceleration: FloatArray | float = 0.0
 
     @property
     def starts_moving(self) -> bool:

@@ -174,7 +174,20 @@ Interpolation = TypeAliasType(
 )
 
 
-class ValidateRequest(Schema):
+class GivenTrajectory(Schema):
+    """A trajectory of any origin: samples, piecewise polynomials, or both, one of which counts."""
+
+    samples: SampledTrajectory | None = None
+    """The trajectory as samples; rows are time."""
+    polynomials: Annotated[list[JointCurve], Field(min_length=1, max_length=64)] | None = None
+    """The trajectory as polynomials, one a joint in the order of `joint_names`, as an answer holds them that includes
+    `polynomials`."""
+    interpolation: Interpolation | None = None
+    """What the controller runs, which needs the columns that it meets; omitted: what the columns of the samples allow
+    (`linear`, `cubic` or `quintic`), or without samples `polynomials`."""
+
+
+class ValidateRequest(GivenTrajectory):
     """A trajectory to hold against limits: samples, piecewise polynomials, or both, one of which is checked.
 
     Limits are enforced as far as what runs bounds the quantity. Straight lines have to keep those of position and
@@ -186,14 +199,6 @@ class ValidateRequest(Schema):
     """The id of a robot, as GET /v1/robots lists them."""
     limits: Limits = Limits()
     """The limits to hold it against; what is omitted is the robot's own."""
-    samples: SampledTrajectory | None = None
-    """The trajectory as samples; rows are time."""
-    polynomials: Annotated[list[JointCurve], Field(min_length=1, max_length=64)] | None = None
-    """The trajectory as polynomials, one a joint in the order of `joint_names`, as an answer holds them that includes
-    `polynomials`."""
-    interpolation: Interpolation | None = None
-    """What the controller runs, which needs the columns that it meets; omitted: what the columns of the samples allow
-    (`linear`, `cubic` or `quintic`), or without samples `polynomials`."""
     initial_velocity: JointVector | None = None
     """The joint velocities before the trajectory, rad/s or m/s; omitted: rest."""
     initial_acceleration: JointVector | None = None

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from api.tasks.work import Work
     from planner.certificate.checks import Certificate
     from planner.export import ExportOptions
-    from planner.result import Plan
     from planner.robots import Robot
 
 
@@ -36,7 +35,7 @@ def plan_trajectory(work: Work) -> Reply:
         options = _options(request, work)
     with work.stage("plan"):
         solved = plan(asked, backend)
-    _refuse_too_many_rows(request, solved, work)
+    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
         body = form.render(solved, options)
     return Reply(200, form.media_type, body, work.timings)
@@ -59,7 +58,7 @@ def compare_backend(work: Work) -> Reply:
     try:
         with work.stage("plan"):
             solved = plan(to_planning_problem(request, robot), to_backend(request.backend))
-            _refuse_too_many_rows(request, solved, work)
+            refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     except (PlanningError, InvalidRequest) as error:
         _, body = problem_document(error, work.task.instance)
         return work.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
@@ -82,39 +81,18 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
     """Hold the trajectory of a request against limits, by the interpolation that it asks for or its columns allow.
 
     Raises:
-        InvalidRequest: It lacks what is to be checked.
-        InvalidProblem: The samples or polynomials make no trajectory of the robot.
+        InvalidProblem: It lacks what is to be checked, or the samples or polynomials make no trajectory of the robot.
     """
-    from api.conversion import to_end_states, to_limits, to_matrix, to_trajectory
-    from planner.certificate.samples import certify_samples, interpolation_of
+    from api.conversion import to_end_states, to_limits
+    from api.given_trajectories import to_trajectory
+    from planner.certificate.samples import certify_interpolation
     from planner.certificate.trajectories import certify_polynomials
 
-    samples, interpolation = request.samples, request.interpolation
     limits, ends = to_limits(request.limits), to_end_states(request, robot.dof)
-    if interpolation is None and samples is not None:
-        interpolation = interpolation_of(samples.velocity is not None, samples.acceleration is not None)
-    elif interpolation is None:
-        interpolation = "polynomials"
+    interpolation, trajectory = to_trajectory(request, robot)
     if interpolation == "polynomials":
-        if request.polynomials is None:
-            raise _needed("polynomials")
-        trajectory = to_trajectory(request.polynomials, robot.joint_names)
         return interpolation, certify_polynomials(robot, trajectory, limits=limits, ends=ends)
-    if samples is None:
-        raise _needed("samples")
-    velocity, acceleration = (
-        None if values is None else to_matrix(values, robot.dof, ("samples", name))
-        for name, values in (("velocity", samples.velocity), ("acceleration", samples.acceleration))
-    )
-    position = to_matrix(samples.position, robot.dof, ("samples", "position"))
-    certificate = certify_samples(
-        robot, samples.time, position, velocity, acceleration, limits, interpolation=interpolation, ends=ends
-    )
-    return interpolation, certificate
-
-
-def _needed(what: str) -> InvalidRequest:
-    return invalid([{"pointer": f"/{what}", "message": f"{what} are needed to check them"}])
+    return interpolation, certify_interpolation(robot, trajectory, interpolation, limits, ends)
 
 
 def list_backends(work: Work) -> Reply:
@@ -140,11 +118,16 @@ def _options(request: requests.PlanRequest, work: Work) -> ExportOptions:
     return ExportOptions(request.sample_period, frozenset(request.include), quoted)
 
 
-def _refuse_too_many_rows(request: requests.PlanRequest, solved: Plan, work: Work) -> None:
-    rows, dof = math.ceil(solved.trajectory.duration / request.sample_period) + 1, solved.path.robot.dof
+def refuse_too_many_rows(duration: float, period: float, dof: int, work: Work, field: str = "/sample_period") -> None:
+    """Refuse to write more than an answer may hold.
+
+    Raises:
+        InvalidRequest: A trajectory of this duration, s, has too many rows at this period, s, which the field asks.
+    """
+    rows = math.ceil(duration / period) + 1
     if rows * dof > work.caps.max_samples:
         limit = f"{rows} rows of {dof} joints are more than the {work.caps.max_samples} values of an answer"
-        raise invalid([{"pointer": "/sample_period", "message": limit}])
+        raise invalid([{"pointer": field, "message": limit}])
 
 
 TWO_JOINT_POSITIONS = [

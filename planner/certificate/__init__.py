@@ -1,7 +1,7 @@
 """The exact check of a trajectory, whatever made it, against the limits of its robot."""
 
 from planner.certificate.checks import Certificate, Check
-from planner.certificate.samples import certify_samples
+from planner.certificate.samples import certify_samples, interpolated
 from planner.certificate.trajectories import certify
 
-__all__ = ["Certificate", "Check", "certify", "certify_samples"]
+__all__ = ["Certificate", "Check", "certify", "certify_samples", "interpolated"]

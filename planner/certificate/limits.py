@@ -63,7 +63,7 @@ def certificate_of(
     """
     derivatives = derivatives_on_unit_time(trajectory, DERIVATIVES)
     still = np.zeros(robot.dof)
-    smooth = _continuity(derivatives, ends or EndStates(still, still, still))
+    smooth = continuity(derivatives, ends or EndStates(still, still, still))
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
     checks = _polynomial_checks(trajectory, derivatives, robot, limits, enforced, smooth)
     dynamics = dynamics or SegmentDynamics.unchanged(robot)
@@ -78,13 +78,19 @@ def certificate_of(
     )
 
 
-def _continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
-    """The highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none."""
+def continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
+    """The highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none.
+
+    Args:
+        derivatives: The `DERIVATIVES` of a trajectory.
+        asked: The motion before and after.
+    """
     starts, ends = (values[: MOST_CONTINUOUS + 1] for values in (derivatives.starts, derivatives.ends))
     begin, end = starts[:, 0].copy(), ends[:, -1].copy()
     begin[1] -= asked.initial_velocity
     begin[2] -= asked.initial_acceleration
     end[1] -= asked.final_velocity
+    end[2] -= asked.final_acceleration
     begin[0] = end[0] = 0.0  # it begins and ends where it is
     jumps = np.concatenate([starts[:, 1:] - ends[:, :-1], begin[:, None], end[:, None]], axis=1)
     # A bound on each derivative all over, since it may vanish at every breakpoint.

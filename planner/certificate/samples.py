@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -77,26 +78,76 @@ def certify_samples(
         InvalidProblem: Shapes that do not fit, numbers that are none, times that do not increase, limits wider than
             the robot's, an interpolation that needs columns which are missing.
     """
+    faults = list(limit_faults(robot, limits, ("limits",)))
+    try:
+        trajectory = interpolated(robot, time, position, velocity, acceleration, interpolation)
+    except InvalidProblem as error:
+        faults += error.faults
+    if faults:
+        raise InvalidProblem(faults)
+    law = interpolation or interpolation_of(velocity is not None, acceleration is not None)
+    return certify_interpolation(robot, trajectory, law, limits, ends)
+
+
+def certify_interpolation(
+    robot: Robot, trajectory: Trajectory, law: Interpolation, limits: Limits, ends: EndStates | None = None
+) -> Certificate:
+    """Check samples that were `interpolated` by a law; see `certify_samples`.
+
+    Raises:
+        InvalidProblem: The limits are wider than the robot's.
+        MissingDynamics: Torque limits are asked of a robot without inertias.
+    """
+    if faults := list(limit_faults(robot, limits, ("limits",))):
+        raise InvalidProblem(faults)
+    refuse_unknown_torques(robot, (limits,))
+    at_samples = replace(trajectory, arrivals=trajectory.breakpoints, departures=trajectory.breakpoints)
+    met = trajectory.evaluate(trajectory.breakpoints, [0])[0]
+    return certificate_of(at_samples, robot, segment_limits(robot, limits, (None,)), guarantees_of(law), met, ends=ends)
+
+
+def interpolated(
+    robot: Robot,
+    time: ArrayLike,
+    position: ArrayLike,
+    velocity: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+    interpolation: Interpolation | None = None,
+) -> Trajectory:
+    """Make samples of any origin the trajectory that a controller runs through them, which begins at 0 s.
+
+    Args:
+        robot: The robot whose joints they are of.
+        time: (N,), s, strictly increasing, N >= 2.
+        position: (N, joints), rad or m.
+        velocity: (N, joints), rad/s or m/s.
+        acceleration: (N, joints), rad/s^2 or m/s^2; only with velocities.
+        interpolation: What the controller runs; None: what the columns that are given allow, as ROS 2's
+            joint_trajectory_controller does it.
+
+    Raises:
+        InvalidProblem: Shapes that do not fit, numbers that are none, times that do not increase, an interpolation that
+            needs columns which are missing.
+    """
     times, q = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
     v, a = (None if rates is None else np.asarray(rates, dtype=np.float64) for rates in (velocity, acceleration))
     law = interpolation or interpolation_of(velocity is not None, acceleration is not None)
     columns = {"position": q, "velocity": v, "acceleration": a}
     missing = [name for name, values in [*columns.items()][: COLUMNS_OF[law]] if values is None]
-    faults = [*limit_faults(robot, limits, ("limits",)), *_sample_faults(robot, times, q, v, a)]
+    faults = _sample_faults(robot, times, q, v, a)
     faults += [(("interpolation",), f"{law} needs the column {name}") for name in missing]
     if faults:
         raise InvalidProblem(faults)
-    refuse_unknown_torques(robot, (limits,))
     lengths = np.diff(times)
     derivatives = [rates for rates in columns.values() if rates is not None]
-    trajectory = Trajectory(
+    ends = np.array([0.0, lengths.sum()])
+    return Trajectory(
         lengths=lengths,
         coefficients=interpolant(law, lengths, derivatives),
         segments=np.zeros(len(lengths), dtype=int),
-        arrivals=times - times[0],
-        departures=times - times[0],
+        arrivals=ends,
+        departures=ends,
     )
-    return certificate_of(trajectory, robot, segment_limits(robot, limits, (None,)), guarantees_of(law), q, ends=ends)
 
 
 def interpolation_of(has_velocity: bool, has_acceleration: bool) -> Interpolation:

@@ -11,10 +11,12 @@ from planner.kinematics import forward_kinematics, quaternion, tool_acceleration
 from planner.spatial import rpy_from_rotations
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
+    from planner.dynamics import SegmentDynamics
     from planner.kinematics import FloatArray
     from planner.result import Plan
+    from planner.trajectory import Trajectory
 
 INCLUDABLE = (
     "jerk",
@@ -101,24 +103,41 @@ def sample(plan: Plan, options: ExportOptions) -> Samples:
     Raises:
         MissingDynamics: Torques are asked of a robot without inertias and payload.
     """
-    trajectory, robot = plan.trajectory, plan.path.robot
-    time = trajectory.sample_times(options.sample_period)
-    orders = 4 if "jerk" in options.include else 3
+    time = plan.trajectory.sample_times(options.sample_period)
+    return sample_at(plan.path.dynamics, plan.trajectory, time, options.include)
+
+
+def sample_at(
+    dynamics: SegmentDynamics, trajectory: Trajectory, time: FloatArray, include: Collection[str] = ()
+) -> Samples:
+    """Evaluate a trajectory at times (N,), s.
+
+    Args:
+        dynamics: The robot, with its tool and payloads.
+        trajectory: A trajectory of its joints.
+        time: (N,), s, strictly increasing.
+        include: Columns that are computed besides, some of `INCLUDABLE`.
+
+    Raises:
+        MissingDynamics: Torques are asked of a robot without inertias and payload.
+    """
+    robot = dynamics.robots[0]
+    orders = 4 if "jerk" in include else 3
     derivatives = trajectory.evaluate(time, range(orders))
     position, velocity, acceleration = derivatives[:3]
     segment = trajectory.segments[trajectory.locate(time)[0]]
     torque = tcp_position = tcp_quaternion = tcp_rpy = tcp_velocity = tcp_acceleration = None
-    if "torque" in options.include:
-        torque = plan.path.dynamics.torques(segment, position, velocity, acceleration)
-    if "tcp_pose" in options.include:
+    if "torque" in include:
+        torque = dynamics.torques(segment, position, velocity, acceleration)
+    if "tcp_pose" in include:
         poses = forward_kinematics(robot, position)
         tcp_position = np.array([pose.position for pose in poses])
         tcp_quaternion = np.array([quaternion(pose.rotation) for pose in poses if pose.rotation is not None])
-    if "tcp_rpy" in options.include:
+    if "tcp_rpy" in include:
         tcp_rpy = rpy_from_rotations(tool_poses(robot, position)[1])
-    if "tcp_velocity" in options.include:
+    if "tcp_velocity" in include:
         tcp_velocity = tool_velocities(robot, position, velocity)
-    if "tcp_acceleration" in options.include:
+    if "tcp_acceleration" in include:
         tcp_acceleration = tool_accelerations(robot, position, velocity, acceleration)
     return Samples(
         time=time,

@@ -7,19 +7,25 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from planner.certificate.sampling import certify_sampling, worst_overshoot
-from planner.export.base import ExportOptions, Format, sample
+from planner.dynamics import SegmentDynamics
+from planner.errors import InvalidProblem
+from planner.export.base import ExportOptions, Format, sample, sample_at
 from planner.guarantees import end_states
 from planner.kinematics import configurations, manipulability
+from planner.limits import segment_limits
+from planner.operations import JoinedTrajectory
+from planner.operations.certified import own_ends
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
 from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from planner.export.base import Samples
+    from planner.operations import CertifiedTrajectory
     from planner.result import Plan
-    from planner.spatial import Pose
+    from planner.spatial import FloatArray, Pose
     from planner.tool_lines import LinePolynomial
     from planner.trajectory import Trajectory
 
@@ -43,30 +49,12 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     samples = sample(plan, options)
     poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
     manipulabilities = manipulability(robot, plan.path.positions).tolist()
-    rows: dict[str, Any] = {
-        "time": samples.time,
-        "position": samples.position,
-        "velocity": samples.velocity,
-        "acceleration": samples.acceleration,
-        "segment": samples.segment,
-    }
-    if samples.jerk is not None:
-        rows["jerk"] = samples.jerk
-    if samples.torque is not None:
-        rows["torque"] = samples.torque
-    if samples.tcp_position is not None:
-        rows["tcp_pose"] = {"position": samples.tcp_position, "quaternion_xyzw": samples.tcp_quaternion}
-    if samples.tcp_rpy is not None:
-        rows["tcp_rpy"] = samples.tcp_rpy
-    for name, rates in (("tcp_velocity", samples.tcp_velocity), ("tcp_acceleration", samples.tcp_acceleration)):
-        if rates is not None:
-            rows[name] = dict(zip(("linear", "angular"), rates, strict=True))
     answer: dict[str, Any] = {
         "robot": robot.id,
         "joint_names": robot.joint_names,
         "backend": plan.backend.kind,
         "duration": trajectory.duration,
-        "samples": rows,
+        "samples": _rows(samples),
         "waypoints": [
             {
                 "index": i,
@@ -106,6 +94,67 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     if options.request_hash is not None:
         answer["request_hash"] = options.request_hash
     return answer
+
+
+def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Collection[str]) -> dict[str, Any]:
+    """The answer of an operation on trajectories as plain values and numpy arrays.
+
+    Args:
+        done: What the operation made.
+        time: (N,), s, strictly increasing, the times of its samples.
+        include: Parts to be written besides: columns of the samples, `polynomials`, `sample_checks`.
+
+    Raises:
+        InvalidProblem: `sample_checks` are asked of samples that are not from its start to its end.
+    """
+    robot, trajectory = done.robot, done.trajectory
+    dynamics = SegmentDynamics.unchanged(robot)
+    answer: dict[str, Any] = {
+        "robot": robot.id,
+        "joint_names": robot.joint_names,
+        "duration": trajectory.duration,
+        "initial": vars(done.initial),
+        "final": vars(done.final),
+        "samples": _rows(sample_at(dynamics, trajectory, time, include)),
+        "certificate": done.certificate.as_dict(),
+        "warnings": [vars(warning) for warning in done.warnings],
+    }
+    if isinstance(done, JoinedTrajectory):
+        answer["junctions"] = [vars(junction) for junction in done.junctions]
+    if "polynomials" in include:
+        answer["polynomials"] = _polynomials(robot.joint_names, trajectory)
+    if "sample_checks" in include:
+        if time[0] != 0.0 or time[-1] != trajectory.duration:
+            raise InvalidProblem([(("times",), f"samples are checked from 0 to the end at {trajectory.duration!r} s")])
+        limits = segment_limits(robot, done.limits, (None,) * (int(trajectory.segments.max()) + 1))
+        answer["sample_checks"] = [
+            {"interpolation": sampled.interpolation, **sampled.certificate.as_dict()}
+            for sampled in certify_sampling(dynamics, trajectory, limits, time, own_ends(trajectory))
+        ]
+    return answer
+
+
+def _rows(samples: Samples) -> dict[str, Any]:
+    """The samples in the form of the answer."""
+    rows: dict[str, Any] = {
+        "time": samples.time,
+        "position": samples.position,
+        "velocity": samples.velocity,
+        "acceleration": samples.acceleration,
+        "segment": samples.segment,
+    }
+    if samples.jerk is not None:
+        rows["jerk"] = samples.jerk
+    if samples.torque is not None:
+        rows["torque"] = samples.torque
+    if samples.tcp_position is not None:
+        rows["tcp_pose"] = {"position": samples.tcp_position, "quaternion_xyzw": samples.tcp_quaternion}
+    if samples.tcp_rpy is not None:
+        rows["tcp_rpy"] = samples.tcp_rpy
+    for name, rates in (("tcp_velocity", samples.tcp_velocity), ("tcp_acceleration", samples.tcp_acceleration)):
+        if rates is not None:
+            rows[name] = dict(zip(("linear", "angular"), rates, strict=True))
+    return rows
 
 
 def _sample_warnings(plan: Plan, samples: Samples, period: float) -> Iterator[PlanWarning]:

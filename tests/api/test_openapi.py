@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 CONTRACT = {
     ("post", "/v1/trajectories"): "plan_trajectory",
     ("post", "/v1/trajectories/validate"): "validate_trajectory",
+    ("post", "/v1/trajectories/reverse"): "reverse_trajectory",
+    ("post", "/v1/trajectories/slice"): "slice_trajectory",
+    ("post", "/v1/trajectories/join"): "join_trajectories",
+    ("post", "/v1/trajectories/resample"): "resample_trajectory",
     ("get", "/v1/backends"): "list_backends",
     ("get", "/v1/robots"): "list_robots",
     ("get", "/v1/robots/{id}"): "get_robot",

@@ -27,6 +27,7 @@ LAYERS = (
     "result",
     "remedies",
     "planning",
+    "operations",
     "comparison",
     "tool_lines",
     "export",

@@ -1,0 +1,24 @@
+"""Operations on trajectories of any origin; each answer is certified against the limits of its robot."""
+
+from planner.operations.certified import CertifiedTrajectory, JointState
+from planner.operations.editing import (
+    JoinedTrajectory,
+    Junction,
+    ResampledTrajectory,
+    join_trajectories,
+    resample_trajectory,
+    reverse_trajectory,
+    slice_trajectory,
+)
+
+__all__ = [
+    "CertifiedTrajectory",
+    "JoinedTrajectory",
+    "JointState",
+    "Junction",
+    "ResampledTrajectory",
+    "join_trajectories",
+    "resample_trajectory",
+    "reverse_trajectory",
+    "slice_trajectory",
+]

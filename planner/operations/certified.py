@@ -1,0 +1,162 @@
+"""What an operation on trajectories returns: a trajectory that keeps the limits of its robot, or a refusal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate import certify
+from planner.certificate.limits import continuity
+from planner.errors import InvalidProblem
+from planner.extrema import derivatives_on_unit_time
+from planner.guarantees import QUANTITIES, EndStates
+from planner.polynomials import differentiate, powers
+from planner.result import refuse_unless_satisfied
+from planner.sampled_peaks import DERIVATIVES
+from planner.tolerances import CONTINUITY_TOLERANCE
+from planner.trajectory import PlanWarning
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Sequence
+
+    from planner.certificate import Certificate
+    from planner.limits import Limits
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+    from planner.trajectory import Trajectory
+
+LEAST_CONTINUITY = {"velocity": 0, "acceleration": 1, "torque": 1, "jerk": 2}
+"""Order of the derivative that has to be continuous for a quantity to be bounded; a quantity without an entry needs no
+more than a trajectory."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointState:
+    """The motion of all joints at one time.
+
+    Attributes:
+        position: (joints,), rad or m.
+        velocity: (joints,), rad/s or m/s.
+        acceleration: (joints,), rad/s^2 or m/s^2.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class CertifiedTrajectory:
+    """The answer of an operation on trajectories. Its existence means: every enforced limit is kept.
+
+    Attributes:
+        robot: The robot, with its tool and payload.
+        trajectory: What the operation made.
+        limits: The limits that were asked besides the robot's.
+        certificate: The check of it against every limit; satisfied. The motion before it and after it is its own.
+        warnings: What the caller should know, such as that it begins or ends in motion.
+    """
+
+    robot: Robot
+    trajectory: Trajectory
+    limits: Limits
+    certificate: Certificate
+    warnings: tuple[PlanWarning, ...]
+
+    @property
+    def initial(self) -> JointState:
+        """The state that it begins in."""
+        return JointState(*self.trajectory.evaluate(0.0))
+
+    @property
+    def final(self) -> JointState:
+        """The state that it ends in."""
+        return JointState(*self.trajectory.evaluate(self.trajectory.duration))
+
+
+def certified(
+    robot: Robot,
+    trajectory: Trajectory,
+    limits: Limits,
+    enforced: Collection[str] | None,
+    given: Sequence[Trajectory] = (),
+) -> CertifiedTrajectory:
+    """Certify what an operation made.
+
+    Args:
+        robot: The robot, with its tool and payload.
+        trajectory: What the operation made.
+        limits: Limits that are asked besides the robot's.
+        enforced: The quantities whose limits are to be kept; None: as far as the trajectories bound them.
+        given: What the operation was made from.
+
+    Raises:
+        InvalidProblem: Another number of joints than the robot's, limits wider than the robot's, or a position jumps.
+        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        LimitsUnsatisfiable: An enforced limit is broken.
+    """
+    kept = bounded_quantities([*given, trajectory]) if enforced is None else enforced
+    ends = own_ends(trajectory)
+    certificate = certify(robot, trajectory, limits=limits, enforced=kept, ends=ends)
+    refuse_unless_satisfied(certificate)
+    return CertifiedTrajectory(robot, trajectory, limits, certificate, tuple(_end_warnings(robot, ends)))
+
+
+def refuse_other_joints(robot: Robot, trajectories: Sequence[Trajectory]) -> None:
+    """Refuse trajectories of other numbers of joints than the robot has, before anything is made from them.
+
+    Raises:
+        InvalidProblem: Naming each.
+    """
+    several = len(trajectories) > 1
+    faults = [
+        (("trajectories", k) if several else ("trajectory",), f"{joints} joints, but {robot.id} has {robot.dof}")
+        for k, joints in enumerate(trajectory.coefficients.shape[1] for trajectory in trajectories)
+        if joints != robot.dof
+    ]
+    if faults:
+        raise InvalidProblem(faults)
+
+
+def own_ends(trajectory: Trajectory) -> EndStates:
+    """The motion at the ends of a trajectory as that before it and after it; at rest there is no acceleration."""
+    (v0, v1), (a0, a1) = trajectory.evaluate(np.array([0.0, trajectory.duration]), [1, 2])
+    least = CONTINUITY_TOLERANCE * largest_speed(trajectory)
+    (v0, a0), (v1, a1) = (
+        (v, a) if np.abs(v).max() > least else (np.zeros_like(v), np.zeros_like(a)) for v, a in ((v0, a0), (v1, a1))
+    )
+    return EndStates(v0, a0, v1, a1)
+
+
+def largest_speed(trajectory: Trajectory) -> float:
+    """A bound on the speed of any joint, rad/s or m/s, that is near to it where the pieces are short."""
+    rates = differentiate(trajectory.coefficients)
+    return float(np.abs(rates * powers(trajectory.lengths[:, None], rates.shape[2])).sum(axis=2).max())
+
+
+def bounded_quantities(trajectories: Sequence[Trajectory]) -> frozenset[str]:
+    """The quantities that are bounded in all of some trajectories: a quantity that jumps bounds no derivative.
+
+    Raises:
+        InvalidProblem: A position jumps, which no robot can do.
+    """
+    smooth = min(map(own_continuity, trajectories))
+    if smooth < 0:
+        raise InvalidProblem([(("trajectory",), "the position of a joint jumps where two pieces meet")])
+    return frozenset(quantity for quantity in QUANTITIES if LEAST_CONTINUITY.get(quantity, 0) <= smooth)
+
+
+def own_continuity(trajectory: Trajectory) -> int:
+    """The order of the highest derivative that is continuous, with the motion at the ends as that before and after."""
+    return continuity(derivatives_on_unit_time(trajectory, DERIVATIVES), own_ends(trajectory))
+
+
+def _end_warnings(robot: Robot, ends: EndStates) -> Iterator[PlanWarning]:
+    """What is said of a trajectory that begins or ends in motion."""
+    for verb, velocity in (("starts", ends.initial_velocity), ("ends", ends.final_velocity)):
+        if velocity.any():
+            joint = int(np.abs(velocity).argmax())
+            fastest = f"{robot.joint_names[joint]} at {velocity[joint]:.6g} rad/s or m/s"
+            yield PlanWarning(f"{verb}_in_motion", f"the trajectory {verb} in motion, {fastest}")

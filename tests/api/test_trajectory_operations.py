@@ -1,0 +1,105 @@
+"""The operations on trajectories over HTTP: what comes in is a plan's own answer, or samples."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from api.schemas.answers import PlanAnswer
+from api.schemas.trajectory_operations import JoinAnswer, OperationAnswer
+from tests.api.answers import checked
+from tests.api.requests import joint
+from tests.locations import ROOT
+
+if TYPE_CHECKING:
+    from tests.api.conftest import RunningService
+
+OPERATIONS = ROOT / "examples" / "operations"
+ANSWERS = {"join": JoinAnswer}
+ROBOT = {"robot": "kuka_kr16_l6_2"}
+
+
+@pytest.fixture(scope="module")
+def plan(service: RunningService) -> dict[str, Any]:
+    waypoints = [joint(0.3, -1.2, 1.4, 0.2, 0.6, 0.1), joint(0.9, -1.6, 1.1, -0.4, 0.2, 0.5)]
+    request = ROBOT | {"waypoints": waypoints, "backend": {"kind": "ruckig"}, "include": ["polynomials"]}
+    return checked(service.post("/v1/trajectories", request), PlanAnswer)
+
+
+def post(service: RunningService, name: str, body: dict[str, Any]) -> dict[str, Any]:
+    return checked(service.post(f"/v1/trajectories/{name}", ROBOT | body), ANSWERS.get(name, OperationAnswer))
+
+
+def given(plan: dict[str, Any]) -> dict[str, Any]:
+    return {"trajectory": {"polynomials": plan["polynomials"]}}
+
+
+@pytest.mark.parametrize("file", sorted(OPERATIONS.glob("*.json")), ids=lambda file: file.stem)
+def test_examples_are_answered(service: RunningService, file: Any) -> None:
+    answer = post(service, file.stem, json.loads(file.read_text()))
+    assert answer["certificate"]["satisfied"]
+    assert answer["samples"]["time"][-1] == answer["duration"]
+
+
+def test_a_plan_is_cut_and_joined_and_is_the_plan(service: RunningService, plan: dict[str, Any]) -> None:
+    middle = 0.4 * plan["duration"]
+    first, last = (
+        post(service, "slice", given(plan) | part | {"include": ["polynomials"]})
+        for part in ({"end": middle}, {"start": middle})
+    )
+    assert [warning["code"] for warning in first["warnings"]] == ["ends_in_motion"]
+    assert [warning["code"] for warning in last["warnings"]] == ["starts_in_motion"]
+    assert first["final"]["velocity"] == pytest.approx(last["initial"]["velocity"], abs=1e-9)
+    trajectories = [{"polynomials": part["polynomials"]} for part in (first, last)]
+    whole = post(service, "join", {"trajectories": trajectories})
+    assert np.array(whole["samples"]["position"]) == pytest.approx(np.array(plan["samples"]["position"]), abs=1e-9)
+    assert whole["certificate"]["continuity"] == plan["certificate"]["continuity"]
+    assert whole["junctions"][0]["time"] == pytest.approx(middle)
+
+
+def test_the_way_back_and_its_samples_at_other_times(service: RunningService, plan: dict[str, Any]) -> None:
+    back = post(service, "reverse", given(plan) | {"include": ["polynomials", "torque"], "payload": {"mass": 2.0}})
+    assert back["initial"]["position"] == pytest.approx(plan["samples"]["position"][-1])
+    assert "torque" in back["samples"]
+    times = [0.1, 0.2, 0.35]
+    again = post(service, "resample", given(back) | {"times": times, "include": ["jerk"]})
+    assert again["samples"]["time"] == times
+    there = post(service, "resample", given(plan) | {"times": sorted(plan["duration"] - t for t in times)})
+    for name, sign in (("position", 1.0), ("velocity", -1.0), ("acceleration", 1.0)):
+        rows, turned = np.array(again["samples"][name]), np.array(there["samples"][name])[::-1]
+        assert rows == pytest.approx(sign * turned, abs=1e-9)
+
+
+def test_samples_are_run_by_the_interpolation_that_is_named(service: RunningService) -> None:
+    samples = {"time": [0.0, 1.0], "position": [[0.0] * 6, [0.1] * 6], "velocity": [[0.0] * 6] * 2}
+    for law, middle in (("linear", 0.025), ("cubic", 0.1 * (3 / 16 - 2 / 64))):
+        trajectory = {"samples": samples, "interpolation": law}
+        found = post(service, "resample", {"trajectory": trajectory, "times": [0.25]})
+        assert found["samples"]["position"] == [pytest.approx([middle] * 6)]
+
+
+def test_what_is_wrong_is_said_where_it_is(service: RunningService, plan: dict[str, Any]) -> None:
+    polynomials = {"polynomials": plan["polynomials"]}
+    twice = {"polynomials": plan["polynomials"][:5]}
+    standing = {"time": [0, 0], "position": [[0] * 6] * 2}
+    for name, body, pointer in (
+        ("join", {"trajectories": [polynomials, polynomials]}, "/trajectories/1"),
+        ("join", {"trajectories": [polynomials, twice]}, "/trajectories/1/polynomials"),
+        ("slice", {"trajectory": polynomials, "start": 99.0}, "/start"),
+        ("reverse", {"trajectory": {"samples": standing}}, "/trajectory/samples/time/1"),
+        ("reverse", {"trajectory": {}}, "/trajectory/polynomials"),
+        ("resample", {"trajectory": polynomials, "times": [0.2, 0.1]}, "/times/1"),
+        ("resample", {"trajectory": polynomials, "times": [0.2], "period": 0.1}, "/period"),
+        ("resample", {"trajectory": polynomials, "times": [0.2], "include": ["sample_checks"]}, "/times"),
+        ("resample", {"trajectory": polynomials, "period": 1e-6}, "/period"),
+    ):
+        problem = service.post(f"/v1/trajectories/{name}", ROBOT | body).json()
+        assert problem["code"] == "invalid_request", problem
+        assert [fault["pointer"] for fault in problem["errors"]] == [pointer]
+    narrow = {"limits": {"velocity_scale": 0.5}}
+    problem = service.post("/v1/trajectories/reverse", ROBOT | given(plan) | narrow).json()
+    assert (problem["code"], problem["limit"] < problem["value"]) == ("limits_unsatisfiable", True)
+    assert problem["joint"].startswith("joint_a")

@@ -1,0 +1,45 @@
+"""Trajectories that operations are tried on, and their evaluation by scipy."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from scipy.interpolate import PPoly
+
+from planner.backends import BACKENDS
+from planner.planning import plan
+from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.robots import Robot, load_robot
+from planner.spatial import FloatArray
+from planner.trajectory import Trajectory
+
+KUKA = "kuka_kr16_2"
+
+
+def kuka() -> Robot:
+    return load_robot(KUKA)
+
+
+@cache
+def planned(kind: str) -> Trajectory:
+    """From rest to rest: one waypoint is passed, at the next the robot stops and waits."""
+    waypoints = [
+        JointWaypoint((0.0, -1.5, 1.5, 0.0, 0.5, 0.0)),
+        JointWaypoint((0.4, -1.3, 1.2, 0.1, 0.5, 0.5), transition=ThroughTransition()),
+        JointWaypoint((0.9, -1.2, 1.3, 0.2, 0.4, 0.5), dwell=0.2),
+        JointWaypoint((0.5, -1.4, 1.4, 0.0, 0.3, 0.1)),
+    ]
+    return plan(PlanningProblem(kuka(), tuple(waypoints)), BACKENDS[kind]()).trajectory
+
+
+def by_scipy(trajectory: Trajectory, times: FloatArray, order: int = 0) -> FloatArray:
+    """Derivatives (N, joints) of a trajectory at times (N,), by scipy's piecewise polynomials."""
+    breakpoints = np.concatenate([[0.0], np.cumsum(trajectory.lengths)])
+    curve = PPoly(trajectory.coefficients.transpose(2, 0, 1)[::-1], breakpoints)
+    return np.asarray(curve(times, order))
+
+
+def inner_times(trajectory: Trajectory, count: int = 400) -> FloatArray:
+    """Times that are no breakpoints: there derivatives may jump."""
+    return (np.arange(count) + 0.5123) * trajectory.duration / count
