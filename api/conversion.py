@@ -264,14 +264,20 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
 
 
 def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
+    def in_base(pose: common.Pose) -> Pose:
+        return to_pose(pose) if frame is None else to_pose(pose).from_frame(frame)
+
     match motion:
         case waypoints.JointMotion():
             return problem.JointMotion(motion.turns)
         case waypoints.LinearMotion():
             return problem.LinearMotion(**_following(motion))
         case waypoints.CircularMotion():
-            via = to_pose(motion.via) if frame is None else to_pose(motion.via).from_frame(frame)
-            return problem.CircularMotion(via, **_following(motion))
+            return problem.CircularMotion(in_base(motion.via), **_following(motion))
+        case waypoints.PolylineMotion():
+            return problem.PolylineMotion(tuple(map(in_base, motion.poses)), motion.blend, **_following(motion))
+        case waypoints.SplineMotion():
+            return problem.SplineMotion(tuple(map(in_base, motion.poses)), **_following(motion))
 
 
 def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:

@@ -96,9 +96,11 @@ if TYPE_CHECKING:
     from planner.problem import JointWaypoint as JointWaypoint
     from planner.problem import LinearMotion as LinearMotion
     from planner.problem import PlanningProblem as PlanningProblem
+    from planner.problem import PolylineMotion as PolylineMotion
     from planner.problem import PoseWaypoint as PoseWaypoint
     from planner.problem import RelativeWaypoint as RelativeWaypoint
     from planner.problem import SphericalMove as SphericalMove
+    from planner.problem import SplineMotion as SplineMotion
     from planner.problem import StopTransition as StopTransition
     from planner.problem import ThroughTransition as ThroughTransition
     from planner.problem import Waypoint as Waypoint
@@ -198,9 +200,11 @@ _NAMES = {
         "JointWaypoint",
         "LinearMotion",
         "PlanningProblem",
+        "PolylineMotion",
         "PoseWaypoint",
         "RelativeWaypoint",
         "SphericalMove",
+        "SplineMotion",
         "StopTransition",
         "ThroughTransition",
         "Waypoint",

@@ -113,12 +113,12 @@ Singularity = Literal["refuse", "slow", "deviate"]
 `tolerance_orientation`, so that the arm goes right through the singularity of its wrist."""
 
 
-@dataclass(frozen=True)
-class LinearMotion:
-    """A motion of the tool in a straight line, turning about one axis by the shortest rotation.
+@dataclass(frozen=True, kw_only=True)
+class CartesianMotion:
+    """A motion of the tool along a given curve, which the joints follow.
 
     Attributes:
-        tolerance_position: How far the tool may be from the line, m.
+        tolerance_position: How far the tool may be from the curve, m.
         tolerance_orientation: How far it may be from the orientation that belongs there, rad.
         singularity: What it does near a singularity.
     """
@@ -129,23 +129,54 @@ class LinearMotion:
 
 
 @dataclass(frozen=True)
-class CircularMotion:
+class LinearMotion(CartesianMotion):
+    """A motion of the tool in a straight line, turning about one axis by the shortest rotation."""
+
+
+@dataclass(frozen=True)
+class CircularMotion(CartesianMotion):
     """A motion of the tool on the circle through a third pose, from the waypoint before by way of `via`.
 
     Attributes:
         via: A pose on the way, in the base frame; without a rotation the shortest one from start to end is made.
-        tolerance_position: How far the tool may be from the circle, m.
-        tolerance_orientation: How far it may be from the orientation that belongs there, rad.
-        singularity: What it does near a singularity.
     """
 
     via: Pose
-    tolerance_position: float = 1e-4
-    tolerance_orientation: float = 1e-3
-    singularity: Singularity = "refuse"
 
 
-Motion = JointMotion | LinearMotion | CircularMotion
+@dataclass(frozen=True)
+class PolylineMotion(CartesianMotion):
+    """A motion of the tool straight from pose to pose, its corners cut.
+
+    The poses lie between the waypoint before and the one that it leads to. A corner is cut by a curve whose curvature
+    grows from nought and falls again, so that the tool can go at one speed from end to end.
+
+    Attributes:
+        poses: Where the corners are, in the base frame; one without a rotation has that which belongs there on the
+            shortest turn between its neighbours that have one.
+        blend: How near to a corner the tool leaves the straight line, m: less where half of a line is shorter.
+    """
+
+    poses: Sequence[Pose]
+    blend: float
+
+
+@dataclass(frozen=True)
+class SplineMotion(CartesianMotion):
+    """A motion of the tool on a smooth curve through poses.
+
+    The poses lie between the waypoint before and the one that it leads to. The position is the natural cubic spline
+    over the length of the chords, the rotation that of the quaternions, normalised; both are C2.
+
+    Attributes:
+        poses: What the tool passes, in the base frame; one without a rotation has that which belongs there on the
+            shortest turn between its neighbours that have one.
+    """
+
+    poses: Sequence[Pose]
+
+
+Motion = JointMotion | CartesianMotion
 
 
 @dataclass(frozen=True)

@@ -149,6 +149,17 @@ def rotation_from_quaternion(xyzw: FloatArray) -> FloatArray:
     )
 
 
+def rotations_from_quaternions(xyzw: FloatArray) -> FloatArray:
+    """Make rotations (N, 3, 3) of quaternions (N, 4) x, y, z, w, which are normalised first."""
+    x, y, z, w = (xyzw / np.linalg.norm(xyzw, axis=1, keepdims=True)).T
+    rows = [
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+    ]
+    return np.array(rows).transpose(2, 0, 1)
+
+
 def project_to_rotation(matrix: FloatArray) -> FloatArray:
     """The rotation (3, 3) nearest to `matrix` in the Frobenius norm (orthogonal Procrustes)."""
     u, _, vt = np.linalg.svd(matrix)

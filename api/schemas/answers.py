@@ -95,7 +95,7 @@ class PlannedWaypoint(Answer):
     the nearest; null: a joint waypoint, or a continuum."""
     choice: Literal["given", "only", "shortest_way", "continued"]
     """Why it was taken: `given`, a joint waypoint; `only`, there is no other solution; `shortest_way`, with it the way
-    through the whole list is shortest; `continued`, a linear or circular motion ends there."""
+    through the whole list is shortest; `continued`, a motion of the tool ends there."""
     configuration: AnsweredConfiguration
     """The configuration of the arm there, by its names."""
     manipulability: float

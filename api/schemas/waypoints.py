@@ -83,10 +83,41 @@ class CircularMotion(ToolMotion):
     rotation."""
 
 
+class PolylineMotion(ToolMotion):
+    """The tool straight from pose to pose, the corners cut, at one speed from end to end if the limits allow it.
+
+    The poses lie between the waypoint before and this one. To come to rest at a corner, let it be a waypoint.
+    """
+
+    kind: Literal["polyline"]
+    """The motion: a polyline of the tool."""
+    poses: Annotated[list[Pose], Field(min_length=1)]
+    """The corners (m), in the frame of the waypoint; without an orientation the tool turns on by the shortest
+    rotation."""
+    blend: Annotated[float, Field(ge=1e-5, le=LARGEST)]
+    """The distance from a corner at which the tool leaves the straight line, m; less where half of a line is shorter.
+    The curvature of the curve that cuts the corner grows from nought and falls again, so that accelerations do not
+    jump."""
+
+
+class SplineMotion(ToolMotion):
+    """The tool on a smooth curve through poses, at one speed from end to end if the limits allow it.
+
+    The poses lie between the waypoint before and this one. The position is the natural cubic spline over the length of
+    the chords, the orientation that of the quaternions, normalised: both have continuous second derivatives.
+    """
+
+    kind: Literal["spline"]
+    """The motion: a spline of the tool."""
+    poses: Annotated[list[Pose], Field(min_length=1)]
+    """The poses that the tool passes (m), in the frame of the waypoint; one without an orientation has that of the
+    shortest rotation between its neighbours."""
+
+
 Motion = TypeAliasType(
     "Motion",
     Annotated[
-        JointMotion | LinearMotion | CircularMotion,
+        JointMotion | LinearMotion | CircularMotion | PolylineMotion | SplineMotion,
         Field(discriminator="kind", description="How to get to a waypoint."),
     ],
 )
@@ -237,7 +268,7 @@ class PoseWaypoint(WaypointBase):
     pose: Pose
     """The pose of the tool (m), in the base frame unless `frame` names another."""
     frame: FrameName | None = None
-    """The name of the frame that the pose, and the `via` of a circular motion to it, are in: one of the request's
+    """The name of the frame that the pose, and the `via` or `poses` of a motion to it, are in: one of the request's
     `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""
     configuration: Configuration | None = None
     """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or

@@ -24,7 +24,7 @@ KNOWN_FAMILIES = 512
 ROWS = ("waypoints", "poses", "positions")
 """The fields whose length says how much a request asks."""
 
-PATHS_OF_THE_TOOL = ("linear", "circular")
+PATHS_OF_THE_TOOL = ("linear", "circular", "polyline", "spline")
 """The kinds of motion that have to be followed with the joints, which takes most of the time of their request."""
 
 

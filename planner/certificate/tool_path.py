@@ -1,7 +1,8 @@
 """The check of the tool's path: it keeps to its lines and circles, and near the corners that it cuts.
 
 The poses of the tool are sampled. With the paths this check shares forward kinematics, which have tests against other
-implementations; the geometry of lines, circles and corners is its own.
+implementations; the geometry of lines, circles and corners is its own. That of polylines and splines is shared, too: it
+has tests against splines of scipy and closed forms.
 """
 
 from __future__ import annotations
@@ -13,8 +14,11 @@ import numpy as np
 import pinocchio as pin
 
 from planner.certificate.checks import Check
+from planner.certificate.on_curve import OnCurve
 from planner.kinematics.forward import tool_poses
-from planner.problem import BlendTransition, CircularMotion, JointMotion
+from planner.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
+from planner.tool_motions.polylines import Polyline
+from planner.tool_motions.pose_splines import PoseSpline
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -27,6 +31,9 @@ if TYPE_CHECKING:
 
 STEPS = 2
 """Number of Gauss-Newton steps towards the nearest point on a path."""
+
+CURVE_STEPS = 5
+"""The same on a polyline or spline, where the first guess is less near."""
 
 AHEAD = 1e-4
 """Step of the difference quotients for that, as a share of the path."""
@@ -109,18 +116,37 @@ def _deviations(
         kept &= np.linalg.norm(positions - centers[end], axis=1) > radii[end]
     segments, times, positions, rotations = segments[kept], times[kept], positions[kept], rotations[kept]
     kinds: dict[tuple[type, bool], dict[int, _Line | _Circle]] = {}
-    for segment in np.unique(segments).tolist():
+    curves = {
+        segment: motion.path
+        for segment in with_tool
+        if (motion := solved[segment + 1].tool_motion) and isinstance(motion.path, Polyline | PoseSpline)
+    }
+    for segment in sorted(set(segments.tolist()) - set(curves)):
         path = _path(waypoints[segment + 1], solved[segment], solved[segment + 1])
         kinds.setdefault((type(path), path.start is None), {})[segment] = path
     tolerances = _tolerances(waypoints)
+    for segment, curve in curves.items():
+        own = np.flatnonzero(segments == segment)
+        if len(own):
+            allowed = np.broadcast_to(tolerances[segment + 1], (len(own), 2))
+            on_curve = OnCurve.of(curve, positions[own], radii[[segment, segment + 1]] > 0.0)
+            found = _distances(on_curve, positions[own], rotations[own], allowed, CURVE_STEPS)
+            yield from _path_deviations(*found, allowed, times[own])
     for paths in kinds.values():
         own = np.flatnonzero(np.isin(segments, list(paths)))
         path = _of_samples(list(paths.values()), np.searchsorted(list(paths), segments[own]))
         allowed = tolerances[segments[own] + 1]
-        distances, angles = _distances(path, positions[own], rotations[own], allowed)
-        yield _worst("path_position_deviation", distances, allowed[:, 0], times[own])
-        if angles is not None:
-            yield _worst("path_orientation_deviation", angles, allowed[:, 1], times[own])
+        found = _distances(path, positions[own], rotations[own], allowed)
+        yield from _path_deviations(*found, allowed, times[own])
+
+
+def _path_deviations(
+    distances: FloatArray, angles: FloatArray | None, allowed: FloatArray, times: FloatArray
+) -> Iterator[_Deviation]:
+    """The worst distance (N,) and angle (N,) from paths by what is allowed (N, 2), at times (N,)."""
+    yield _worst("path_position_deviation", distances, allowed[:, 0], times)
+    if angles is not None:
+        yield _worst("path_orientation_deviation", angles, allowed[:, 1], times)
 
 
 def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatArray) -> _Deviation:
@@ -141,9 +167,9 @@ def _tolerances(waypoints: Sequence[AnyWaypoint]) -> FloatArray:
     """Return the tolerances (waypoints, 2), m and rad, of the motion to each waypoint; infinite for a joint motion."""
     return np.array(
         [
-            (np.inf, np.inf)
-            if isinstance(waypoint.motion, JointMotion)
-            else (waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation)
+            (waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation)
+            if isinstance(waypoint.motion, CartesianMotion)
+            else (np.inf, np.inf)
             for waypoint in waypoints
         ]
     )
@@ -161,7 +187,11 @@ def _tool_poses(
 
 
 def _distances(
-    path: _Line | _Circle, positions: FloatArray, rotations: FloatArray, tolerances: FloatArray
+    path: _Line | _Circle | OnCurve,
+    positions: FloatArray,
+    rotations: FloatArray,
+    tolerances: FloatArray,
+    steps: int = STEPS,
 ) -> tuple[FloatArray, FloatArray | None]:
     """Distances (N,), m, and angles (N,), rad, of the tool from the points of its paths that are nearest by tolerances.
 
@@ -172,6 +202,7 @@ def _distances(
         positions: Positions (N, 3) of the tool, m.
         rotations: Rotations (N, 3, 3) of the tool.
         tolerances: Tolerances (N, 2), m and rad.
+        steps: Number of steps of the method.
     """
 
     def missed(u: FloatArray) -> FloatArray:
@@ -183,7 +214,7 @@ def _distances(
         return np.hstack(parts)
 
     u = path.nearest(positions)
-    for _ in range(STEPS):
+    for _ in range(steps):
         here, ahead = missed(u), missed(u + AHEAD)
         slope = (ahead - here) / AHEAD
         squared = (slope**2).sum(axis=1)

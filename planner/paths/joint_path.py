@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.dynamics import SegmentDynamics
 from planner.limits import counted_velocity
-from planner.paths.runs import Run, build_run, is_joint_motion, straight_run
+from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
@@ -69,7 +69,8 @@ class JointPath:
     """The motion of the joints without time. It exists only if all waypoints are solved and all motions followed.
 
     Neighbouring waypoints at one joint position, up to rounding, have exactly the same. Between them is a segment of no
-    length, which belongs to no run and is no straight motion: the robot rests there as long as is asked, or not at all.
+    length, unless the tool goes around there and comes back. It belongs to no run and is no straight motion: the robot
+    rests there as long as is asked, or not at all.
 
     Attributes:
         robot: The arm, with its tool and the payload that it starts with.
@@ -80,7 +81,7 @@ class JointPath:
         dwells: (waypoints,), s.
         runs: What is passed without stopping, and motions of the tool; all other segments with a length are straight
             joint motions from rest to rest.
-        tool_motions: (segments,), the line or circle of the tool; None: a joint motion.
+        tool_motions: (segments,), the path of the tool; None: a joint motion.
     """
 
     robot: Robot
@@ -100,7 +101,7 @@ class JointPath:
     @cached_property
     def moving(self) -> np.ndarray:
         """Indices of the segments that have a length, ascending."""
-        return _moving(self.positions)
+        return _moving(self.waypoints)
 
     @cached_property
     def still(self) -> np.ndarray:
@@ -145,7 +146,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     """Solve the waypoints, choose their branches and join their motions.
 
     Raises:
-        InvalidProblem: A corner cannot be passed; no one circle goes through three poses.
+        InvalidProblem: A corner cannot be passed; there is no path through the poses of a motion of the tool.
         UnreachableWaypoint: A pose has no solution, or a motion of the tool leaves what the arm can reach.
         JointPositionLimit: A waypoint or the way to it lies beyond a joint's position limits.
         ConfigurationChange: A motion of the tool ends in another configuration than its waypoint.
@@ -158,7 +159,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     limits = problem.segment_limits()
     durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]
     dwells = np.array([waypoint.dwell for waypoint in waypoints])
-    moving = _moving(np.array([waypoint.position for waypoint in solved]))
+    moving = _moving(solved)
     transitions = [_transition(waypoints[before + 1 : after + 1]) for before, after in pairwise(moving.tolist())]
     transitions = _with_stops_where_sharp(waypoints, solved, limits, moving, transitions)
     stops = _stops(transitions)
@@ -192,9 +193,11 @@ def _dynamics(problem: PlanningProblem) -> SegmentDynamics:
     return SegmentDynamics(tuple(robots), np.array([distinct.index(payload) for payload in carried]))
 
 
-def _moving(positions: FloatArray) -> np.ndarray:
-    """Indices of the segments between joint positions (waypoints, joints) that differ."""
-    return np.flatnonzero(np.diff(positions, axis=0).any(axis=1))
+def _moving(solved: Sequence[SolvedWaypoint]) -> np.ndarray:
+    """Indices of the segments between joint positions that differ, or on which the tool goes around and comes back."""
+    pairs = enumerate(pairwise(solved))
+    moving = [k for k, (start, end) in pairs if (start.position != end.position).any() or not is_joint_motion(end)]
+    return np.array(moving, dtype=int)
 
 
 def _stops(transitions: Sequence[Transition]) -> list[int]:
@@ -218,7 +221,8 @@ def _with_stops_where_sharp(
     result = list(transitions)
     travels = np.diff(np.array([waypoint.position for waypoint in solved]), axis=0)[moving]
     speeds = counted_velocity(limits.velocity[moving])
-    times = (np.abs(travels) / speeds).max(axis=1)
+    ends = [solved[k + 1] for k in moving]
+    times = np.array(list(map(travel_time, ends, travels, speeds)))
     rates = travels / speeds / times[:, None]
     turns = np.abs(np.diff(rates, axis=0)).max(axis=1, initial=0.0) > SHARP
     for first, last in pairwise([0, *_stops(transitions), len(moving)]):

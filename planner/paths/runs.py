@@ -10,9 +10,10 @@ import numpy as np
 from planner.errors import InvalidProblem, JointPositionLimit, Remedy
 from planner.limits import counted_velocity
 from planner.paths.blends import Corners, cut_corners
+from planner.paths.easing import eased
 from planner.paths.errors import passing_error
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
-from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
+from planner.problem import BlendTransition, CartesianMotion, JointMotion, StopTransition, ThroughTransition
 from planner.tool_motions.position_limits import first_beyond
 
 if TYPE_CHECKING:
@@ -25,7 +26,12 @@ if TYPE_CHECKING:
     from planner.waypoints.solve import SolvedWaypoint
 
 TANGENT = 1e-6
-"""The relative difference of the joints' directions up to which two motions of the tool go on in the same direction."""
+"""The relative difference of the joints' directions, and of their change, up to which two motions of the tool are one
+smooth one."""
+
+ALMOST_TANGENT = 0.02
+"""The relative difference of the joints' directions up to which two motions of the tool are joined within their
+tolerances: of a line and a circle whose poses are rounded to a tenth of a millimetre. More is a corner."""
 
 STEEPEST = 1.25
 """Slope of a quintic without curvature at its ends, as a multiple of its mean slope, up to which it is monotone."""
@@ -58,6 +64,7 @@ class Run:
         tolerance: rad or m, how far time may take a joint from the curve.
         tool_motions: Indices of the segments that are motions of the tool.
         blended: Indices of the waypoints that are blended.
+        path_knots: Indices of the breakpoints where the tool's path goes from one piece to the next, ascending.
     """
 
     segments: np.ndarray
@@ -68,6 +75,7 @@ class Run:
     tolerance: float
     tool_motions: tuple[int, ...] = ()
     blended: tuple[int, ...] = ()
+    path_knots: np.ndarray = field(default_factory=lambda: np.array([], dtype=int))
 
     @property
     def first(self) -> int:
@@ -76,8 +84,8 @@ class Run:
 
     @property
     def knots(self) -> np.ndarray:
-        """Indices of the breakpoints of the curve where waypoints lie, and where blends begin and end; ascending."""
-        return np.union1d(self.waypoint_knots, self.blend_knots)
+        """The knots of waypoints, of blends and of the tool's path together, ascending."""
+        return np.union1d(np.union1d(self.waypoint_knots, self.blend_knots), self.path_knots)
 
 
 def is_joint_motion(end: SolvedWaypoint) -> bool:
@@ -87,8 +95,24 @@ def is_joint_motion(end: SolvedWaypoint) -> bool:
     curve = end.tool_motion.curve
     if np.abs(end.position - curve.coefficients[0, :, 0]).max() > SHORTEST_TOOL_MOTION:
         return False
-    at = curve.evaluate(curve.breakpoints, [0])[0]
-    return float(np.abs(np.diff(at, axis=0)).sum(axis=0).max()) <= SHORTEST_TOOL_MOTION
+    return float(np.abs(_steps(curve)).sum(axis=0).max()) <= SHORTEST_TOOL_MOTION
+
+
+def travel_time(end: SolvedWaypoint, travel: FloatArray, speeds: FloatArray) -> float:
+    """The time, s, that the slowest joint takes at full speed for the way to a waypoint.
+
+    Args:
+        end: The waypoint.
+        travel: (joints,), from where the segment starts; where it is nought, the tool goes around and comes back.
+        speeds: (joints,), of the joints.
+    """
+    steps = _steps(end.tool_motion.curve) if end.tool_motion is not None and not travel.any() else travel[None]
+    return float((np.abs(steps) / speeds).max(axis=1).sum())
+
+
+def _steps(curve: PiecewisePolynomial) -> FloatArray:
+    """The travels (pieces, joints) from breakpoint to breakpoint."""
+    return np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)
 
 
 def straight_run(segment: int, start: FloatArray, end: FloatArray, velocity: FloatArray) -> Run:
@@ -134,7 +158,7 @@ def build_run(
         InvalidProblem: Two motions of the tool meet in a corner that is to be passed without stopping.
         JointPositionLimit: The curve that passes a waypoint smoothly leaves the position limits.
     """
-    builder = _Builder(waypoints, solved, limits, segments, transitions)
+    builder = _Builder(robot, waypoints, solved, limits, segments, transitions)
     curves = builder.curves()
     waypoint_knots = np.cumsum([0, *(len(curve.lengths) for curve in curves)])
     whole = joined(curves).of_segments(np.repeat(segments, np.diff(waypoint_knots)))
@@ -157,6 +181,7 @@ def build_run(
         tolerance=_joint_tolerance(ends),
         tool_motions=tuple(segments[list(builder.tool)].tolist()),
         blended=tuple(waypoint for k in radii for waypoint in range(segments[k - 1] + 1, segments[k] + 1)),
+        path_knots=builder.path_knots(whole),
     )
 
 
@@ -165,18 +190,20 @@ class _Builder:
 
     def __init__(
         self,
+        robot: Robot,
         waypoints: Sequence[AnyWaypoint],
         solved: Sequence[SolvedWaypoint],
         limits: SegmentLimits,
         segments: np.ndarray,
         transitions: Sequence[Transition],
     ) -> None:
-        self.waypoints, self.segments = waypoints, segments
+        self.robot, self.waypoints, self.segments = robot, waypoints, segments
         self.passed = [isinstance(transition, ThroughTransition) for transition in transitions]
         self.positions = np.array([solved[k].position for k in (*segments, segments[-1] + 1)])
         self.speeds = counted_velocity(limits.velocity[segments])
         self.tool: dict[int, PiecewisePolynomial] = {}
         self.short: set[int] = set()
+        self.knots: set[tuple[float, ...]] = set()
         for k, segment in enumerate(segments):
             motion = solved[segment + 1].tool_motion
             if motion is None:
@@ -185,7 +212,20 @@ class _Builder:
                 self.short.add(k)
             else:
                 self.tool[k] = self._tool_motion(k, motion.curve)
+                inner = motion.path.breakpoints[1:-1]
+                at = np.abs(motion.curve.breakpoints[:, None] - inner).argmin(axis=0)
+                self.knots |= set(map(tuple, motion.curve.coefficients[at, :, 0].tolist()))
         self.times = (np.abs(np.diff(self.positions, axis=0)) / self.speeds).max(axis=1)
+        for k, curve in self.tool.items():
+            self.times[k] = curve.breakpoints[-1]
+
+    def path_knots(self, curve: SegmentedPolynomial) -> np.ndarray:
+        """Indices of the breakpoints of a curve where a tool's path goes from one piece to the next.
+
+        They are known by their joint positions, which neither stretching nor cutting corners changes.
+        """
+        starts = curve.coefficients[:, :, 0].tolist() if self.knots else []
+        return np.array([k for k, start in enumerate(starts) if tuple(start) in self.knots], dtype=int)
 
     def curves(self) -> list[PiecewisePolynomial]:
         """The curve of each segment from the first to the last, in order.
@@ -216,18 +256,17 @@ class _Builder:
         while last > 0 and self.passed[last] and last in self.short:
             last -= 1
         if k == 0 or not all(self.passed[last:k]) or last not in self.tool:
-            at = curve.evaluate(curve.breakpoints, [0])[0]
-            return curve.stretched(float((np.abs(np.diff(at, axis=0)) / self.speeds[k]).max(axis=1).sum()))
+            return curve.stretched(float((np.abs(_steps(curve)) / self.speeds[k]).max(axis=1).sum()))
         before = self.tool[last].evaluate(self.tool[last].breakpoints[-1:], [1, 2])
         after = curve.evaluate(np.zeros(1), [1, 2])
         factor = float(np.linalg.norm(after[0]) / np.linalg.norm(before[0]))
         if last < k - 1:
             return curve.stretched(factor)
-        bends = np.abs(before[1] - after[1] / factor**2).max() > TANGENT * max(1.0, np.abs(before[1]).max())
-        if bends or np.abs(before[0] - after[0] / factor).max() > TANGENT * np.abs(before[0]).max():
+        turn = np.abs(before[0] - after[0] / factor).max() / np.abs(before[0]).max()
+        bend = np.abs(before[1] - after[1] / factor**2).max() / max(1.0, np.abs(before[1]).max())
+        if turn > ALMOST_TANGENT:
             message = (
-                "the tool cannot pass this waypoint without stopping: its path has a corner or a sudden bend here; "
-                "blend it, or stop"
+                "the tool cannot pass this waypoint without stopping: its path has a corner here; blend it, or stop"
             )
             waypoint = int(self.segments[k])
             field = "waypoints", waypoint, "transition"
@@ -235,7 +274,11 @@ class _Builder:
             if self.segments[k - 1] == waypoint - 1:  # of several at one position a stop of one is enough
                 remedies.insert(0, Remedy(field, BlendTransition(RADIUS), "cut the corner within this radius, m"))
             raise InvalidProblem([(field, message)], remedies)
-        return curve.stretched(factor)
+        curve = curve.stretched(factor)
+        if max(turn, bend) > TANGENT:
+            tolerances = [_tolerances(self.waypoints[segment + 1]) for segment in self.segments[[last, k]]]
+            self.tool[last], curve = eased(self.robot, self.tool[last], curve, np.min(tolerances, axis=0))
+        return curve
 
 
 def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
@@ -263,9 +306,12 @@ def _leaves_limits_error(
 
 
 def _joint_tolerance(waypoints: Sequence[AnyWaypoint]) -> float:
-    asked = [
-        min(waypoint.motion.tolerance_position, waypoint.motion.tolerance_orientation)
-        for waypoint in waypoints
-        if not isinstance(waypoint.motion, JointMotion)
-    ]
+    asked = [min(_tolerances(waypoint)) for waypoint in waypoints if not isinstance(waypoint.motion, JointMotion)]
     return min([JOINT_TOLERANCE, *(SHARE_OF_TOLERANCE * tolerance for tolerance in asked)])
+
+
+def _tolerances(waypoint: AnyWaypoint) -> tuple[float, float]:
+    """The tolerances, m and rad, of the motion of the tool to a waypoint."""
+    motion = waypoint.motion
+    assert isinstance(motion, CartesianMotion)  # noqa: S101 - asked of motions of the tool only
+    return motion.tolerance_position, motion.tolerance_orientation

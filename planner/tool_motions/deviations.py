@@ -47,6 +47,11 @@ class Deviated:
     most: float
     turn: FloatArray
 
+    @property
+    def breakpoints(self) -> FloatArray:
+        """Those of the other path."""
+        return self.path.breakpoints
+
     def pose(self, u: float) -> Pose:
         """The pose at u."""
         pose = self.path.pose(u)

@@ -26,10 +26,10 @@ PROBES = np.array([0.25, 0.5, 0.75])
 """Shares of the way between two knots at which the curve is compared with the path; its error is like u^3 (1 - u)^3."""
 
 FIRST_STEP = 0.125
-"""The first step in u from knot to knot."""
+"""The first step from knot to knot, as a share of the first piece of the path."""
 
 LONGEST_STEP = 0.25
-"""The longest step in u from knot to knot, so that no detour is missed."""
+"""The longest step from knot to knot, as a share of a piece of the path, so that no detour is missed."""
 
 SHORTEST_TURN = 1e-2
 """What the steepest joint turns, rad or m, in the step in u below which the path is given up as lost."""
@@ -192,18 +192,22 @@ class Follower:
         first = self._with_derivatives(0.0, self.start)
         if first is None:
             return Lost(0.0, self.start, PiecewisePolynomial(np.empty(0), np.empty((0, self.robot.dof, 6))))
-        knots, step = [first], FIRST_STEP
+        breakpoints = self.path.breakpoints
+        knots, step = [first], FIRST_STEP * float(breakpoints[1])
         while (last := knots[-1]).u < 1.0:
-            ahead = 1.0 if last.u + step > 1.0 - self.shortest_step else last.u + step
+            end = int(np.searchsorted(breakpoints, last.u, side="right"))
+            piece_end, piece = float(breakpoints[end]), float(breakpoints[end] - breakpoints[end - 1])
+            step = min(step, LONGEST_STEP * piece)
+            ahead = piece_end if last.u + step > piece_end - self.shortest_step * piece else last.u + step
             knot = self._next(last, ahead)
             if knot is not None:
                 knots.append(knot)
                 if self._is_outside(knot.q):
                     return Lost(knot.u, knot.q, _curve(knots))
-                step = min(GROWTH * (ahead - last.u), LONGEST_STEP)
+                step = GROWTH * (ahead - last.u)
                 continue
             step = (ahead - last.u) / 2.0
-            if step < self.shortest_step:
+            if step < self.shortest_step * piece:
                 return Lost(last.u, last.q, _curve(knots))
         if self.end is not None and np.abs(knots[-1].q - self.end).max() < SAME_CONFIGURATION:
             knots[-1] = knots[-1]._replace(q=self.end)

@@ -18,8 +18,25 @@ COLLINEAR = 1e-6
 """Three points whose triangle has a height below this share of its longest side lie on a line."""
 
 
+class NoPath(ValueError):
+    """A motion of the tool through whose poses there is no path.
+
+    Attributes:
+        field: Which field of the motion is at fault.
+    """
+
+    def __init__(self, message: str, *field: str | int) -> None:
+        super().__init__(message)
+        self.field = field
+
+
 class PosePath(Protocol):
-    """The poses that the tool takes, at constant linear and angular speed along u."""
+    """The poses that the tool takes, C2 in u; its speed along u is constant, the linear one or else the angular one."""
+
+    @property
+    def breakpoints(self) -> FloatArray:
+        """The parameters (pieces + 1,), from 0 to 1, between which the path is smooth."""
+        ...
 
     def pose(self, u: float) -> Pose:
         """The pose at u; without a rotation where any orientation will do."""
@@ -28,6 +45,10 @@ class PosePath(Protocol):
     def twist(self, u: float) -> FloatArray:
         """The linear over the angular velocity (6,) by u, in the base's axes; (3,) without a rotation."""
         ...
+
+
+ONE_PIECE = np.array([0.0, 1.0])
+"""The breakpoints, without unit, of a path that is smooth from end to end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +101,11 @@ class Line:
     start: Pose
     end: Pose
 
+    @property
+    def breakpoints(self) -> FloatArray:
+        """Those of a smooth path."""
+        return ONE_PIECE
+
     @cached_property
     def turn(self) -> Turn | None:
         """The turn of the tool; None: any orientation will do."""
@@ -107,6 +133,11 @@ class Reversed:
     """
 
     path: PosePath
+
+    @property
+    def breakpoints(self) -> FloatArray:
+        """Those of the path, counted from its end."""
+        return 1.0 - self.path.breakpoints[::-1]
 
     def pose(self, u: float) -> Pose:
         """The pose at u."""
@@ -142,14 +173,15 @@ class Arc:
         A rotation in `via` is passed there; else the tool turns by the shortest rotation from start to end.
 
         Raises:
-            ValueError: The three positions lie on a line, or two are the same: there is no one circle.
+            NoPath: The three positions lie on a line, or two are the same: there is no one circle.
         """
         a, b = via.position - start.position, end.position - start.position
         normal = np.cross(a, b)
         area = float(np.linalg.norm(normal))
         longest = max(np.linalg.norm(a), np.linalg.norm(b), np.linalg.norm(a - b))
         if area <= COLLINEAR * longest**2:
-            raise ValueError("start, via and end lie on a line, or two of them are the same: no one circle goes there")
+            message = "start, via and end lie on a line, or two of them are the same: no one circle goes there"
+            raise NoPath(message, "via")
         offset = (np.dot(a, a) * np.cross(b, normal) - np.dot(b, b) * np.cross(a, normal)) / (2.0 * area**2)
         center = start.position + offset
         axis = normal / area
@@ -160,6 +192,11 @@ class Arc:
             if via.rotation is not None:
                 turn = Turn.by_way_of(start.rotation, via.rotation, end.rotation, at_via / at_end)
         return cls(center, axis, at_end, start.position, turn)
+
+    @property
+    def breakpoints(self) -> FloatArray:
+        """Those of a smooth path."""
+        return ONE_PIECE
 
     def pose(self, u: float) -> Pose:
         """The pose at u."""

@@ -23,15 +23,16 @@ from planner.kinematics.inverse import inverse_kinematics
 from planner.kinematics.search import pose_errors
 from planner.kinematics.turns import TURN
 from planner.polynomials import PiecewisePolynomial, joined
-from planner.problem import CircularMotion, JointMotion, JointWaypoint, LinearMotion, PoseWaypoint
+from planner.problem import CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import through_singular_wrist
 from planner.tool_motions.follow import GENTLE, STEEP, STEEPEST, Lost, follow
 from planner.tool_motions.follow_many import follow_lines
-from planner.tool_motions.pose_paths import Arc, Line, Reversed
+from planner.tool_motions.pose_paths import Line, NoPath, Reversed
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.self_motions import follow_by_self_motions
+from planner.tool_motions.shapes import SHAPES
 from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ LOOKS_AHEAD = 8
 
 @dataclass(frozen=True, eq=False)
 class AskedMotion:
-    """A linear or circular motion of the tool, as a waypoint asks for it.
+    """A motion of the tool along a curve, as a waypoint asks for it.
 
     Attributes:
         robot: The arm with its tool.
@@ -85,8 +86,13 @@ class AskedMotion:
     @property
     def name(self) -> str:
         """The motion in words."""
-        shape = "circle" if isinstance(self.waypoint.motion, CircularMotion) else "straight line"
-        return f"the {shape} to waypoint {self.index}"
+        return f"the {SHAPES[type(self.motion)].name} to waypoint {self.index}"
+
+    @property
+    def motion(self) -> CartesianMotion:
+        """The motion by itself."""
+        assert isinstance(self.waypoint.motion, CartesianMotion)  # noqa: S101 - asked for motions of the tool only
+        return self.waypoint.motion
 
     @property
     def configuration(self) -> Configuration:
@@ -101,17 +107,15 @@ class AskedMotion:
                 reached.
 
         Raises:
-            InvalidProblem: No one circle goes through the poses.
+            InvalidProblem: There is no path through the poses, such as no one circle.
         """
-        before, motion = self.before, self.waypoint.motion
+        before = self.before
         if before.rotation is None and self.after.rotation is not None:
             before = Pose(before.position, tool_pose(self.robot, start).rotation)
-        if not isinstance(motion, CircularMotion):
-            return Line(before, self.after)
         try:
-            return Arc.through(before, motion.via, self.after)
-        except ValueError as error:
-            raise InvalidProblem([(("waypoints", self.index, "motion", "via"), str(error))]) from None
+            return SHAPES[type(self.motion)].path(before, self.motion, self.after)
+        except NoPath as error:
+            raise InvalidProblem([(("waypoints", self.index, "motion", *error.field), str(error))]) from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +158,7 @@ def follow_motion(asked: AskedMotion, start: FloatArray) -> ToolMotion | Refused
     """Follow a motion of the tool from a joint position (joints,) at the waypoint before.
 
     Raises:
-        InvalidProblem: No one circle goes through the poses.
+        InvalidProblem: There is no path through the poses, such as no one circle.
     """
     return follow_path(asked, start, asked.pose_path(start))
 
@@ -202,11 +206,10 @@ def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: Float
 def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
     """Follow the path of the tool from a joint position (joints,) at its start."""
     robot, waypoint = asked.robot, asked.waypoint
-    assert not isinstance(waypoint.motion, JointMotion)  # noqa: S101 - asked for motions of the tool only
     given = _turned_to(robot, waypoint.position, start) if isinstance(waypoint, JointWaypoint) else None
     if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
-    result, deviation = _followed(robot, path, start, given, waypoint.motion)
+    result, deviation = _followed(robot, path, start, given, asked.motion)
     curve = result.curve if isinstance(result, Lost) else result
     if (beyond := first_beyond(robot, curve)) is not None:
         u, position, joint = beyond
@@ -234,7 +237,7 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
 
 
 def _followed(
-    robot: Robot, path: PosePath, start: FloatArray, given: FloatArray | None, motion: LinearMotion | CircularMotion
+    robot: Robot, path: PosePath, start: FloatArray, given: FloatArray | None, motion: CartesianMotion
 ) -> tuple[PiecewisePolynomial | Lost, float]:
     """The joint path from a joint position (joints,), and how far the tool turns off from its path on purpose, rad."""
     tolerance = motion.tolerance_position, motion.tolerance_orientation
@@ -281,7 +284,7 @@ def _turned_to(robot: Robot, position: ArrayLike, towards: FloatArray) -> FloatA
 
 def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:
     """The tolerances (lines, 2), m and rad, of the lines to waypoints, and how steep (lines,) joints may be on them."""
-    motions = [waypoint.motion for waypoint in waypoints if not isinstance(waypoint.motion, JointMotion)]
+    motions = [waypoint.motion for waypoint in waypoints if isinstance(waypoint.motion, CartesianMotion)]
     tolerances = np.array([(motion.tolerance_position, motion.tolerance_orientation) for motion in motions])
     return tolerances, np.array([GENTLE if motion.singularity == "deviate" else STEEP for motion in motions])
 
@@ -300,12 +303,11 @@ def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
     Returns:
         None: the motion cannot be followed within the position limits, or its first orientation is left open.
     """
-    robot, motion = asked.robot, asked.waypoint.motion
-    assert not isinstance(motion, JointMotion)  # noqa: S101 - asked for motions of the tool only
+    robot = asked.robot
     if asked.before.rotation is None and asked.after.rotation is not None:
         return None
     path = Reversed(asked.pose_path(end))
-    curve, _ = _followed(robot, path, end, None, motion)
+    curve, _ = _followed(robot, path, end, None, asked.motion)
     if isinstance(curve, Lost) or first_beyond(robot, curve) is not None:
         return None
     start: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
@@ -334,8 +336,7 @@ def _lost_error(asked: AskedMotion, path: PosePath, lost: Lost) -> PlanningError
             where = where if u == ahead else f"before {u:.1%} of the way"
             return UnreachableWaypoint(f"{asked.name} leaves what {robot.id} can reach {where}")
     joint = robot.joint_names[_idle_joint(robot, lost.position)]
-    motion = asked.waypoint.motion
-    steepest = STEEPEST if not isinstance(motion, JointMotion) and motion.singularity == "slow" else STEEP
+    steepest = STEEPEST if asked.motion.singularity == "slow" else STEEP
     far = f"would have to jump, or go further than {steepest:g} rad (or m) for 1 m or 1 rad of the tool"
     return SingularPath(f"{asked.name} meets a singularity {where}, where {joint} {far}", joint=joint)
 

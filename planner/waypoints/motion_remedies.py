@@ -80,10 +80,8 @@ def _is_named(waypoint: AnyWaypoint) -> bool:
 def _near_singularity(refused: RefusedMotion) -> Iterator[Remedy]:
     """What a motion may do near a singularity so that the joints can follow it."""
     asked = refused.asked
-    motion = asked.waypoint.motion
-    assert not isinstance(motion, JointMotion)  # noqa: S101 - only motions of the tool are refused
     for choice, explanation in NEAR_SINGULARITY.items():
-        waypoint = replace(asked.waypoint, motion=replace(motion, singularity=choice))
+        waypoint = replace(asked.waypoint, motion=replace(asked.motion, singularity=choice))
         if isinstance(follow_path(replace(asked, waypoint=waypoint), refused.start, refused.path), ToolMotion):
             yield Remedy(("waypoints", asked.index, "motion", "singularity"), choice, explanation)
 

@@ -126,3 +126,36 @@ def test_a_circle_goes_through_a_pose_in_the_frame_of_its_waypoint(service: Runn
         plans.append(checked(service.post("/v1/trajectories", request), answers.PlanAnswer))
     assert plans[0]["duration"] == pytest.approx(plans[1]["duration"], rel=1e-6)
     np.testing.assert_allclose(plans[0]["waypoints"][2]["position"], plans[1]["waypoints"][2]["position"], atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["polyline", "spline"])
+def test_contours_are_in_the_frame_of_their_waypoint(service: RunningService, kind: str) -> None:
+    """The poses of the example are passed, or their corners within the blend, as seen in the frame of the table."""
+    request = json.loads((ROOT / "examples" / "contours.json").read_text(encoding="utf-8"))
+    index = {"polyline": 1, "spline": 2}[kind]
+    plan = checked(service.post("/v1/trajectories", {**request, "include": ["tcp_pose"]}), answers.PlanAnswer)
+    tools = np.array(plan["samples"]["tcp_pose"]["position"])
+    c, s = math.cos(0.3), math.sin(0.3)
+    near = 0.02 if kind == "polyline" else 1.5e-3
+    for pose in request["waypoints"][index]["motion"]["poses"]:
+        x, y, z = pose["position"]
+        wanted = np.array([0.9 + c * x - s * y, -0.1 + s * x + c * y, 0.5 + z])
+        assert np.linalg.norm(tools - wanted, axis=1).min() < near
+
+
+@pytest.mark.parametrize(
+    ("change", "pointer"),
+    [
+        ({"poses": []}, "/waypoints/1/motion/poses"),
+        ({"blend": 0.0}, "/waypoints/1/motion/blend"),
+        ({"poses": [{"position": [0.0, 0.0, 0.0], "orientation": None}]}, "/waypoints/1/motion/poses"),
+    ],
+)
+def test_a_polyline_without_corners_or_without_a_blend_is_refused(
+    service: RunningService, change: dict[str, Any], pointer: str
+) -> None:
+    request = json.loads((ROOT / "examples" / "contours.json").read_text(encoding="utf-8"))
+    request["waypoints"][1]["motion"].update(change)
+    refused = service.post("/v1/trajectories", request)
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["pointer"].startswith(pointer)

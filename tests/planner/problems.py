@@ -22,8 +22,10 @@ from planner.problem import (
     LinearMotion,
     Motion,
     PlanningProblem,
+    PolylineMotion,
     PoseWaypoint,
     Singularity,
+    SplineMotion,
     StopTransition,
     ThroughTransition,
     Transition,
@@ -136,10 +138,18 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
     waypoints: list[AnyWaypoint] = [JointWaypoint(position=tuple(first.tolist()))]
     before: Motion = JointMotion()
     for k in range(1, count):
-        motion = draw(st.sampled_from(["joint", "linear", "circular"]))
         near: Singularity = draw(st.sampled_from(["refuse", "refuse", "slow", "deviate"]))
-        made: Motion = {"joint": JointMotion(), "linear": LinearMotion(singularity=near)}.get(motion) or CircularMotion(
-            _near(home, robot, rng, reach), singularity=near
+        via = [_near(home, robot, rng, reach) for _ in range(3)]
+        made: Motion = draw(
+            st.sampled_from(
+                [
+                    JointMotion(),
+                    LinearMotion(singularity=near),
+                    CircularMotion(via[0], singularity=near),
+                    PolylineMotion(via, 0.1 * reach, singularity=near),
+                    SplineMotion(via, singularity=near),
+                ]
+            )
         )
         asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
         goal, frame = _near(home, robot, rng, reach), WORK_OBJECT if k % 2 == 0 else None

@@ -8,12 +8,20 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from hypothesis import assume
+from scipy.interpolate import CubicSpline
 
 from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose
 from planner.planning import plan
-from planner.problem import BlendTransition, CircularMotion, JointMotion, PlanningProblem
+from planner.problem import (
+    BlendTransition,
+    CircularMotion,
+    JointMotion,
+    PlanningProblem,
+    PolylineMotion,
+    SplineMotion,
+)
 from planner.result import Plan
 from tests.planner.problems import PARTS, REQUESTS, backend_of, path_problems, try_on_random
 from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
@@ -76,11 +84,28 @@ def _goes_where_it_should(result: Plan) -> None:
             J = pin.getFrameJacobian(robot.model, data, robot.tool_frame_id, axes)[: 3 if robot.dof == 3 else 6]
             handedness.add(float(np.sign(np.linalg.det(J))))
             start, end = solved[k - 1].pose, waypoint.pose_in_base  # type: ignore[union-attr]
-            if isinstance(waypoint.motion, CircularMotion):
+            if isinstance(waypoint.motion, PolylineMotion | SplineMotion):
+                poses = [start, *waypoint.motion.poses, end]
+                assert _from_curve(tool.translation, poses, waypoint.motion) <= 1.01e-4
+            elif isinstance(waypoint.motion, CircularMotion):
                 assert _from_circle(tool.translation, start, waypoint.motion.via, end) <= 1.001e-4
             else:
                 assert _from_line(tool, start, end, turns=robot.dof > 3)
         assert len(handedness) <= 1
+
+
+def _from_curve(point: FloatArray, poses: list[Pose], motion: PolylineMotion | SplineMotion) -> float:
+    """From the natural spline of scipy; or from the nearest line of a polyline, but for its corners."""
+    points = np.array([pose.position for pose in poses])
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if isinstance(motion, SplineMotion):
+        curve = CubicSpline(np.concatenate([[0.0], np.cumsum(chords)]), points, bc_type="natural")
+        points = curve(np.linspace(0.0, chords.sum(), 2001))
+    elif np.linalg.norm(points[1:-1] - point, axis=1).min() <= motion.blend:
+        return 0.0
+    ways, offsets = np.diff(points, axis=0), point - points[:-1]
+    shares = np.clip((offsets * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)
+    return float(np.linalg.norm(offsets - shares[:, None] * ways, axis=1).min())
 
 
 def _from_line(tool: pin.SE3, start: Pose, end: Pose, *, turns: bool) -> bool:

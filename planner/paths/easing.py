@@ -1,0 +1,78 @@
+"""Two motions of the tool that meet with a sudden bend: their curves are eased into each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.kinematics.forward import tool_poses
+from planner.polynomials import PiecewisePolynomial, quintic_hermite
+from planner.spatial import rotation_vectors
+
+if TYPE_CHECKING:
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+MOST = 0.4
+"""Share of either curve that is eased at most: as much is for its other end, and some stays."""
+
+SHARE_OF_TOLERANCE = 0.5
+"""Share of the tolerances that easing may use up, besides the quarter that following the path does."""
+
+SHRINK = 0.7
+"""Factor by which the eased parts are made shorter until they keep to the tolerance."""
+
+MOST_SHRINKS = 60
+"""The most times that they are: to a billionth, where a curve deviates by less than rounding."""
+
+SAMPLES = 9
+"""Number of points on either part at which the tool is compared with where it was; a quintic's error has one peak."""
+
+
+def eased(
+    robot: Robot, before: PiecewisePolynomial, after: PiecewisePolynomial, tolerances: FloatArray
+) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
+    """Ease two curves into each other so that they are C2 where the one goes over into the other.
+
+    Both pass that point with the mean of their first and of their second derivatives there: the last part of the one
+    and the first of the other are quintics, as long as the tool keeps to the tolerances.
+
+    Args:
+        robot: The robot, with its tool.
+        before: Joint positions, in quintics.
+        after: The same, from where that one ends.
+        tolerances: (2,), m and rad.
+    """
+    ends, starts = before.evaluate(before.breakpoints[-1:]), after.evaluate(np.zeros(1))
+    middle = (starts[0], *((end + start) / 2.0 for end, start in zip(ends[1:], starts[1:], strict=True)))
+    lengths = before.breakpoints[-1], after.breakpoints[-1]
+    reach = MOST * float(min(lengths))
+    for _ in range(MOST_SHRINKS):
+        away = [lengths[0] - reach, reach]
+        first, last = before.evaluate(np.array(away[:1])), after.evaluate(np.array(away[1:]))
+        into, out = (
+            quintic_hermite(np.array([reach]), tuple(start), tuple(end))
+            for start, end in ((first, middle), (middle, last))
+        )
+        pieces = [PiecewisePolynomial(np.array([reach]), part) for part in (into, out)]
+        at = np.linspace(0.0, reach, SAMPLES)
+        kept = [before.evaluate(away[0] + at, [0])[0], after.evaluate(at, [0])[0]]
+        if all(
+            _is_close(robot, piece.evaluate(at, [0])[0], own, tolerances)
+            for piece, own in zip(pieces, kept, strict=True)
+        ):
+            break
+        reach *= SHRINK
+    return (
+        before.between(0.0, away[0]).followed_by(pieces[0]),
+        pieces[1].followed_by(after.between(away[1], float(lengths[1]))),
+    )
+
+
+def _is_close(robot: Robot, positions: FloatArray, asked: FloatArray, tolerances: FloatArray) -> bool:
+    """Whether the tool at joint positions (N, joints) is within the tolerances (2,) of where it is at others."""
+    (points, turned), (wanted, axes) = tool_poses(robot, positions), tool_poses(robot, asked)
+    distances = np.linalg.norm(points - wanted, axis=1)
+    angles = np.linalg.norm(rotation_vectors(axes.transpose(0, 2, 1) @ turned), axis=1)
+    return bool((np.array([distances.max(), angles.max()]) <= SHARE_OF_TOLERANCE * tolerances).all())

@@ -1,0 +1,181 @@
+"""A path of the tool on a smooth curve through poses: the natural cubic spline, at one speed along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.polynomials import PiecewisePolynomial, differentiate, horner
+from planner.spatial import Pose, quaternion, rotations_from_quaternions
+from planner.tool_motions.pose_paths import NoPath
+from planner.tool_motions.via_poses import via_poses
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.spatial import FloatArray
+
+GAUSS = np.polynomial.legendre.leggauss(12)
+"""Gauss's nodes on [-1, 1] and their weights, for the length of a part of the curve."""
+
+PARTS = 8
+"""Number of parts of the curve from pose to pose whose lengths are found: in so many its speed by the chords' length
+hardly changes."""
+
+NEWTON_STEPS = 8
+"""The most Newton steps from a length along the curve to its parameter: from a linear guess four are enough."""
+
+FOUND = 1e-13
+"""The step, as a share of the whole curve, at which the parameter is found."""
+
+SLOWEST = 0.05
+"""The least speed of the curve by the chords' length, as a share of its mean, up to which it turns back there: the tool
+would have to turn on the spot."""
+
+SMALLEST_QUATERNION = 0.3
+"""The least norm of the spline of quaternions: they are 0.7 in the middle of half a turn, and tell no rotation at 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSpline:
+    """A path on a spline of positions, and of quaternions where there are any, at one speed along u.
+
+    Attributes:
+        curve: Positions (m), and quaternions x, y, z, w that are still to be normalised, over the length of the chords.
+        lengths: (pieces, `PARTS`), m, of the parts of the curve.
+    """
+
+    curve: PiecewisePolynomial
+    lengths: FloatArray
+
+    @classmethod
+    def through(cls, start: Pose, between: Sequence[Pose], end: Pose) -> PoseSpline:
+        """The spline from pose to pose, without curvature at its ends.
+
+        Raises:
+            NoPath: It turns back at a pose, or the tool turns too far from one to the next; or see `via_poses`.
+        """
+        poses = via_poses(start, between, end)
+        values = poses.positions
+        if poses.rotations is not None:
+            quaternions = np.array([quaternion(rotation) for rotation in poses.rotations])
+            agrees = (quaternions[1:] * quaternions[:-1]).sum(axis=1) >= 0.0
+            quaternions[1:] *= np.cumprod(np.where(agrees, 1.0, -1.0))[:, None]
+            values = np.hstack([values, quaternions])
+        curve = PiecewisePolynomial(poses.lengths, _natural_spline(values, poses.lengths))
+        made = cls(curve, _lengths_of_parts(curve))
+        slow, turns = made._ill_pieces()
+        for ill, message in (
+            (slow, "the spline turns back here: let it end at a waypoint of its own"),
+            (turns, "the tool turns too far from the pose before: put poses in between"),
+        ):
+            if len(ill):
+                raise NoPath(message, "poses", min(int(poses.indices[ill[0] + 1]), len(between) - 1))
+        return made
+
+    @cached_property
+    def breakpoints(self) -> FloatArray:
+        """The parameters (pieces + 1,), from 0 to 1, at which the poses are."""
+        breakpoints: FloatArray = self._ends[::PARTS] / self._ends[-1]
+        return breakpoints
+
+    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Positions (N, 3), m, and rotations (N, 3, 3) at parameters (N,); None: none is asked."""
+        (values,) = self._evaluate(u, 1)
+        return values[:, :3], rotations_from_quaternions(values[:, 3:]) if values.shape[1] > 3 else None
+
+    def pose(self, u: float) -> Pose:
+        """The pose at u."""
+        positions, rotations = self.poses(np.array([u]))
+        return Pose(positions[0], None if rotations is None else rotations[0])
+
+    def twist(self, u: float) -> FloatArray:
+        """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
+        (value,), (slope,) = self._evaluate(np.array([u]), 2)
+        linear, xyzw = slope[:3], value[3:]
+        pace = self._ends[-1] / np.linalg.norm(linear)
+        if not len(xyzw):
+            return np.asarray(pace * linear)
+        # w = 2 q' q* / |q|^2: what changes the norm of q is its real part.
+        (a, d), (b, e) = (xyzw[:3], xyzw[3]), (slope[3:6], slope[6])
+        angular = 2.0 * (d * b - e * a - np.cross(b, a)) / (xyzw @ xyzw)
+        return np.concatenate([pace * linear, pace * angular])
+
+    @cached_property
+    def _ends(self) -> FloatArray:
+        """The lengths (pieces * parts + 1,) of the curve, m, up to the ends of its parts."""
+        ends: FloatArray = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        return ends
+
+    def _evaluate(self, u: FloatArray, orders: int) -> list[FloatArray]:
+        """The curve and its derivatives by the chords' length, (N, 3 or 7) each, at parameters (N,) of the path."""
+        along = u * self._ends[-1]
+        rows = np.clip(np.searchsorted(self._ends, along, side="right") - 1, 0, self.lengths.size - 1)
+        pieces, parts = np.divmod(rows, PARTS)
+        spans = self.curve.lengths[pieces] / PARTS
+        starts, wanted = parts * spans, along - self._ends[rows]
+        x = wanted / self.lengths.ravel()[rows] * spans
+        speeds = _speeds(self.curve)
+        for _ in range(NEWTON_STEPS):
+            step = (wanted - _length(speeds, pieces, starts, x)) / _speed(speeds, pieces, starts + x)
+            x = x + step
+            if np.abs(step).max(initial=0.0) <= FOUND * self._ends[-1]:
+                break
+        at = (starts + x)[:, None]
+        return [horner(self.curve.derivative_coefficients(order)[pieces], at) for order in range(orders)]
+
+    def _ill_pieces(self) -> tuple[np.ndarray, np.ndarray]:
+        """The pieces on which the curve all but stands still, and those on which its quaternions are too short."""
+        shares = np.linspace(0.0, 1.0, 2 * PARTS + 1)
+        at = (self.curve.lengths[:, None] * shares)[..., None]
+        speeds = np.linalg.norm(horner(_speeds(self.curve)[:, None], at), axis=2)
+        slow = np.flatnonzero(speeds.min(axis=1) < SLOWEST)
+        if self.curve.coefficients.shape[1] == 3:
+            return slow, slow[:0]
+        norms = np.linalg.norm(horner(self.curve.coefficients[:, None, 3:], at), axis=2)
+        return slow, np.flatnonzero(norms.min(axis=1) < SMALLEST_QUATERNION)
+
+
+def _natural_spline(values: FloatArray, lengths: FloatArray) -> FloatArray:
+    """The coefficients (N - 1, columns, 4) of the C2 cubics through values (N, columns) with f'' = 0 at both ends."""
+    from scipy.linalg import solve_banded  # loaded by the first spline: importing the library stays quick
+
+    slopes = np.diff(values, axis=0) / lengths[:, None]
+    bends = np.zeros_like(values)  # half of the second derivatives
+    if len(lengths) > 1:
+        bands = np.zeros((3, len(lengths) - 1))
+        bands[0, 1:], bands[2, :-1] = lengths[1:-1], lengths[1:-1]
+        bands[1] = 2.0 * (lengths[:-1] + lengths[1:])
+        bends[1:-1] = solve_banded((1, 1), bands, 3.0 * np.diff(slopes, axis=0))
+    h = lengths[:, None]
+    first = slopes - h * (2.0 * bends[:-1] + bends[1:]) / 3.0
+    return np.stack([values[:-1], first, bends[:-1], np.diff(bends, axis=0) / (3.0 * h)], axis=2)
+
+
+def _speeds(curve: PiecewisePolynomial) -> FloatArray:
+    """The coefficients (pieces, 3, 3) of the velocity of the positions by the chords' length."""
+    return differentiate(curve.coefficients[:, :3], 1)
+
+
+def _speed(speeds: FloatArray, pieces: np.ndarray, at: FloatArray) -> FloatArray:
+    """The speeds (N,) at points (N,) of pieces (N,)."""
+    speed: FloatArray = np.linalg.norm(horner(speeds[pieces], at[:, None]), axis=1)
+    return speed
+
+
+def _length(speeds: FloatArray, pieces: np.ndarray, starts: FloatArray, spans: FloatArray) -> FloatArray:
+    """The lengths (N,), m, of parts of pieces (N,), from points (N,) on by spans (N,) of the chords' length."""
+    at = starts[:, None] + spans[:, None] * 0.5 * (GAUSS[0] + 1.0)
+    velocities = horner(speeds[pieces][:, None], at[..., None])
+    lengths: FloatArray = np.linalg.norm(velocities, axis=2) @ (0.5 * GAUSS[1]) * spans
+    return lengths
+
+
+def _lengths_of_parts(curve: PiecewisePolynomial) -> FloatArray:
+    """The lengths (pieces, `PARTS`), m."""
+    pieces, parts = np.divmod(np.arange(len(curve.lengths) * PARTS), PARTS)
+    spans = curve.lengths[pieces] / PARTS
+    return _length(_speeds(curve), pieces, parts * spans, spans).reshape(-1, PARTS)
