@@ -1,4 +1,4 @@
-"""Where the samples of a trajectory are on a polyline or spline of the tool, about."""
+"""The parameters of a polyline or spline of the tool at which the samples of a trajectory are, about."""
 
 from __future__ import annotations
 
