@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
 import pytest
@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 
 from planner.errors import UnknownRobot
 from planner.robots import catalogue_ids
-from tests.sizes import LARGER, NAME, SIZE, SIZES
+from tests.sizes import LARGER, NAME, SIZE, SIZES, chosen_rows
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -47,6 +47,19 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"{ci.http} made-up HTTP requests an operation instead of {now.http}, "
             f"all jobs of the suite and all cases of long tables instead of one in {now.one_in}"
         )
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Of a test marked `long_table` one case in `SIZE.one_in` is tried; the others are said to be deselected."""
+    tables: dict[str, list[pytest.Item]] = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("long_table"):
+            tables[item.nodeid.partition("[")[0]].append(item)
+    left_out = {
+        item for table in tables.values() for row, item in enumerate(table) if row not in chosen_rows(len(table))
+    }
+    config.hook.pytest_deselected(items=list(left_out))
+    items[:] = [item for item in items if item not in left_out]
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,12 +1,10 @@
 """How much the tests try: `TEST_SIZE` is `quick` (for people), `large` (for CI) or `soak` (for a release).
 
-The tests whose size this is are those with the marks `hypothesis` or `sized`; `LARGER` selects them.
+The tests whose size this is are those with the marks `hypothesis`, `sized` or `long_table`; `LARGER` selects them.
 """
 
 import os
-from collections.abc import Iterable
-from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,11 +28,9 @@ class Size(NamedTuple):
 SIZES = {"quick": Size(60, 60, 15, 4), "large": Size(1_000, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
-LARGER = "hypothesis or sized"
+LARGER = "hypothesis or sized or long_table"
 
 
-def some(*columns: Iterable[Any]) -> list[Any]:
-    """The rows of a long table, all combinations of its columns: one in `one_in` at random, the same ones each time."""
-    rows = list(product(*columns)) if len(columns) > 1 else list(columns[0])
-    chosen = np.random.default_rng(len(rows)).permutation(len(rows))[: -(-len(rows) // SIZE.one_in)]
-    return [rows[k] for k in sorted(chosen)]
+def chosen_rows(count: int) -> set[int]:
+    """Which of so many rows of a long table are tried: one in `one_in` at random, the same ones each time."""
+    return set(np.random.default_rng(count).permutation(count)[: -(-count // SIZE.one_in)].tolist())

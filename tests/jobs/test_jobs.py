@@ -79,6 +79,7 @@ def test_every_known_failure_is_in_the_suite() -> None:
     assert not [name for name in unknown if name.rpartition("-")[2] not in FROM_PACKAGE]
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", SUITE)
 def test_truth(name: str) -> None:
     """The reference positions of a job are within limits and reach its poses; what is infeasible says why."""

@@ -89,6 +89,7 @@ def torques(plan: Plan, carried: tuple[Payload | None, ...], count: int) -> tupl
     return np.concatenate(times), np.array(rows), np.array(segments)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACK_ENDS)
 def test_torque_limits_are_kept_with_what_is_carried(kind: str) -> None:
     """Limits that bind with the heavy part in hand, and would be broken if it were forgotten."""
@@ -110,6 +111,7 @@ def test_torque_limits_are_kept_with_what_is_carried(kind: str) -> None:
     assert planned.trajectory.duration > forgotten.trajectory.duration
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["cubic", "ruckig", "toppra", "min_effort"])
 def test_the_torques_of_the_samples_are_those_of_what_is_carried(kind: str) -> None:
     planned = plan(PlanningProblem(ROBOT, pick_and_place(), payload=LIGHT), backend_of(kind))
@@ -148,6 +150,7 @@ def test_least_effort_is_found_for_each_payload() -> None:
     assert planned.trajectory.coefficients[own] == pytest.approx(loaded.trajectory.coefficients, rel=1e-4, abs=1e-4)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", BACK_ENDS)
 def test_one_payload_from_the_first_waypoint_on_is_that_of_the_problem(kind: str) -> None:
     waypoints = (JointWaypoint(HOME), JointWaypoint(ABOVE), JointWaypoint(HOME))
@@ -251,6 +254,7 @@ def test_least_effort_of_nothing_is_unknown() -> None:
         plan(PlanningProblem(robot, waypoints), backend_of("min_effort"))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("kind", [kind for kind in BACK_ENDS if kind != "min_effort"])
 def test_random_lists_keep_their_limits_with_random_payloads(kind: str, seed: int) -> None:

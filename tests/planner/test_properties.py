@@ -27,8 +27,9 @@ def test_every_plan_keeps_its_promises(kind: str, part: int) -> None:
     try_on_random(REQUESTS * 9 // 10 // len(PARTS), part, problems(kind), check)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
-@settings(max_examples=max(10, settings.default.max_examples // 80))
+@settings(max_examples=max(4, settings.default.max_examples // 50))
 @given(data=st.data())
 def test_the_same_request_gives_the_same_bytes(kind: str, data: st.DataObject) -> None:
     problem = data.draw(problems(kind))

@@ -63,6 +63,7 @@ def checks_of(trajectory: Trajectory, robot: Robot, limits: SegmentLimits) -> di
     return {check.quantity: check for check in checks if check.method == "sampled"}
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("motion", ["stop", "through", "tool"])
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
 def test_nothing_over_a_millionth_is_missed_on_real_plans(kind: str, motion: str) -> None:
@@ -77,6 +78,7 @@ def test_nothing_over_a_millionth_is_missed_on_real_plans(kind: str, motion: str
         assert ratio <= check.ratio * (1.0 + 1.01e-4)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("motion", ["stop", "through", "tool"])
 @pytest.mark.parametrize("kind", ["quintic", "trapezoidal", "toppra"])
 def test_a_limit_a_millionth_below_the_peak_is_found_broken(kind: str, motion: str) -> None:
@@ -94,7 +96,7 @@ def test_a_limit_a_millionth_below_the_peak_is_found_broken(kind: str, motion: s
         assert not checks_of(result.trajectory, robot, replace(limits, **{quantity: bound}))[quantity].satisfied
 
 
-@settings(max_examples=min(60, settings.default.max_examples // 4))
+@settings(max_examples=min(60, settings.default.max_examples // 8))
 @given(seed=st.integers(0, 2**32), count=st.integers(1, 6), spread=st.floats(0.0, 3.0))
 def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) -> None:
     """Pieces of very different lengths, with velocities and accelerations that have nothing to do with each other."""
@@ -114,7 +116,7 @@ def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) 
         assert (worst[quantity] / bound).max() <= check.ratio * (1.0 + 1.01e-4)
 
 
-@settings(max_examples=min(15, settings.default.max_examples // 12))
+@settings(max_examples=min(15, settings.default.max_examples // 30))
 @given(
     robot_id=st.sampled_from([KUKA, "ngv_refuelling_arm", "date_sorting_arm"]),
     seed=st.integers(0, 2**32),

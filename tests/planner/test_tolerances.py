@@ -28,6 +28,7 @@ BACK_ENDS: dict[str, tuple[str, dict[str, object]]] = {
 """Those whose shortest duration, asked again, is the same motion; with their options."""
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("motion", [JointMotion(), LinearMotion()], ids=["joint", "linear"])
 @pytest.mark.parametrize("name", BACK_ENDS)
 def test_a_duration_a_little_too_short_is_planned_or_refused_as_a_duration(name: str, motion: Motion) -> None:

@@ -53,6 +53,7 @@ def tool(problem: PlanningProblem, q: FloatArray) -> FloatArray:
     return data.oMf[problem.robot.tool_frame_id].translation.copy()
 
 
+@pytest.mark.long_table
 @every_back_end
 def test_the_tool_of_the_joint_trajectory_is_where_the_polynomials_say(kind: str) -> None:
     """Lines with stops, a blend and a turn: at 400 times, within the deviation told, and that within the tolerance."""
@@ -80,6 +81,7 @@ def test_the_tool_of_the_joint_trajectory_is_where_the_polynomials_say(kind: str
     assert np.linalg.norm(value(after, after.breakpoints[0]) - corner) > 0.01
 
 
+@pytest.mark.long_table
 @every_back_end
 @pytest.mark.parametrize("seed", range(3))
 def test_pieces_join_and_the_way_is_straight(kind: str, seed: int) -> None:

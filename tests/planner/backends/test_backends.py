@@ -58,6 +58,7 @@ def shape_peaks(kind: str, duration: float) -> tuple[float, float, float]:
     return peaks[0], peaks[1], peaks[2]
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["cubic", "quintic"])
 @pytest.mark.parametrize("robot_id", ["ngv_refuelling_arm", "three_dof_arm"])
 @pytest.mark.parametrize("scale", [1e-4, 1e-2, 1.0])

@@ -17,7 +17,6 @@ from planner.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.spatial import FloatArray
 from tests.planner.backends.ruckig.ruckig_problems import passing
-from tests.sizes import some
 
 SLOWER = 1.001
 """Factor by which a duration may be longer than another that it is to be no longer than."""
@@ -96,8 +95,10 @@ LIMITS = (Limits(), Limits(tcp_linear_velocity=0.2))
 SHAPES = (scattered, dense, on_a_line, of_one_joint)
 
 
-@pytest.mark.sized
-@pytest.mark.parametrize(("robot_id", "shape", "limits"), some(["ur5", "welding_arm"], SHAPES, LIMITS))
+@pytest.mark.long_table
+@pytest.mark.parametrize("limits", LIMITS)
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("robot_id", ["ur5", "welding_arm"])
 def test_auto_is_no_slower_than_what_keeps_all_limits(robot_id: str, shape: Shape, limits: Limits) -> None:
     robot, rng = load_robot(robot_id), np.random.default_rng([len(robot_id), len(shape.__name__)])
     for _ in range(2):

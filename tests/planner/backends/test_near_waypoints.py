@@ -65,6 +65,7 @@ def test_case_500_through_1e_9(backend: BackEnd) -> None:
     assert plan(PlanningProblem(load_robot("welding_arm"), waypoints), backend).certificate.satisfied
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("distance", [3e-9, 1e-8, 1e-7, 1e-6])
 @pytest.mark.parametrize("robot_id", ["ur5", "welding_arm"])
 def test_near_waypoints_are_passed_by_every_back_end(robot_id: str, distance: float) -> None:
@@ -100,6 +101,7 @@ def mixed(order: str, distance: float) -> tuple[list[JointWaypoint], list[JointW
     return waypoints, [replace(waypoint, transition=StopTransition()) for waypoint in waypoints]
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("order", ["Tb", "Bt", "b", "Bs", "Tbt", "Ttb", "Bbt", "TtB", "BtB"])
 @pytest.mark.parametrize("distance", [3e-9, 1e-4])
 def test_blends_beside_other_waypoints_are_about_as_fast_as_stops(order: str, distance: float) -> None:

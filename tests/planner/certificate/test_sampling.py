@@ -54,6 +54,7 @@ def agrees_with_its_samples(result: Plan, period: float) -> None:
     assert certify_polynomials(robot, trajectory, limits=limits, ends=ends).satisfied
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 @settings(max_examples=max(8, settings.default.max_examples // 60))
 @given(data=st.data())
@@ -77,6 +78,7 @@ STRUCTURED = {
 }
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 @pytest.mark.parametrize("case", STRUCTURED)
 def test_samples_of_structured_plans_are_validated_as_the_plan_says(kind: str, case: str) -> None:
@@ -149,6 +151,7 @@ def test_toppra_and_ruckig_overshoot_as_seen_over_http() -> None:
         assert ratios[kind, "linear", "velocity"] <= 1.0 + 1e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 @pytest.mark.parametrize("period", [0.01, 0.05, 0.3, 2.0])
 def test_the_worst_overshoot_is_that_of_the_exact_check(kind: str, period: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.errors import JointPositionLimit, UnreachableWaypoint
@@ -32,7 +32,6 @@ SIX_AXES = ("ngv_refuelling_arm", "welding_arm", "date_sorting_arm", "kuka_kr16_
 
 
 @given(seed=st.integers(0, 2**32))
-@settings(max_examples=100)
 def test_a_solution_reaches_its_pose_by_a_plain_dh_product(seed: int) -> None:
     robot, rng = load_robot("ngv_refuelling_arm"), np.random.default_rng(seed)
     wanted = ngv_product(rng.uniform(-np.pi, np.pi, 6))

@@ -59,6 +59,7 @@ def cases(robot: Robot, kind: str, count: int) -> list[tuple[Pose, FloatArray]]:
     return list(zip(poses, references, strict=True))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("robot_id", CLOSED_FORMS)
 def test_no_solution_is_nearer(robot_id: str, kind: str) -> None:
@@ -73,6 +74,7 @@ def test_no_solution_is_nearer(robot_id: str, kind: str) -> None:
             assert time_of(robot, result.position, reference) <= least + 1e-6
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["ur5", "kuka_kr16_l6_2", "kuka_kr16_2", "ngv_refuelling_arm", "welding_arm"])
 def test_no_other_solution_is_within_the_time_in_which_the_configuration_is_kept(robot_id: str) -> None:
     """Half of the postures are near singular ones of elbow or wrist, where other solutions are near."""
@@ -105,6 +107,7 @@ def free_motion(robot: Robot, q: FloatArray) -> FloatArray:
     return motion
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("robot_id", REDUNDANT)
 def test_along_a_continuum_no_small_motion_comes_nearer(robot_id: str, kind: str) -> None:
@@ -140,6 +143,7 @@ def test_of_a_continuum_the_answer_is_nearer_than_the_spread_that_many_descents_
     assert max(ratios) < 1.5
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["ur5", "kuka_kr16_l6_2", "date_sorting_arm", "three_dof_arm", "panda"])
 def test_many_poses_at_once_are_solved_as_one_after_the_other(robot_id: str) -> None:
     """Among them some out of reach, some at singular joint positions, and some by their position alone."""

@@ -65,6 +65,7 @@ def test_the_reach_of_the_kuka_in_its_data_sheet() -> None:
     )
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("tool", [None, Pose(np.array([0.1, -0.2, 0.3]))], ids=["flange", "tool"])
 @pytest.mark.parametrize("robot_id", [*ARMS, "kuka_kr16_2", "welding_arm"])
 def test_no_position_lies_beyond_the_figures_and_each_is_reached(robot_id: str, tool: Pose | None) -> None:

@@ -42,7 +42,6 @@ from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
 from tests.jobs.tracing import reach
-from tests.sizes import some
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -146,8 +145,10 @@ def test_tool_speed_along_a_line_is_limited_and_reached(robot: Robot) -> None:
 CORNERS = ("linear-linear", "linear-joint", "joint-linear", "joint-joint", "circular-linear")
 
 
-@pytest.mark.sized
-@pytest.mark.parametrize(("kind", "radius", "motions"), some(KINDS, [0.002, 0.05, 0.5], CORNERS))
+@pytest.mark.long_table
+@pytest.mark.parametrize("motions", CORNERS)
+@pytest.mark.parametrize("radius", [0.002, 0.05, 0.5])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_blend_stays_within_its_radius_and_moves_on(robot: Robot, kind: str, radius: float, motions: str) -> None:
     via = Pose(shifted(robot, (0.05, -0.1, 0.05)).position)
     known = {"linear": {"motion": LinearMotion()}, "joint": {}, "circular": {"motion": CircularMotion(via)}}

@@ -33,7 +33,6 @@ from planner.result import Plan
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.planner.problems import backend_of
-from tests.sizes import some
 
 ROBOT = load_robot("kuka_kr16_2")
 HOME = np.array([0.1, -1.2, 1.4, 0.2, 0.6, -0.3])
@@ -95,8 +94,10 @@ def planned(name: str, apart: float, kind: str) -> Twice:
 KINDS = [kind for kind in BACKENDS if kind != "min_effort"]
 
 
-@pytest.mark.sized
-@pytest.mark.parametrize(("name", "apart", "kind"), some(lists(0.0), APART, KINDS))
+@pytest.mark.long_table
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("apart", APART)
+@pytest.mark.parametrize("name", lists(0.0))
 def test_a_waypoint_given_twice_is_planned(name: str, apart: float, kind: str) -> None:
     both = planned(name, apart, kind)
     found = both.repeated.trajectory

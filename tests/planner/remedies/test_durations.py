@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from collections import defaultdict
 from dataclasses import replace
 from typing import Any
@@ -14,6 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from planner.backends import BACKENDS
+from planner.backends.min_effort.program import Program
 from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError, Remedy
 from planner.limits import Limits
 from planner.planning import plan
@@ -59,6 +59,7 @@ def applied(problem: PlanningProblem, remedies: list[Remedy], share: float = 1.0
     return problem
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(BACKENDS))
 def test_a_scale_is_raised_or_the_duration_is_longer(robot: Robot, kind: str) -> None:
     own = plan(hurried(robot, 60.0), backend_of(kind))
@@ -130,9 +131,13 @@ def test_a_tool_speed_on_a_line(robot: Robot) -> None:
         assert plan(applied(problem, [remedy]), backend_of(kind)).trajectory.duration == pytest.approx(2.0)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", sorted(set(BACKENDS) - {"auto"}))
-def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> None:
-    """Within 3 s, remedies included: least effort took 9 to 32 s, since it searched in each of its proofs."""
+def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By one search at most, remedies included: least effort took up to 32 s, for it searched in each of its proofs."""
+    searches: list[Program] = []
+    solve = Program.solve
+    monkeypatch.setattr(Program, "solve", lambda self, *rest: searches.append(self) or solve(self, *rest))
     weak = robot.limit("torque") * [0.02, 1.0, 1.0, 1.0, 1.0, 1.0]
     for limits, cause in (
         (Limits(tcp_linear_velocity=0.1), "the limit of the tool's speed"),
@@ -140,10 +145,10 @@ def test_what_stands_against_a_duration_is_named(robot: Robot, kind: str) -> Non
         (Limits(torque=tuple(weak.tolist())), "the torque limit of joint_a1"),
         (Limits(velocity_scale=0.1), "(the velocity limit of|the limits of) joint_a1"),
     ):
-        started = time.process_time()
+        searches.clear()
         with pytest.raises(InfeasibleDuration, match=cause) as refusal:
             plan(hurried(robot, 1.2, limits=limits), backend_of(kind))
-        assert time.process_time() - started < 3.0
+        assert len(searches) <= 1
         assert refusal.value.segment == 0
         joint = re.search("joint_a.", cause)
         assert refusal.value.joint == (joint and joint.group())
@@ -168,6 +173,7 @@ FIXED = {"cubic", "quintic"}
 TIMES_SEGMENTS_PASSED = {"cubic", "quintic", "ruckig"}
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"])
 @settings(max_examples=max(15, settings.default.max_examples // 40))
 @given(data=st.data())

@@ -57,6 +57,7 @@ def narrowed(robot: Robot, value: float) -> tuple[float, ...]:
     return tuple(torque)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_limit_that_gravity_exceeds_is_raised_by_one_percent_of_what_it_takes(robot: Robot, kind: str) -> None:
     needed = largest_gravity(robot, SHOULDER)
@@ -95,6 +96,7 @@ def test_an_asked_duration_gets_the_torque_that_it_takes(robot: Robot, kind: str
     assert mended.trajectory.duration == 1.5
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("passing", [False, True])
 def test_the_payload_that_is_just_held(robot: Robot, kind: str, passing: bool) -> None:

@@ -24,7 +24,7 @@ from planner.spatial import Pose
 from tests.planner.problems import ARMS
 from tests.sizes import SIZE
 
-LISTS = min(100, SIZE.examples * 4 // 10)
+LISTS = min(100, SIZE.examples // 8)
 """Lists of waypoints of which one at least is out of reach, nearly always."""
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.robots import DHJoint, Robot
@@ -36,7 +36,6 @@ def row_matrix(convention: str, row: DHJoint, q: float) -> np.ndarray:
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 @given(table=TABLE)
-@settings(max_examples=200)
 def test_every_frame_of_a_random_table(convention: str, table: list[tuple[DHJoint, float]]) -> None:
     rows, q = tuple(row for row, _ in table), np.array([position for _, position in table])
     robot = Robot.from_dh(rows, convention=convention)
@@ -50,7 +49,6 @@ def test_every_frame_of_a_random_table(convention: str, table: list[tuple[DHJoin
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 @given(table=TABLE, placement=st.tuples(*[LENGTH] * 3, *[ANGLE] * 3))
-@settings(max_examples=200)
 def test_base_and_tip_stand_before_and_after_the_table(
     convention: str, table: list[tuple[DHJoint, float]], placement: tuple[float, ...]
 ) -> None:

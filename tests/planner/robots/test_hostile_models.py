@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.errors import InvalidRobotModel
@@ -234,7 +234,6 @@ def attributes(values: dict[str, str]) -> str:
 
 
 @given(values=st.lists(NUMBER, min_size=10, max_size=10), limits=LIMITS, soft=SOFT_LIMITS)
-@settings(max_examples=200)
 def test_any_numbers_give_a_finite_model_or_a_refusal(
     values: list[str], limits: dict[str, str], soft: dict[str, str]
 ) -> None:
@@ -262,7 +261,6 @@ def test_any_numbers_give_a_finite_model_or_a_refusal(
     angles=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
     mass=st.floats(0.0, 1e5),
 )
-@settings(max_examples=200)
 def test_any_inertia_that_is_not_clearly_negative_is_accepted(
     moments: tuple[float, ...], angles: tuple[float, ...], mass: float
 ) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.errors import Finding, InvalidRobotModel
@@ -188,7 +188,6 @@ GROUPS = st.lists(st.lists(MEMBERS, max_size=3), max_size=3)
 
 
 @given(groups=GROUPS, pairs=st.lists(st.tuples(NAMES, NAMES), max_size=6))
-@settings(max_examples=300)
 def test_whatever_is_kept_belongs_to_the_robot(groups: list[list[str]], pairs: list[tuple[str, str]]) -> None:
     disabled = "".join(f'<disable_collisions link1="{a}" link2="{b}"/>' for a, b in pairs)
     document = "".join(group(f"g{i}", *members) for i, members in enumerate(groups)) + disabled

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.errors import InvalidRobotModel
@@ -29,7 +29,6 @@ LINKS = ("base", "a", "b", "bracket", "c", "d", "e")
 
 
 @given(q=st.lists(st.floats(-3.0, 3.0), min_size=4, max_size=4))
-@settings(max_examples=200)
 def test_every_link_stands_where_pinocchio_puts_it(q: list[float]) -> None:
     arm = Robot.from_urdf(ARM)
     assert arm.joint_names == ("j1", "j2", "j3", "j4")
@@ -43,7 +42,6 @@ def test_every_link_stands_where_pinocchio_puts_it(q: list[float]) -> None:
 
 
 @given(values=st.lists(st.floats(-2.0, 2.0), min_size=12, max_size=12))
-@settings(max_examples=200)
 def test_torques_are_those_of_pinocchios_own_reader(values: list[float]) -> None:
     q, v, a = np.array(values).reshape(3, 4)
     arm = Robot.from_urdf(ARM)

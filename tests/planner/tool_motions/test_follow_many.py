@@ -62,6 +62,7 @@ def one_by_one(robot: Robot, lines: list[Line], start: np.ndarray) -> list[Piece
     return curves
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize(("size", "count"), [(0.002, 30), (0.03, 12), (1e-5, 10)])
 def test_lines_are_where_they_are_asked_to_be_and_where_each_is_followed_to(arm: str, size: float, count: int) -> None:

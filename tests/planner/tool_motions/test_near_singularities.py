@@ -86,6 +86,7 @@ def within_velocities(made: Plan) -> bool:
     return bool((np.abs(velocities) <= made.problem.robot.limit("velocity") * (1.0 + 1e-6)).all())
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("missed", "backend"),
     [*itertools.product([1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 3e-6], [Toppra()]), (1e-3, Ruckig()), (1e-5, Ruckig())],
@@ -109,6 +110,7 @@ def test_slow_keeps_the_line_and_the_joint_speeds(name: str, missed: float, back
     assert missed == 1e-2 or ("near_singularity" in codes) == (missed < 1e-2)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("missed", [1e-1, 1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_slow_is_the_chain_of_joint_positions_along_the_line(name: str, missed: float) -> None:
@@ -128,6 +130,7 @@ def test_slow_is_the_chain_of_joint_positions_along_the_line(name: str, missed: 
     assert np.abs(exact[:, :3] - chain[:, :3]).max() < 1e-3
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("missed", [1e-4, 3e-6])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_refused_where_a_joint_would_all_but_jump_with_remedies_that_help(name: str, missed: float) -> None:

@@ -52,6 +52,7 @@ def keeps_to_line(robot: Robot, waypoints: list[AnyWaypoint], before: Pose, afte
     return end
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(("arm", "start", "move"), LINES)
 def test_a_line_is_driven_by_self_motions(arm: str, start: list[float], move: list[float]) -> None:
     """It exists, though not with the component in the null space kept; and it can end where the traced one does."""

@@ -215,6 +215,7 @@ def test_a_line_out_of_a_stretched_elbow_is_singular() -> None:
     assert refusal.value.path_point.fraction == 0.0
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("pair", [(3, 4), (4, 3), (3, 5), (5, 3), (4, 5), (5, 4)])
 def test_lines_between_the_test_points_of_the_date_sorting_arm(pair: tuple[int, int]) -> None:
     """Table 2 of document 004. In points 3 and 5 theta3 is zero, so that theta2 and theta4 are one; to and from point 4

@@ -12,6 +12,7 @@ from tests.planner.problems import ARMS, random_position
 from tests.planner.tool_motions.dense_ways import StraightPostures, StraightWay
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ARMS)
 @pytest.mark.parametrize("seed", range(4))
 def test_it_is_the_largest_distance_or_a_little_more(robot_id: str, seed: int) -> None:

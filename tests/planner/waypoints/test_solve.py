@@ -80,6 +80,7 @@ def yoshikawa(robot: Robot, q: FloatArray) -> float:
     return float(abs(np.linalg.det(jacobian(robot, q))))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["date_sorting_arm", "kuka_kr16_l6_2"])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_way_is_the_shortest_of_all_combinations(robot_id: str, seed: int) -> None:

@@ -117,6 +117,7 @@ def assert_rest_to_rest(path: JointPath, run: Run, pieces: SegmentedPolynomial) 
     assert worst_ratio(path, pieces) <= 1.0 + 1e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ROBOTS)
 @pytest.mark.parametrize("kind", ["straight", "linear", "circular", "blend", "through"])
 @settings(max_examples=2, deadline=None)

@@ -32,7 +32,6 @@ from planner.problem import (
 )
 from planner.result import Plan
 from planner.robots import load_robot
-from tests.sizes import some
 
 ARM = load_robot("kuka_kr16_l6_2")
 START = JointWaypoint(position=(0.2, -1.3, 1.4, 0.3, 0.6, 0.2))
@@ -109,10 +108,9 @@ def dense_use(result: Plan) -> FloatArray:
     return np.array([use.max() for use in uses])
 
 
-@pytest.mark.sized
-@pytest.mark.parametrize(
-    ("name", "slower"), some(["line", "short line", "circle", "blends"], [1.0, 1.005, 1.05, 2.0, 8.0])
-)
+@pytest.mark.long_table
+@pytest.mark.parametrize("slower", [1.0, 1.005, 1.05, 2.0, 8.0])
+@pytest.mark.parametrize("name", ["line", "short line", "circle", "blends"])
 def test_effort_is_never_above_other_laws_of_the_same_duration(name: str, slower: float) -> None:
     is_single = len(PATHS[name]) == 2
     others = [planned(name, backend) for backend in (Ruckig(), Toppra(jerk_limited=True), Quintic())]
@@ -139,8 +137,9 @@ def test_something_is_saved(name: str) -> None:
     assert result.warnings == ()
 
 
-@pytest.mark.sized
-@pytest.mark.parametrize(("move", "slower"), some([(0.0, 0.5, -0.2), (0.1, -0.4, 0.1), (-0.2, 0.0, 0.4)], [1.3, 2.0]))
+@pytest.mark.long_table
+@pytest.mark.parametrize("slower", [1.3, 2.0])
+@pytest.mark.parametrize("move", [(0.0, 0.5, -0.2), (0.1, -0.4, 0.1), (-0.2, 0.0, 0.4)])
 def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float], slower: float) -> None:
     """Squared speeds at nodes of the line as the unknowns (Verscheure et al. 2009), by SLSQP; jerk limits too wide."""
     joints = tuple(replace(joint, jerk=1e4) for joint in ARM.joints)

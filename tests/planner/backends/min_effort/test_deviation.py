@@ -55,6 +55,7 @@ def true_joint_deviation(planned: Plan) -> float:
     return StraightPostures(planned.path.robot, planned.path.positions, DENSE).farthest(planned.trajectory)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("most", [None, 0.3, 0.1, 0.03, 0.003])
 def test_the_deviation_is_what_is_said_and_what_is_allowed(most: float | None) -> None:
     planned = reaching(most)
@@ -70,6 +71,7 @@ def test_the_deviation_is_what_is_said_and_what_is_allowed(most: float | None) -
         assert bool(wanders) == (check.peak > 0.1)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("most", [None, 0.6, 0.1, 0.01])
 def test_the_deviation_of_joints_is_what_is_said_and_what_is_allowed(most: float | None) -> None:
     planned = reaching(None, most)
@@ -106,6 +108,7 @@ def test_the_tool_stays_within_0_1_m_unless_it_is_let_go() -> None:
     assert true_deviation(plan(REACHING, MinEffort(knots=KNOTS))) <= 0.1
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("problem", [REACHING, *(problem_of("kuka_kr16_l6_2", seed, 2, 0.4) for seed in range(4))])
 def test_more_room_is_never_dearer(problem: PlanningProblem) -> None:
     """And the least room is no dearer than the quintic, whose way is straight; most of what is allowed is used.

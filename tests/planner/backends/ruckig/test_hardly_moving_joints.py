@@ -15,7 +15,7 @@ from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, passing
-from tests.sizes import SIZE, some
+from tests.sizes import SIZE
 
 TOOL_DOWN = rotation_from_rpy(0.0, np.pi, 0.0)
 
@@ -82,8 +82,9 @@ def test_tool_down_lists_are_planned(robot_id: str, part: int) -> None:
 TRAVELS = (1e-16, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5)
 
 
-@pytest.mark.sized
-@pytest.mark.parametrize(("still", "travel"), some(["one", "half", "all but one"], TRAVELS))
+@pytest.mark.long_table
+@pytest.mark.parametrize("travel", TRAVELS)
+@pytest.mark.parametrize("still", ["one", "half", "all but one"])
 def test_how_little_a_joint_moves_does_not_matter(still: str, travel: float) -> None:
     """Some joints move by about `travel`, the others as far as they like."""
     for seed, robot_id in enumerate(("ur5", "kuka_kr16_2", "three_dof_arm")):
@@ -98,6 +99,7 @@ def test_how_little_a_joint_moves_does_not_matter(still: str, travel: float) -> 
         assert assert_planned(through_joints(robot, positions)) <= at_rest * 1.02
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("robot_id", ["ur5", "kuka_kr16_2", "three_dof_arm"])
 @pytest.mark.parametrize("kind", ["mirrored", "equal travels", "the same travel of all", "grid", "tiny"])
 def test_structured_waypoints_are_planned(kind: str, robot_id: str) -> None:

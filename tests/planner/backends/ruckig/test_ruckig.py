@@ -226,6 +226,7 @@ def test_an_acceleration_out_of_a_position_limit_is_refused_by_its_own_name() ->
     assert (remedy.field, remedy.value) == (("backend", "initial_acceleration"), None)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("transition", ["stop", "through"])
 @pytest.mark.parametrize("synchronization", ["phase", "time"])
 def test_tool_speed_and_torque_limits_are_kept(transition: str, synchronization: str) -> None:

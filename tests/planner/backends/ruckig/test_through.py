@@ -31,9 +31,9 @@ from tests.planner.backends.ruckig.ruckig_problems import (
     with_durations,
 )
 from tests.planner.problems import ARMS, problem_of
-from tests.sizes import some
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("scale", [1e-4, 0.03, 1.0])
 @pytest.mark.parametrize("robot_id", ARMS)
 def test_passing_waypoints_keeps_all_limits_and_is_never_slower_than_stopping(robot_id: str, scale: float) -> None:
@@ -111,6 +111,7 @@ def least_duration(problem: PlanningProblem, pieces: int) -> float:
     return float(opti.solve().value(casadi.sum2(times)))
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("robot_id", "seed", "scale"),
     [
@@ -130,7 +131,7 @@ def test_passing_waypoints_is_as_fast_as_an_independent_optimiser(robot_id: str,
     assert 0.97 < found / least_duration(problem, 24) < 1.004
 
 
-@settings(max_examples=max(50, settings.default.max_examples // 20))
+@settings(max_examples=settings.default.max_examples // 4)
 @given(seed=st.integers(0, 2**32), data=st.data())
 def test_passing_with_any_durations_keeps_its_promises(seed: int, data: st.DataObject) -> None:
     """Asked durations are kept, or refused with others that are kept; whether the ends are at rest or not."""
@@ -176,11 +177,10 @@ def test_waypoints_on_the_way_cost_hardly_anything() -> None:
     assert all(a < b for a, b in pairwise(trajectory.arrivals))
 
 
-@pytest.mark.sized
-@pytest.mark.parametrize(
-    ("robot_id", "synchronization", "speed"),
-    some(["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"], ["phase", "time"], [0.1, 0.5]),
-)
+@pytest.mark.long_table
+@pytest.mark.parametrize("speed", [0.1, 0.5])
+@pytest.mark.parametrize("synchronization", ["phase", "time"])
+@pytest.mark.parametrize("robot_id", ["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"])
 def test_where_the_tools_speed_is_limited(robot_id: str, synchronization: Synchronization, speed: float) -> None:
     """Never slower than stopping, nor than the best law along the smooth curve that toppra finds."""
     for seed in range(2):

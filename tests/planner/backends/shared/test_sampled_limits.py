@@ -39,7 +39,7 @@ def use_on_each_segment(path: JointPath, pieces: SegmentedPolynomial) -> dict[in
     return {int(segment): float(use[owners == segment].max()) for segment in np.unique(owners)}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=settings.default.max_examples // 3)
 @given(
     robot_id=st.sampled_from(["kuka_kr16_l6_2", "date_sorting_arm", "ngv_refuelling_arm"]),
     seed=st.integers(0, 2**32),
@@ -68,6 +68,7 @@ def test_motions_stretched_as_demanded_use_all_of_a_limit_and_no_more(robot_id: 
         assert 0.998 <= use <= 1.0
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["auto", "ruckig", "toppra", "quintic"])
 def test_a_peak_of_the_tools_speed_at_the_beginning_of_a_long_piece(kind: str) -> None:
     """Between two samples that even steps took of it, the speed rose by 0.24 %: the plan was refused."""

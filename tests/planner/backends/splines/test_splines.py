@@ -182,6 +182,7 @@ def test_the_shortest_spline_uses_its_limits_up_and_breaks_none(problem, degree)
     assert np.abs(values - np.stack([positions[:-1], positions[1:]], axis=1)).max() <= 1e-12
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("degree", DEGREES)
 @pytest.mark.parametrize("seed", range(6))
 def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed, degree) -> None:
@@ -294,6 +295,7 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
     assert overshoot <= 1e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("degree", DEGREES)
 @pytest.mark.parametrize("share", [0.4, 0.8, 1.2])
 @pytest.mark.parametrize("seed", range(7))
@@ -326,6 +328,7 @@ def test_a_free_duration_beside_an_asked_one_is_the_shortest_of_all(seed, share,
 # Position limits.
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("degree", DEGREES)
 @pytest.mark.parametrize("room", [0.002, 0.01, 0.03, 0.1])
 @pytest.mark.parametrize("seed", range(7))

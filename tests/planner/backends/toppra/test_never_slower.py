@@ -82,6 +82,7 @@ def line(robot_id: str, home: tuple[float, ...], step: tuple[float, ...], limits
     return PlanningProblem(robot, waypoints, limits)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("speed", [0.005, 0.02, 0.1, 0.25, 0.5, 1.0, None])
 @pytest.mark.parametrize("length", [0.01, 0.1, 0.34])
 def test_no_slower_on_lines_at_any_speed_of_the_tool(length: float, speed: float | None) -> None:
@@ -131,6 +132,7 @@ HOMES = {
 }
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("step", [(0.0, 0.05, 0.0), (0.0, 0.2, 0.1), (0.05, -0.15, -0.1)])
 @pytest.mark.parametrize("robot_id", HOMES)
 def test_no_slower_than_the_plain_package_on_a_densely_sampled_line(robot_id: str, step: tuple[float, ...]) -> None:

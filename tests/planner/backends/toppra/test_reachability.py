@@ -56,7 +56,7 @@ def largest(problem: Problem) -> np.ndarray:
     return optimum
 
 
-@settings(max_examples=150)
+@settings(max_examples=settings.default.max_examples // 2)
 @given(problem=problems(1.0))
 def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: Problem) -> None:
     """Where each can be as large as possible at once, their sum is the largest."""
@@ -64,7 +64,7 @@ def test_the_largest_speeds_everywhere_are_those_of_one_linear_program(problem: 
     assert x == pytest.approx(largest(problem), rel=1e-6, abs=1e-6)
 
 
-@settings(max_examples=60)
+@settings(max_examples=settings.default.max_examples // 4)
 @given(
     problem=problems(1.0, fewest=60, most=120),
     ramps=st.booleans(),
@@ -90,7 +90,7 @@ def test_limits_that_are_tightened_give_the_profile_of_one_linear_program(
     assert x == pytest.approx(optimum, rel=1e-6, abs=1e-6 * max(optimum.max(), 1.0))
 
 
-@settings(max_examples=150)
+@settings(max_examples=settings.default.max_examples // 2)
 @given(problem=problems(1000.0))
 def test_all_limits_are_kept_however_sharply_the_curve_bends(problem: Problem) -> None:
     lengths, (a, b, c), most, rests = problem

@@ -60,6 +60,7 @@ class Refuses(FindsNothing):
         raise ToppraError("no")
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("solver", [FindsNothing, DividesByZero, Refuses])
 @pytest.mark.parametrize("kind", PROBLEMS)
 def test_the_motion_with_limited_jerk_is_taken_where_the_solver_fails(

@@ -90,6 +90,7 @@ def independent_optimum(
     return float((2.0 * step / (speeds[1:] + speeds[:-1])).sum())
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize(
     ("robot_id", "seed", "count", "scale"),
     [
@@ -112,6 +113,7 @@ def test_through_waypoints_as_fast_as_a_fine_linear_program(robot_id: str, seed:
     assert plan(problem, Toppra()).trajectory.duration <= 1.01 * best
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("transition", [StopTransition(), BlendTransition(0.05)])
 @pytest.mark.parametrize("torque_scale", [1.0, 0.45])
 def test_motions_of_the_tool_as_fast_as_a_fine_linear_program(transition: object, torque_scale: float) -> None:
