@@ -35,6 +35,9 @@ SINGULAR_SIDE = 1e-6
 """Sine of the wrist's angle, and share of the arm's length that its wrist centre is in front of the first axis, below
 which a posture is singular: about as near as the inverse kinematics brings the tool to any pose."""
 
+NO_SIDES = np.array([SINGULAR_SIDE, 0.5 * SAME_SOLUTION, SINGULAR_SIDE])
+"""The quantities of shoulder, m, elbow and wrist up to which a posture is on neither side."""
+
 NEARLY = 1e-4
 """Sine of the angle between axes that count as parallel, and distance of axes that count as meeting, as a share of the
 arm's length: robot models give angles to so many digits (1.5708)."""
@@ -235,7 +238,7 @@ class _Links:
         links = self.carried * np.exp(1j * turned)
         x = self.offset.real + links.real.sum(axis=1)
         upper, fore = links[:, 0], links[:, 1]
-        sine = (fore.conj() * upper).imag / np.abs(upper * fore)
+        sine = (fore.conj() * upper).imag / abs(self.carried[0] * self.carried[1])
         shoulder = np.where(np.abs(x) > self.nowhere, x, 0.0)
         return self.right * shoulder, sine * np.sign(shoulder)
 
@@ -316,7 +319,7 @@ class _Parts(NamedTuple):
             sides[:, 0] = self.slide.offset + positions[:, 1:3] @ self.slide.ways
         if self.straight is not None:
             sides[:, 2] = np.sin(positions[:, WRIST] - self.straight)
-        sides[np.abs(sides) <= [SINGULAR_SIDE, 0.5 * SAME_SOLUTION, SINGULAR_SIDE]] = 0.0
+        sides[np.abs(sides) <= NO_SIDES] = 0.0
         return sides
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import forward_kinematics, manipulability, tool_pose
-from planner.kinematics.nearest import nearest_in_turn, nearest_solution
+from planner.kinematics.nearest import MANY, nearest_in_turn, nearest_solution
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, errors_of_many, pose_errors, search_all
 from planner.kinematics.turns import by_distance
@@ -176,8 +176,11 @@ def _results(
 ) -> list[InverseKinematicsResult]:
     """Answers with the poses, by Pinocchio's forward kinematics, and the manipulability that belong to solutions."""
     solved = [k for k, solution in enumerate(solutions) if solution is not None]
-    if not solved:
-        return [_failure(search) for search in searches]
+    if len(solved) < MANY:
+        return [
+            _failure(search) if solution is None else _result(robot, search.pose, solution, "solved")
+            for search, solution in zip(searches, solutions, strict=True)
+        ]
     q = np.array([solutions[k] for k in solved])
     reached = forward_kinematics(robot, q)
     errors = errors_of_many([searches[k].pose for k in solved], reached)
