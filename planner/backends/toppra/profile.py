@@ -17,6 +17,7 @@ from planner.tolerances import ROUNDING
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals
     from planner.backends.toppra.path_limits import LinearRows, PathLimits
+    from planner.backends.toppra.reachability import Reach
     from planner.paths import JointPath
     from planner.spatial import FloatArray
 
@@ -26,9 +27,13 @@ MOST_REFINEMENTS = 3
 MOST_REPAIRS = 3
 """Largest number of solutions after these for limits that are still broken."""
 
-NEGLECTED = 0.01
-"""Share of the time up to which intervals that are too coarse are not split a second time: they slow what is beside
-them, too. Lists of short circles and blends lost 0.4 % with 0.05, 0.1 % with 0.02."""
+NEGLECTED = 0.001
+"""Share of the time that constant path accelerations may waste before intervals are split a second time: where they
+wasted less, another solution made no motion faster by as much as that."""
+
+STUCK = 0.003
+"""Share of the time that intervals without any path acceleration that follows the limits may take before they are split
+a second time: they slow what is beside them, too."""
 
 WASTE = 0.01
 """Share of the mean time of an interval that an interval may waste before it is split."""
@@ -61,11 +66,13 @@ class SolvedLimits(NamedTuple):
         limits: The limits on its intervals.
         throughout: (intervals,), where a constant u has to keep them all over the interval.
         rows: What they say of x and u on each interval.
+        reach: What can be reached within them; None: it is not known.
     """
 
     limits: PathLimits
     throughout: np.ndarray
     rows: LinearRows
+    reach: Reach | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +155,7 @@ def fastest_on(
     throughout = np.zeros(len(intervals.lengths), dtype=bool)
     limits = path_limits(path.dynamics, path.limits, intervals, factors)
     solved = SolvedLimits(limits, throughout, limits.rows(throughout))
-    unknown = np.zeros(len(intervals.lengths) + 1)
-    return _solved(path, intervals, factors, solved, unknown, None, refinements, repairs)
+    return _solved(path, intervals, factors, solved, throughout, refinements, repairs)
 
 
 def solved_again(
@@ -170,9 +176,8 @@ def solved_again(
     limits = before.limits.with_new(own, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
     throughout = before.throughout[own] & ~new
     rows = before.rows.with_new(own, new, limits.of(new).rows(throughout[new]))
-    split = parts > 1
-    x = np.insert(profile.x, np.flatnonzero(split) + 1, profile.at(0.5)[0][split])
-    return _solved(path, intervals, factors, SolvedLimits(limits, throughout, rows), x, new, 0, MOST_REPAIRS)
+    known = before.reach and before.reach.with_new(own, np.append(1, np.diff(own)) == 0)
+    return _solved(path, intervals, factors, SolvedLimits(limits, throughout, rows, known), new, 0, MOST_REPAIRS)
 
 
 def _solved(
@@ -180,8 +185,7 @@ def _solved(
     intervals: Intervals,
     factors: FloatArray,
     solved: SolvedLimits,
-    x: FloatArray,
-    tightened: np.ndarray | None,
+    changed: np.ndarray,
     refinements: int,
     repairs: int,
 ) -> Profile:
@@ -191,45 +195,44 @@ def _solved(
         path: See `fastest_on`, like all that is not said here.
         intervals: See there.
         factors: See there.
-        solved: The limits that it is to be solved with first.
-        x: (intervals + 1,), the profile known for other limits on some intervals.
-        tightened: (intervals,), which these are; None: no profile is known.
+        solved: The limits that it is to be solved with first, and what could be reached before some of them changed.
+        changed: (intervals,), on which these did; of no account where nothing is known.
         refinements: See there.
         repairs: See there.
     """
     # It imports the package, which takes half a second.
-    from planner.backends.toppra.reachability import fastest_profile, tightened_profile
+    from planner.backends.toppra.reachability import fastest_profile
 
-    limits, throughout, rows = solved
+    limits, throughout, rows, reach = solved
     for solution in range(refinements + repairs + 1):
-        problem = intervals.lengths, rows, limits.at_gridpoints, intervals.rests
-        x = fastest_profile(*problem) if tightened is None else tightened_profile(x, tightened, *problem)
+        reach = fastest_profile(intervals.lengths, rows, limits.at_gridpoints, intervals.rests, reach, changed)
+        x = reach.x
         bend, used = limits.bend(x)
-        solved = SolvedLimits(limits, throughout, rows)
+        solved = SolvedLimits(limits, throughout, rows, reach)
         profile = Profile(intervals, x, np.where(throughout, 0.0, bend), solved)
         if solution == refinements + repairs:
             break
+        times, unused = profile.times, limits.unused(x) if throughout.any() else np.zeros(len(bend))
+        wasted = np.where(throughout, times * unused, 0.0)
         broken = (used > TOLERATED) & ~throughout
+        hopeless = broken & (used > MENDED_BY_PARTS)
         throughout = throughout | broken
-        coarse = broken | (limits.dips(x) > TOLERATED - 1.0)
-        if solution:
-            coarse |= throughout & (profile.times * limits.unused(x) > WASTE * profile.mean_times)
-        share = profile.times[coarse].sum() / profile.times.sum()
-        if solution < refinements and (solution == 0 or share > NEGLECTED):
+        coarse = broken | (limits.dips(x) > TOLERATED - 1.0) | (wasted > WASTE * profile.mean_times)
+        lost = wasted.sum() > NEGLECTED * times.sum() or times[hopeless].sum() > STUCK * times.sum()
+        if solution < refinements and (solution == 0 or lost):
             parts, starts, ends = _refined(profile, limits, coarse)
             new = ends - starts < 1.0
             if not new.any():
                 break
             changed = new | broken[parts]
-            hopeless = broken & (used > MENDED_BY_PARTS)
             intervals = intervals.parts(parts, starts, ends)
             throughout = (throughout[parts] & ~new) | hopeless[parts]
             limits = limits.with_new(parts, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
             rows = rows.with_new(parts, changed, limits.of(changed).rows(throughout[changed]))
-            tightened = None
+            reach = reach.with_new(parts, starts > 0.0)
         elif broken.any():
             rows = rows.with_new(np.arange(len(x) - 1), broken, limits.of(broken).rows(throughout[broken]))
-            tightened = broken
+            changed = broken
         else:
             break
     return profile

@@ -2,14 +2,16 @@
 
 A backward pass finds the controllable sets, the x = s'^2 at each gridpoint from which the rest can be braked in time; a
 forward pass then accelerates as much as the limits and these sets allow: Pham and Pham, "A New Approach to Time-Optimal
-Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018.
+Path Parameterization Based on Reachability Analysis", IEEE Transactions on Robotics 34 (3), 2018. Where a profile is
+known but for some intervals, both passes are done here, as the package knows no beginning in the middle: from where
+limits changed to where the old profile is met.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +27,8 @@ from planner.backends.toppra.path_limits import LinearRows
 from planner.backends.toppra.solver_failed import SolverFailed
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from planner.spatial import FloatArray
 
 LEAST_NORM = 1e-9
@@ -34,20 +38,20 @@ LEAST_LENGTH = 1e-6
 """Length of an interval, in the solver's unit, below which it is solved as one with its neighbour: the absolute
 tolerance of the solver, 1e-10, would leave the path acceleration on it undecided."""
 
-MARGIN = 4
-"""Number of intervals on either side of tighter limits that are solved again first; then twice as many."""
-
-MOST_INSIDE = 0.5
-"""Share of the intervals above which all of them are solved again."""
-
-FEWEST_FOR_WINDOWS = 400
-"""Number of intervals below which all of them are solved again: several solutions of a few cost as much."""
-
-NEARLY_MET = 1e-7
+NEARLY_MET = 1e-9
 """Relative difference of x up to which a profile meets another: more than the solver's rounding, 1e-10 of the unit."""
+
+BLOCK = 64
+"""Number of intervals that have a solver of their own."""
+
+MOST_TRIES = 10
+"""Largest number of times that x is made less at a gridpoint where rounding has put it beyond what is controllable."""
 
 LARGEST_X = np.array([1e-9, -1.0])
 """Aim of the backward pass, to be made least: the largest x, and among equals the least u."""
+
+TINY = 1e-8
+"""What x is made less by then, and at each gridpoint, as in the package."""
 
 logging.getLogger("toppra").setLevel(logging.ERROR)
 
@@ -73,10 +77,46 @@ class _Rows(LinearConstraint):  # type: ignore[misc] # the package has no types
         self.rows = rows
         self.bounds = bounds
 
+    @classmethod
+    def scaled(cls, rows: LinearRows, bounds: FloatArray) -> _Rows:
+        """Return limits on intervals and bounds at gridpoints, each limit as long as the others: (a, b) has norm 1."""
+        size = np.hypot(rows.a, rows.b)
+        used = np.append(True, (size[:, 1:] > 0.0).any(axis=0))
+        divisor = np.maximum(size[:, used], LEAST_NORM)
+        # The last gridpoint has no interval; the solver wants a row there and does not use it.
+        scaled = (part[:, used] / divisor for part in rows)
+        padded = tuple(np.concatenate([part, part[-1:]]) for part in scaled)
+        return cls(padded, np.column_stack([np.zeros_like(bounds), bounds]))
+
     def compute_constraint_params(self, *_: Any) -> tuple[FloatArray | None, ...]:
         """Return a, b and c at each gridpoint, F and g with F (a u + b x + c) <= g, the bounds on u, and those on x."""
         a, b, c = self.rows
         return a, b, c, np.eye(a.shape[1]), np.zeros(a.shape[1]), None, self.bounds
+
+
+class Reach(NamedTuple):
+    """What can be reached: the largest squares of the path velocity, x = s'^2, at the gridpoints.
+
+    Attributes:
+        controllable: (intervals + 1,), from which the rest can be braked in time; not a number where it is unknown.
+        x: (intervals + 1,), of these those that can be reached by accelerating: the fastest profile.
+    """
+
+    controllable: FloatArray
+    x: FloatArray
+
+    def of(self, gridpoints: np.ndarray, divisor: FloatArray | float = 1.0) -> Reach:
+        """Return what is known of some gridpoints (N,), divided by (N,)."""
+        return Reach(*(part[gridpoints] / divisor for part in self))
+
+    def with_new(self, rows: np.ndarray, new: np.ndarray) -> Reach:
+        """Return what is known of parts of the intervals.
+
+        Args:
+            rows: (N,), the interval of each.
+            new: (N,), whether the gridpoint at its start is.
+        """
+        return Reach(*(np.append(np.where(new, np.nan, part[rows]), part[-1]) for part in self))
 
 
 class _FromRestToRest(TOPPRA):  # type: ignore[misc] # the package has no types
@@ -110,14 +150,134 @@ class _FromRestToRest(TOPPRA):  # type: ignore[misc] # the package has no types
         return step
 
 
-def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray) -> FloatArray:
-    """Return the largest squares of the path velocity, x = s'^2 (intervals + 1,), at the gridpoints.
+def _from_nothing(lengths: FloatArray, rows: LinearRows, bounds: FloatArray) -> Reach:
+    """Return what can be reached by the package's algorithm, all in a unit in which x is about 1."""
+    gridpoints = np.concatenate([[0.0], np.cumsum(lengths)])
+    search = _FromRestToRest(_Rows.scaled(rows, bounds), gridpoints)
+    _, speeds, _ = search.compute_parameterization(0.0, 0.0)
+    if speeds is None:
+        raise SolverFailed
+    return Reach(search.problem_data.K[:, 1], speeds**2)
+
+
+class _Solver:
+    """The package's compiled solver of the linear programs in x and u, all in a unit in which x is about 1.
+
+    It copies all rows that it is made of, which takes as long as it takes to solve with them. So there is one for each
+    block of intervals, made when it is first needed.
+    """
+
+    def __init__(self, lengths: FloatArray, rows: LinearRows, bounds: FloatArray) -> None:
+        self.lengths = lengths
+        self._rows = rows
+        self._bounds = bounds
+        self._blocks: dict[int, Callable[..., FloatArray]] = {}
+
+    def of_block(self, first: int) -> Callable[..., FloatArray]:
+        """Return what solves the linear program of an interval, counted from the first of the block."""
+        if first not in self._blocks:
+            block = slice(first, first + BLOCK)
+            constraint = _Rows.scaled(
+                LinearRows(*(part[block] for part in self._rows)), self._bounds[first : first + BLOCK + 1]
+            )
+            gridpoints = np.concatenate([[0.0], np.cumsum(self.lengths[block])])
+            made: Any = seidelWrapper([constraint], _Grid(gridpoints[-1]), gridpoints)
+            self._blocks[first] = made.solve_stagewise_optim
+        return self._blocks[first]
+
+
+def _again(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, known: Reach, changed: np.ndarray) -> Reach:
+    """Return what can be reached where it is known for other limits on some intervals: see `_from_nothing`."""
+    solver = _Solver(lengths, rows, bounds)
+    controllable = _controllable(solver, known.controllable, changed)
+    changed = changed | (controllable != known.controllable)[1:]
+    return Reach(controllable, _reached(solver, known.x, changed, controllable))
+
+
+def _controllable(solver: _Solver, known: FloatArray, changed: np.ndarray) -> FloatArray:
+    """Return the largest controllable x (gridpoints,), from the last to the first.
+
+    Standing still keeps every limit: each controllable set is all from 0 up to its largest x.
+
+    Args:
+        solver: The solver of the linear programs.
+        known: (gridpoints,), what it was before limits on some intervals changed.
+        changed: (intervals,), whether they did.
+    """
+    last_changed = np.maximum.accumulate(np.where(changed, np.arange(len(changed)), -1)).tolist()
+    before, sets = known.tolist(), known.tolist()
+    sets[-1], i, first = 0.0, len(changed) - 1, len(changed)
+    while i >= 0:
+        following = sets[i + 1]
+        if last_changed[i] < i and abs(following - before[i + 1]) <= NEARLY_MET * following:
+            sets[i + 1] = before[i + 1]
+            i = last_changed[i]
+            continue
+        if i < first:
+            first = i // BLOCK * BLOCK
+            solve = solver.of_block(first)
+        sets[i] = solve(i - first, None, LARGEST_X, np.nan, np.nan, 0.0, following)[1]
+        if math.isnan(sets[i]):
+            raise SolverFailed
+        i -= 1
+    return np.array(sets)
+
+
+def _reached(solver: _Solver, known: FloatArray, changed: np.ndarray, controllable: FloatArray) -> FloatArray:
+    """Return the largest x (gridpoints,) that can be reached, from the first to the last.
+
+    Args:
+        solver: The solver of the linear programs.
+        known: (gridpoints,), what it was before limits or controllable sets of some intervals changed.
+        changed: (intervals,), whether they did.
+        controllable: (gridpoints,), the largest controllable x.
+    """
+    count, twice = len(changed), 2.0 * solver.lengths
+    aims = np.column_stack([-twice, np.full(count, -1.0)])
+    next_changed = np.minimum.accumulate(np.where(changed, np.arange(count), count)[::-1])[::-1].tolist()
+    before, sets, x, lengths = known.tolist(), controllable.tolist(), known.tolist(), twice.tolist()
+    x[0], i, end, tries = 0.0, 0, 0, 0
+    while i < count:
+        if next_changed[i] > i and abs(x[i] - before[i]) <= NEARLY_MET * x[i]:
+            x[i] = before[i]
+            i = next_changed[i]
+            continue
+        if i >= end:
+            end = i // BLOCK * BLOCK + BLOCK
+            solve = solver.of_block(end - BLOCK)
+        u = solve(i + BLOCK - end, None, aims[i], x[i], x[i], 0.0, sets[i + 1])[0]
+        if math.isnan(u):
+            # By rounding x is beyond what is controllable.
+            x[i], tries = max(x[i] - TINY, 0.999 * x[i]), tries + 1
+            if tries > MOST_TRIES:
+                raise SolverFailed
+            continue
+        reached = x[i] + lengths[i] * u
+        x[i + 1] = min(max(reached - TINY, 0.9999 * reached, 0.0), sets[i + 1])
+        i, tries = i + 1, 0
+    return np.array(x)
+
+
+def fastest_profile(
+    lengths: FloatArray,
+    rows: LinearRows,
+    bounds: FloatArray,
+    rests: np.ndarray,
+    known: Reach | None = None,
+    changed: np.ndarray | None = None,
+) -> Reach:
+    """Return what can be reached at the gridpoints: the fastest profile.
+
+    Where it is known for other limits on some intervals, it is solved again only from where these are to where it meets
+    the known one.
 
     Args:
         lengths: (intervals,).
         rows: Limits on x at an interval's start and the constant or mean u on it.
         bounds: (intervals + 1,), of x.
         rests: (intervals + 1,): where x is 0; both ends at least.
+        known: What could be reached before limits changed; nothing, if not given.
+        changed: (intervals,), whether the limits on them did, or the gridpoint at their start is new.
 
     Raises:
         SolverFailed: The solver found no profile.
@@ -137,92 +297,27 @@ def fastest_profile(lengths: FloatArray, rows: LinearRows, bounds: FloatArray, r
     marks = np.append(starts, len(lengths))
     by_u = (scale[:-1] / spans)[long, None]
     rows = LinearRows(rows.a[long] * by_u, rows.b[long] * scale[:-1][long, None], rows.c[long])
-    x = _solved(gridpoints[marks], rows, np.append(np.minimum.reduceat(bounds[:-1], starts), 0.0))
-    between: FloatArray = np.interp(gridpoints, gridpoints[marks], x) * scale
-    return np.where(rests, 0.0, between)
-
-
-def tightened_profile(
-    known: FloatArray, changed: np.ndarray, lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
-) -> FloatArray:
-    """Return the same as `fastest_profile` where the profile is known for looser limits on some of the intervals.
-
-    It is solved again only near these: as far as it takes until it meets the known one on both sides.
-
-    Args:
-        known: (intervals + 1,), the profile for the looser limits.
-        changed: (intervals,), whether the limits are tighter; at least one.
-        lengths: As of `fastest_profile`, like all that follow.
-        rows: See there.
-        bounds: See there.
-        rests: See there.
-
-    Raises:
-        SolverFailed: The solver found no profile.
-    """
-    x, inside, margin = known.copy(), _near(changed, MARGIN), MARGIN
-    while len(changed) >= FEWEST_FOR_WINDOWS and inside.mean() < MOST_INSIDE:
-        edges = np.flatnonzero(np.diff(inside, prepend=False, append=False))
-        points, found = _solved_between(edges, x, lengths, rows, bounds, rests)
-        missed = np.isin(points, edges) & (found < x[points] * (1.0 - NEARLY_MET))
-        windows = (np.searchsorted(edges, points, side="right") - 1) // 2
-        again = np.isin(windows, windows[missed])
-        x[points[~again]] = found[~again]
-        if not missed.any():
-            return x
-        margin *= 2
-        inside = np.zeros_like(changed)
-        inside[np.minimum(points[again], len(changed) - 1)] = True
-        inside = _near(inside, margin)
-    return fastest_profile(lengths, rows, bounds, rests)
-
-
-def _near(intervals: np.ndarray, margin: int) -> np.ndarray:
-    """Return which intervals lie within so many of some of them, both (intervals,) of bools."""
-    near: np.ndarray = np.convolve(intervals, np.ones(2 * margin + 1), "same") > 0.0
-    return near
-
-
-def _solved_between(
-    edges: np.ndarray, known: FloatArray, lengths: FloatArray, rows: LinearRows, bounds: FloatArray, rests: np.ndarray
-) -> tuple[np.ndarray, FloatArray]:
-    """Return the gridpoints (N,) of windows between edges, where a known profile goes on, and x (N,) at them.
-
-    Between one window and the next the robot comes to rest: over intervals that nothing limits, with the x that is
-    known at their other end.
-    """
-    starts: list[int] = []
-    for first, last in edges.reshape(-1, 2).tolist():
-        starts += [*([] if rests[first] else [-1]), *range(first, last), *([] if rests[last] else [last])]
-    own = ~np.isin(starts, [-1, *edges[1::2]])
-    points = np.append(starts, -1)
-    intervals = np.where(own, starts, 0)
-    nothing = (0.0, 0.0, -1.0)
-    limits = LinearRows(*(np.where(own[:, None], part[intervals], no) for part, no in zip(rows, nothing, strict=True)))
-    x = fastest_profile(
-        np.where(own, lengths[intervals], lengths.mean()),
-        limits,
-        np.where(np.isin(points, edges), known[points], bounds[points]),
-        (points < 0) | rests[points],
-    )
-    on_path = points >= 0
-    return points[on_path], x[on_path]
-
-
-def _solved(gridpoints: FloatArray, rows: LinearRows, bounds: FloatArray) -> FloatArray:
-    """Return x at the gridpoints, all in a unit in which x is about 1."""
-    divisor = np.maximum(np.hypot(rows.a, rows.b), LEAST_NORM)
-    # The last gridpoint has no interval; the solver wants a row there and does not use it.
-    padded = tuple(np.vstack([part, part[-1:]]) for part in (rows.a / divisor, rows.b / divisor, rows.c / divisor))
-    search = _FromRestToRest(_Rows(padded, np.column_stack([np.zeros_like(bounds), bounds])), gridpoints)
+    bounds = np.append(np.minimum.reduceat(bounds[:-1], starts), 0.0)
+    problem = np.diff(gridpoints[marks]), rows, bounds
     try:
-        _, speeds, _ = search.compute_parameterization(0.0, 0.0)
+        if known is None or changed is None:
+            found = before = _from_nothing(*problem)
+        else:
+            # A bound at a gridpoint is that of the intervals on both sides.
+            changed = np.logical_or.reduceat(changed | np.append(False, changed[:-1]), starts)
+            before = known.of(marks, scale[marks])
+            found = _again(*problem, before, changed)
     except (ToppraError, ArithmeticError) as failure:
         raise SolverFailed from failure
-    if speeds is None or not np.isfinite(speeds).all():
+    if not np.isfinite(found).all():
         raise SolverFailed
-    x: FloatArray = speeds**2
-    return x
+
+    squares = [np.where(rests, 0.0, np.interp(gridpoints, gridpoints[marks], part) * scale) for part in found]
+    if known is not None:
+        for part, was, old, new in zip(squares, known, before, found, strict=True):
+            same = marks[new == old]
+            part[same] = was[same]  # to the last digit
+    return Reach(*squares)
 
 
 def _joined(long: np.ndarray, rests: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
