@@ -118,6 +118,9 @@ if TYPE_CHECKING:
     from planner.spatial import rpy_from_rotations as rpy_from_rotations
     from planner.tool_lines import LinePolynomial as LinePolynomial
     from planner.tool_lines import line_polynomials as line_polynomials
+    from planner.tool_speeds import SlowPart as SlowPart
+    from planner.tool_speeds import ToolSpeedReport as ToolSpeedReport
+    from planner.tool_speeds import tool_speed_reports as tool_speed_reports
     from planner.trajectory import PlanWarning as PlanWarning
     from planner.trajectory import Trajectory as Trajectory
     from planner.waypoints.reachability import LimitMargin as LimitMargin
@@ -214,6 +217,7 @@ _NAMES = {
     "planner.robots.payload": ("Payload",),
     "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
     "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
+    "planner.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),
     "planner.trajectory": ("PlanWarning", "Trajectory"),
     "planner.waypoints.reachability": ("LimitMargin", "Reachability", "reachability"),
 }

@@ -192,6 +192,41 @@ class LinePolynomials(Answer):
     of the joints' polynomials: the joints follow the line within its tolerance."""
 
 
+class SlowPart(Answer):
+    """A part of a motion on which the tool goes slower than its speed limit, by more than 1 %."""
+
+    start_time: float
+    """When it begins, s from the start of the trajectory."""
+    end_time: float
+    """When it ends, s from the start of the trajectory."""
+    start_distance: float
+    """How far the tool has gone since the start of the motion when the part begins, m."""
+    end_distance: float
+    """How far the tool has gone since the start of the motion when the part ends, m."""
+    lowest_speed: float
+    """The lowest speed of the tool on it, m/s."""
+    quantity: Literal["velocity", "acceleration", "jerk", "torque", "tcp_angular_velocity", "duration", "time_law"]
+    """What keeps the tool slow where it is slowest: the limit of a joint or of the tool that it uses; `duration`, no
+    limit binds and a duration is asked; `time_law`, neither: the back end's law has that form."""
+    joint: str | None
+    """The name of the joint whose limit it is; null: it is none of a joint."""
+    use: float
+    """The largest share of that limit that is used there; of `duration` and `time_law` that of any limit."""
+
+
+class ToolSpeedReport(Answer):
+    """How well one motion of the tool holds its speed."""
+
+    segment: int
+    """The index of the segment."""
+    limit: float
+    """The limit of the tool's speed there, m/s."""
+    held: float
+    """The share of the way on which the tool goes at it, within 1 %."""
+    slow: list[SlowPart]
+    """The parts on which it does not, in order."""
+
+
 class PlanWarning(Answer):
     """Something to know about a plan that is good all the same."""
 
@@ -222,6 +257,9 @@ class PlanAnswer(Answer):
     """The trajectory itself, as one piecewise polynomial a joint; when included."""
     tcp_polynomials: list[LinePolynomials] | None = None
     """The straight lines of the tool as polynomials of time, one entry a linear motion; when included."""
+    tcp_speed_report: list[ToolSpeedReport] | None = None
+    """How well the tool holds its speed, one entry a motion of the tool on whose segment `tcp_linear_velocity` is
+    limited; when included."""
     sample_checks: list[InterpolationCertificate] | None = None
     """What a controller reaches that interpolates between these samples, by each interpolation, held against the limits
     in force on each segment, and how far it passes by the waypoints; when included. POST /v1/trajectories/validate says

@@ -28,6 +28,7 @@ INCLUDABLE = (
     "polynomials",
     "tcp_polynomials",
     "sample_checks",
+    "tcp_speed_report",
 )
 """Names of the parts that an answer carries only when asked."""
 

@@ -17,6 +17,7 @@ from planner.operations import JoinedTrajectory
 from planner.operations.certified import own_ends
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
+from planner.tool_speeds import tool_speed_reports
 from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
@@ -85,6 +86,10 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
         answer["polynomials"] = _polynomials(robot.joint_names, trajectory)
     if "tcp_polynomials" in options.include:
         answer["tcp_polynomials"] = [_line_polynomial(line) for line in line_polynomials(plan)]
+    if "tcp_speed_report" in options.include:
+        answer["tcp_speed_report"] = [
+            {**vars(report), "slow": list(map(vars, report.slow))} for report in tool_speed_reports(plan)
+        ]
     if "sample_checks" in options.include:
         ends = end_states(plan.backend, robot.dof)
         answer["sample_checks"] = [

@@ -133,7 +133,12 @@ def test_contours_are_in_the_frame_of_their_waypoint(service: RunningService, ki
     """The poses of the example are passed, or their corners within the blend, as seen in the frame of the table."""
     request = json.loads((ROOT / "examples" / "contours.json").read_text(encoding="utf-8"))
     index = {"polyline": 1, "spline": 2}[kind]
-    plan = checked(service.post("/v1/trajectories", {**request, "include": ["tcp_pose"]}), answers.PlanAnswer)
+    request["include"].append("tcp_pose")
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    report = plan["tcp_speed_report"][index - 1]
+    assert (report["segment"], report["limit"]) == (index - 1, 0.1)
+    assert report["held"] > 0.97
+    assert {part["quantity"] for part in report["slow"]} == {"acceleration"}  # of gaining and losing speed
     tools = np.array(plan["samples"]["tcp_pose"]["position"])
     c, s = math.cos(0.3), math.sin(0.3)
     near = 0.02 if kind == "polyline" else 1.5e-3

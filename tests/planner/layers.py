@@ -30,6 +30,7 @@ LAYERS = (
     "operations",
     "comparison",
     "tool_lines",
+    "tool_speeds",
     "export",
     "",
 )
