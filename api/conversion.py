@@ -96,7 +96,7 @@ def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:
 
 
 def _frames_in_base(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose | None]:
-    """The frames that waypoints may name, in the base frame; None: that itself."""
+    """Return the frames that waypoints may name, in the base frame; None: that itself."""
     here = robot.mounting
     in_world = {WORLD: Pose(np.zeros(3)), **{name: to_pose(pose) for name, pose in frames.items()}}
     return {BASE: None, **{name: pose if here is None else pose.to_frame(here) for name, pose in in_world.items()}}

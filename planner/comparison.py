@@ -130,7 +130,7 @@ def figures(plan: Plan) -> Figures:
 
 
 def _path_deviation(plan: Plan) -> float:
-    """The largest distance of the tool, m, from where it goes when it stops at every waypoint."""
+    """Return the largest distance of the tool, m, from where it goes when it stops at every waypoint."""
     robot, trajectory, path = plan.path.robot, plan.trajectory, plan.path
     worst = 0.0
     for segment, motion in enumerate(path.tool_motions):
@@ -147,12 +147,12 @@ def _path_deviation(plan: Plan) -> float:
 
 
 def _tools(robot: Robot, positions: FloatArray) -> FloatArray:
-    """The positions (N, 3) of the tool, m, at joint positions (N, joints)."""
+    """Return the positions (N, 3) of the tool, m, at joint positions (N, joints)."""
     return np.array([tool_pose(robot, q).position for q in positions])
 
 
 def _distance_to_line(point: FloatArray, corners: FloatArray) -> float:
-    """The distance of a point (3,) from the polygon through the corners (N, 3)."""
+    """Return the distance of a point (3,) from the polygon through the corners (N, 3)."""
     ways = np.diff(corners, axis=0)
     squared = np.maximum((ways**2).sum(axis=1), np.finfo(float).tiny)
     share = np.clip(((point - corners[:-1]) * ways).sum(axis=1) / squared, 0.0, 1.0)

@@ -51,7 +51,7 @@ class UnitPolynomials:
         return UnitPolynomials(coefficients, self.bernstein - constants[..., None])
 
     def evaluate(self, pieces: np.ndarray, units: FloatArray) -> FloatArray:
-        """The values (..., N, joints) at unit times (N,) of pieces (N,)."""
+        """Return the values (..., N, joints) at unit times (N,) of pieces (N,)."""
         return horner(self.coefficients[..., pieces, :, :], units[:, None])
 
     @property
@@ -66,7 +66,7 @@ class UnitPolynomials:
 
 
 def derivatives_on_unit_time(curve: PiecewisePolynomial, count: int) -> UnitPolynomials:
-    """The polynomials and their first derivatives by time, `count` in all, stacked on a new first axis.
+    """Return the polynomials and their first derivatives by time, `count` in all, stacked on a new first axis.
 
     Args:
         curve: The polynomials of time.
@@ -150,7 +150,7 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
 
 @lru_cache(maxsize=16)
 def _cut(order: int) -> FloatArray:
-    """The matrix (order, PARTS * order) from Bernstein coefficients on [0, 1] to those on each of its parts."""
+    """Return the matrix (order, PARTS * order) from Bernstein coefficients on [0, 1] to those on each of its parts."""
     to_powers = np.linalg.inv(bernstein_matrix(order))
     blocks = []
     for part in range(PARTS):

@@ -23,13 +23,13 @@ T = TypeVar("T")
 
 
 def field_name(path: FieldPath) -> str:
-    """A path as one writes it in Python: `waypoints[1].duration`; that to the type of a value is the value's own."""
+    """Write a path as in Python: `waypoints[1].duration`; that to the type of a value is the value's own."""
     steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path if step != KIND)
     return "".join(steps).removeprefix(".")
 
 
 def with_field(holder: T, path: FieldPath, value: Any) -> T:
-    """A copy of a value in which one field has another value.
+    """Return a copy of a value in which one field has another value.
 
     Args:
         holder: A dataclass, or a tuple; so is everything that the path leads through.

@@ -39,6 +39,6 @@ class LastUsed(Generic[T]):
 
 
 def bytes_of_arrays(value: object) -> int:
-    """The bytes of the arrays among the attributes of a value, in lists, too."""
+    """Return the bytes of the arrays among the attributes of a value, in lists, too."""
     parts = [part for own in vars(value).values() for part in (own if isinstance(own, list) else [own])]
     return sum(part.nbytes for part in parts if isinstance(part, np.ndarray))

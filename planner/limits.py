@@ -68,7 +68,7 @@ class SegmentLimits:
     tcp_angular_velocity: FloatArray
 
     def of(self, segments: np.ndarray) -> SegmentLimits:
-        """The limits of some segments, in that order."""
+        """Return the limits of some segments, in that order."""
         rows = {quantity: getattr(self, quantity)[segments] for quantity in (*JOINT_QUANTITIES, *TCP_QUANTITIES)}
         return SegmentLimits(lower=self.lower, upper=self.upper, **rows)
 
@@ -88,7 +88,7 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
     """
 
     def joint_limits(quantity: str) -> FloatArray:
-        """The limits (segments, joints) of a quantity of the joints."""
+        """Return the limits (segments, joints) of a quantity of the joints."""
         scale = getattr(common, f"{quantity}_scale", 1.0)
         asked = getattr(common, quantity)
         rows = np.tile(robot.limit(quantity) if asked is None else np.array(asked), (len(own), 1))
@@ -100,7 +100,7 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         return rows * scale
 
     def tool_limits(quantity: str) -> FloatArray:
-        """The limits (segments,) of a quantity of the tool."""
+        """Return the limits (segments,) of a quantity of the tool."""
         asked = [getattr(narrower, quantity, None) or getattr(common, quantity) for narrower in own]
         return np.array([np.inf if limit is None else limit for limit in asked])
 

@@ -73,7 +73,7 @@ class PiecewisePolynomial:
         return replace(self, coefficients=coefficients)
 
     def split(self, parts: np.ndarray) -> Self:
-        """The same curve with each piece cut into a number (pieces,) of equal parts."""
+        """Return the same curve with each piece cut into a number (pieces,) of equal parts."""
         rows = np.repeat(np.arange(len(parts)), parts)
         lengths = (self.lengths / parts)[rows]
         offsets = (np.arange(len(rows)) - (np.cumsum(parts) - parts)[rows]) * lengths
@@ -84,14 +84,14 @@ class PiecewisePolynomial:
         return SegmentedPolynomial(self.lengths, self.coefficients, segments)
 
     def followed_by(self, *others: Self) -> Self:
-        """This curve and then the others, with as many coefficients a piece as the longest of them has."""
+        """Return this curve and then the others, with as many coefficients a piece as the longest of them has."""
         order = max(curve.coefficients.shape[2] for curve in (self, *others))
         curves = [curve.padded(order) for curve in (self, *others)]
         coefficients = np.concatenate([curve.coefficients for curve in curves])
         return replace(self, lengths=np.concatenate([curve.lengths for curve in curves]), coefficients=coefficients)
 
     def between(self, start: float, end: float) -> PiecewisePolynomial:
-        """The part of the curve from `start` to `end`."""
+        """Return the part of the curve from `start` to `end`."""
         (first, last), (low, _) = self.locate(np.array([start, end]))
         last = last if end > self.breakpoints[last] else last - 1
         lengths, coefficients = self.lengths[first : last + 1].copy(), self.coefficients[first : last + 1].copy()
@@ -115,15 +115,15 @@ class SegmentedPolynomial(PiecewisePolynomial):
     segments: np.ndarray
 
     def of(self, rows: np.ndarray) -> SegmentedPolynomial:
-        """Some of the pieces, by index or mask."""
+        """Return some of the pieces, by index or mask."""
         return SegmentedPolynomial(self.lengths[rows], self.coefficients[rows], self.segments[rows])
 
     def split(self, parts: np.ndarray) -> Self:
-        """The same curve with each piece cut into a number (pieces,) of equal parts."""
+        """Return the same curve with each piece cut into a number (pieces,) of equal parts."""
         return replace(super().split(parts), segments=np.repeat(self.segments, parts))
 
     def followed_by(self, *others: Self) -> Self:
-        """This curve and then the others, with as many coefficients a piece as the longest of them has."""
+        """Return this curve and then the others, with as many coefficients a piece as the longest of them has."""
         segments = np.concatenate([curve.segments for curve in (self, *others)])
         return replace(super().followed_by(*others), segments=segments)
 
@@ -139,7 +139,7 @@ def stretched(coefficients: FloatArray, factors: FloatArray | float) -> FloatArr
 
 
 def powers(x: FloatArray | float, count: int) -> FloatArray:
-    """The powers 0 to `count` - 1 of `x`, on a new last axis."""
+    """Return the powers 0 to `count` - 1 of `x`, on a new last axis."""
     result: FloatArray = np.asarray(x)[..., None] ** np.arange(count)
     return result
 
@@ -154,7 +154,7 @@ def shifted(coefficients: FloatArray, by: FloatArray | float) -> FloatArray:
 
 @lru_cache(maxsize=16)
 def bernstein_matrix(order: int) -> FloatArray:
-    """The matrix (order, order) from rows of ascending power coefficients on [0, 1] to Bernstein coefficients."""
+    """Give the matrix (order, order) from rows of ascending power coefficients on [0, 1] to Bernstein coefficients."""
     degree = order - 1
     return np.array([[comb(i, k) / comb(degree, k) if k <= i else 0.0 for i in range(order)] for k in range(order)])
 

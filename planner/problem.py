@@ -329,7 +329,7 @@ class PlanningProblem:
         object.__setattr__(self, "waypoints", tuple(self.waypoints))
 
     def segment_limits(self) -> SegmentLimits:
-        """The limits in force on each segment; of a single waypoint, those while the robot rests there."""
+        """Return the limits in force on each segment; of a single waypoint, those while the robot rests there."""
         own = tuple(waypoint.limits for waypoint in self.waypoints[1:])
         return segment_limits(self.robot, self.limits, own or (None,))
 

@@ -114,7 +114,7 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
 
 
 def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
-    """A torque limit that cannot be checked is refused, not ignored.
+    """Refuse a torque limit that cannot be checked, rather than ignore it.
 
     Raises:
         MissingDynamics: One is asked, and the robot has neither inertias nor a payload.

@@ -78,7 +78,7 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
 
 
 def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
-    """The trajectory where nothing moves, which no back end has to put time on."""
+    """Return the trajectory where nothing moves, which no back end has to put time on."""
     if moves_at_its_ends(backend):
         moving = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
         if moving:
@@ -106,7 +106,7 @@ def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, tr
 
 
 def refuse_unless_satisfied(certificate: Certificate) -> None:
-    """The promise: no trajectory that breaks an enforced limit goes out.
+    """Keep the promise: no trajectory that breaks an enforced limit goes out.
 
     Raises:
         LimitsUnsatisfiable: Naming the worst check.
@@ -127,7 +127,7 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
 
 
 def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
-    """What is said of joint positions that are outside of their limits by no more than the tolerance."""
+    """Return what is said of joint positions that are outside of their limits by no more than the tolerance."""
     given, positions = given_positions(problem.robot, problem.waypoints)
     within = np.clip(positions, problem.robot.limit("lower"), problem.robot.limit("upper"))
     for row, joint in np.argwhere(positions != within).tolist():
@@ -138,7 +138,7 @@ def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
 
 
 def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
-    """What is said of a tool or a joint that goes far from straight joint motions."""
+    """Return what is said of a tool or a joint that goes far from straight joint motions."""
     for check in certificate.checks:
         if check.peak <= WANDERING.get(check.quantity, np.inf):
             continue

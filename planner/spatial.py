@@ -161,7 +161,7 @@ def rotations_from_quaternions(xyzw: FloatArray) -> FloatArray:
 
 
 def project_to_rotation(matrix: FloatArray) -> FloatArray:
-    """The rotation (3, 3) nearest to `matrix` in the Frobenius norm (orthogonal Procrustes)."""
+    """Return the rotation (3, 3) nearest to `matrix` in the Frobenius norm (orthogonal Procrustes)."""
     u, _, vt = np.linalg.svd(matrix)
     nearest: FloatArray = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
     return nearest
@@ -174,7 +174,7 @@ def quaternion(rotation: FloatArray) -> FloatArray:
 
 
 def rotation_vectors(rotations: FloatArray) -> FloatArray:
-    """The logarithms (N, 3) of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
+    """Return the logarithms (N, 3) of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
     vectors = 0.5 * (rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]])
     sine = np.linalg.norm(vectors, axis=1)
     angle = np.arctan2(sine, 0.5 * (np.einsum("nii->n", rotations) - 1.0))
@@ -182,7 +182,7 @@ def rotation_vectors(rotations: FloatArray) -> FloatArray:
 
 
 def rotations_from_vectors(vectors: FloatArray) -> FloatArray:
-    """The rotations (N, 3, 3) about vectors (N, 3) by their lengths, rad: the formula of Rodrigues."""
+    """Return the rotations (N, 3, 3) about vectors (N, 3) by their lengths, rad: the formula of Rodrigues."""
     x, y, z = vectors.T
     none = np.zeros_like(x)
     skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)

@@ -76,7 +76,7 @@ def line_polynomials(plan: Plan) -> list[LinePolynomial]:
 
 
 def _line_polynomial(plan: Plan, run: Run, k: int, line: Line) -> LinePolynomial:
-    """The polynomial of a line.
+    """Return the polynomial of a line.
 
     Args:
         plan: The plan.
@@ -97,7 +97,7 @@ def _line_polynomial(plan: Plan, run: Run, k: int, line: Line) -> LinePolynomial
     rows = np.flatnonzero((trajectory.segments == segment) & in_motion)
 
     def path_positions(positions: FloatArray) -> FloatArray:
-        """The positions (N,) on the curve of joint positions (N, joints) of the trajectory."""
+        """Return the positions (N,) on the curve of joint positions (N, joints) of the trajectory."""
         s: FloatArray = first + (last - first) * _share_behind(robot, line, positions)
         for _ in range(NEWTON_STEPS):
             q, slope = curve.evaluate(s, [0, 1])
@@ -127,7 +127,7 @@ def _line_polynomial(plan: Plan, run: Run, k: int, line: Line) -> LinePolynomial
 
 
 def _deviation(plan: Plan, rows: np.ndarray, breakpoints: FloatArray, position: FloatArray) -> float:
-    """The largest distance of the tool, m, on pieces (rows,) of the trajectory from its polynomials."""
+    """Return the largest distance of the tool, m, on pieces (rows,) of the trajectory from its polynomials."""
     trajectory = plan.trajectory
     since = np.linspace(0.0, 1.0, SAMPLES) * trajectory.lengths[rows, None]
     joints = horner(trajectory.coefficients[rows][:, None], since[..., None])
@@ -139,7 +139,7 @@ def _deviation(plan: Plan, rows: np.ndarray, breakpoints: FloatArray, position: 
 
 
 def _share_behind(robot: Robot, line: Line, positions: FloatArray) -> FloatArray:
-    """The share (N,) of a line that lies behind the tool at joint positions (N, joints), by its way and its turn."""
+    """Return share (N,) of a line that lies behind the tool at joint positions (N, joints), by its way and its turn."""
     reached, turned = tool_poses(robot, positions)
     way = line.end.position - line.start.position
     along, whole = (reached - line.start.position) @ way, float(way @ way)
@@ -176,7 +176,7 @@ def _in_few_pieces(law: PiecewisePolynomial) -> tuple[list[int], FloatArray]:
 
 
 def _one_polynomial(law: PiecewisePolynomial, first: int, end: int) -> FloatArray | None:
-    """The coefficients (6,) of the one polynomial that the pieces from `first` to before `end` are; None: of none."""
+    """Return the coefficients (6,) of the one polynomial that pieces `first` to before `end` are; None: of none."""
     lengths, rows = law.lengths[first:end], law.coefficients[first:end, 0]
     whole = lengths.sum()
     start, last = (

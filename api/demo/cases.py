@@ -23,7 +23,7 @@ class Case:
     title: str
 
     def request(self) -> dict[str, Any]:
-        """The plan request of the case."""
+        """Return the plan request of the case."""
         document: dict[str, Any] = orjson.loads((examples_folder() / f"{self.name}.json").read_bytes())
         return document
 

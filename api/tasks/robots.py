@@ -74,7 +74,7 @@ def add_robot(work: Work) -> Reply:
 
 
 def _without_name(named: Any, base: bytes | None) -> Any:
-    """The robot without its name; a derived one with the definition of the robot that it is made from.
+    """Return the robot without its name; a derived one with the definition of the robot that it is made from.
 
     Args:
         named: The robot to add.

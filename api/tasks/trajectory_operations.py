@@ -95,7 +95,7 @@ def _answer(work: Work, schema: Any, run: Callable[[Any, Robot], CertifiedTrajec
 
 
 def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
-    """The robot of a request, with its tool, its mounting and what it carries."""
+    """Return the robot of a request, with its tool, its mounting and what it carries."""
     from api.conversion import mounted, to_payload, with_tool
 
     robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
@@ -103,7 +103,7 @@ def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
 
 
 def _kept(request: schemas.EditRequest) -> dict[str, Any]:
-    """What the answer has to keep."""
+    """Return what the answer has to keep."""
     from api.conversion import to_limits
 
     return {"limits": to_limits(request.limits), "enforced": request.enforced}

@@ -33,7 +33,7 @@ class SegmentDynamics:
 
     @classmethod
     def unchanged(cls, robot: Robot) -> SegmentDynamics:
-        """The dynamics of a robot that carries the same on all segments."""
+        """Return the dynamics of a robot that carries the same on all segments."""
         return cls((robot,), np.zeros(1, dtype=int))
 
     @property
@@ -48,7 +48,7 @@ class SegmentDynamics:
         return [(waypoint, self.robots[self.indices[waypoint]]) for waypoint in at.tolist()]
 
     def robot_on(self, segment: int) -> Robot:
-        """The robot with the payload that it carries on a segment."""
+        """Return the robot with the payload that it carries on a segment."""
         return self.robots[0] if len(self.robots) == 1 else self.robots[self.indices[segment]]
 
     def torques(

@@ -78,7 +78,7 @@ def symbolic_motion(robot: Robot, q: ca.SX, v: ca.SX, a: ca.SX) -> SymbolicMotio
 
 
 def symbolic_tool_position(robot: Robot, q: ca.SX) -> ca.SX:
-    """The position (3,) of the tool, m, in the base frame, at joint positions (joints,)."""
+    """Return the position (3,) of the tool, m, in the base frame, at joint positions (joints,)."""
     import casadi as ca
 
     model, tool = robot.model, robot.model.frames[robot.tool_frame_id]
@@ -90,7 +90,7 @@ def symbolic_tool_position(robot: Robot, q: ca.SX) -> ca.SX:
 
 
 def _placed(placement: Any, turns: bool, q: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """The rotation (3, 3) and the offset (3,) of a joint's frame in the frame of the joint before it."""
+    """Return the rotation (3, 3) and the offset (3,) of a joint's frame in the frame of the joint before it."""
     import casadi as ca
 
     rotation, offset = _constant(placement.rotation), _constant(placement.translation)
@@ -101,7 +101,7 @@ def _placed(placement: Any, turns: bool, q: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 
 def _next_body(before: _Moving, placement: Any, turns: bool, q: ca.SX, v: ca.SX, a: ca.SX) -> _Moving:
-    """The body behind a joint, from the one before it."""
+    """Return the body behind a joint, from the one before it."""
     import casadi as ca
 
     z = ca.DM([0.0, 0.0, 1.0])

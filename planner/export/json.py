@@ -45,7 +45,7 @@ def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:
 
 
 def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
-    """The answer as plain values and numpy arrays."""
+    """Return the answer as plain values and numpy arrays."""
     robot, trajectory = plan.path.robot, plan.trajectory
     samples = sample(plan, options)
     poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
@@ -102,7 +102,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
 
 
 def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Collection[str]) -> dict[str, Any]:
-    """The answer of an operation on trajectories as plain values and numpy arrays.
+    """Return the answer of an operation on trajectories as plain values and numpy arrays.
 
     Args:
         done: What the operation made.
@@ -140,7 +140,7 @@ def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Coll
 
 
 def _rows(samples: Samples) -> dict[str, Any]:
-    """The samples in the form of the answer."""
+    """Return the samples in the form of the answer."""
     rows: dict[str, Any] = {
         "time": samples.time,
         "position": samples.position,
@@ -163,7 +163,7 @@ def _rows(samples: Samples) -> dict[str, Any]:
 
 
 def _sample_warnings(plan: Plan, samples: Samples, period: float) -> Iterator[PlanWarning]:
-    """What a controller would exceed for the samples being too far apart."""
+    """Return what a controller would exceed for the samples being too far apart."""
     smooth = any(check.quantity == "jerk" and check.bounded for check in plan.certificate.checks)
     continuous = ("velocity", "acceleration") if smooth else ("velocity",)
     trajectory, limits = plan.trajectory, plan.path.limits
@@ -199,7 +199,7 @@ def _line_polynomial(line: LinePolynomial) -> dict[str, Any]:
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """The answer as JSON; numbers in the shortest form that reads back exactly."""
+    """Return the answer as JSON; numbers in the shortest form that reads back exactly."""
     return orjson.dumps(as_dict(plan, options), option=orjson.OPT_SERIALIZE_NUMPY)
 
 

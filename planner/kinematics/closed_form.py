@@ -59,7 +59,7 @@ class ClosedForm(Protocol):
 
 
 def closed_form(screws: Screws, point: FloatArray | None) -> ClosedForm | None:
-    """The form that finds random configurations of the arm again from where they bring the tip.
+    """Return the form that finds random configurations of the arm again from where they bring the tip.
 
     Args:
         screws: The arm.
@@ -272,16 +272,16 @@ class _Axis:
         self.across, self.along = x + 1j * y, axis
 
     def parts(self, vectors: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        """The numbers and the heights (...) of vectors (..., 3)."""
+        """Return the numbers and the heights (...) of vectors (..., 3)."""
         return vectors @ self.across, vectors @ self.along
 
     def seen(self, direction: ComplexArray | FloatArray) -> _Wave:
-        """The product of a direction (3,), real or complex, with vectors that are given by number and height."""
+        """Return the product of a direction (3,), real or complex, with vectors that are given by number and height."""
         number, conjugate = 0.5 * self.across.conj() @ direction, 0.5 * self.across @ direction
         return _Wave(number, conjugate, complex(self.along @ direction))
 
     def turned(self, vector: ComplexArray | FloatArray, direction: ComplexArray | FloatArray) -> _Wave:
-        """The product of a direction (3,) with a vector (3,) that the joint turns by q, as a function of exp(i q)."""
+        """Return the product of a direction (3,) with a vector (3,) turned by the joint, as a function of exp(i q)."""
         wave = self.seen(direction)
         number, conjugate = vector @ self.across, vector @ self.across.conj()
         return _Wave(wave.number * number, wave.conjugate * conjugate, wave.constant * complex(vector @ self.along))
@@ -301,26 +301,26 @@ class _Wave(NamedTuple):
     constant: complex
 
     def __call__(self, number: ComplexArray, height: FloatArray | float = 1.0) -> ComplexArray:
-        """The value (...)."""
+        """Return the value (...)."""
         value: ComplexArray = self.number * number + self.conjugate * number.conj() + self.constant * height
         return value
 
     def angles(self, value: FloatArray) -> FloatArray:
-        """The angles q (..., 2) at which a function that is real has a value (...) at z = exp(i q), h = 1."""
+        """Return the angles q (..., 2) at which a function that is real has a value (...) at z = exp(i q), h = 1."""
         return _angles_to_height(np.asarray(2.0 * self.number), value - complex(self.constant).real)
 
 
 def _moved(
     screws: Screws, point: FloatArray, positions: FloatArray, rotations: FloatArray | None
 ) -> tuple[FloatArray, ...]:
-    """The rotations (N, 3, 3) of the tip since joint position 0, and the positions (N, 3) to which it takes a point."""
+    """Return the rotations (N, 3, 3) of the tip since joint position 0, and where (N, 3) it takes a point."""
     assert rotations is not None  # noqa: S101 - six joints are asked for poses
     turns = rotations @ screws.rotation.T
     return turns, positions + turns @ (point - screws.position)
 
 
 def _meeting_point(axes: FloatArray, points: FloatArray) -> FloatArray:
-    """The point nearest to all lines, in the sense of least squares."""
+    """Return the point nearest to all lines, in the sense of least squares."""
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     return np.asarray(np.linalg.lstsq(across.reshape(-1, 3), (across @ points[:, :, None]).ravel(), rcond=None)[0])
 
@@ -342,14 +342,14 @@ def _turned(cross: FloatArray, angle: FloatArray, vectors: FloatArray) -> FloatA
 
 
 def _angle(cross: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """The angle (...), rad, by which a turn about an axis takes one vector (..., 3) to the other."""
+    """Return the angle (...), rad, by which a turn about an axis takes one vector (..., 3) to the other."""
     across = before @ cross.T
     angle: FloatArray = np.arctan2((across * after).sum(axis=-1), -(across @ cross.T * after).sum(axis=-1))
     return angle
 
 
 def _angles_to_height(number: ComplexArray, height: FloatArray) -> FloatArray:
-    """The angles q (..., 2) with Re(number exp(i q)) = height."""
+    """Return the angles q (..., 2) with Re(number exp(i q)) = height."""
     with np.errstate(divide="ignore", invalid="ignore"):
         cosine = height / np.abs(number)
     half = np.arccos(np.minimum(np.maximum(np.where(np.abs(cosine) < 1.0 + NEARLY, cosine, np.nan), -1.0), 1.0))
@@ -374,7 +374,7 @@ def _argument(numbers: ComplexArray) -> FloatArray:
 
 
 def _root(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The root of a - b; 0 where it lacks but little."""
+    """Return the root of a - b; 0 where it lacks but little."""
     exists = a - b > -NEARLY * (np.abs(a) + np.abs(b))
     return np.sqrt(np.maximum(np.where(exists, a - b, np.nan), 0.0))
 
@@ -384,7 +384,7 @@ def _circle(angle: FloatArray) -> FloatArray:
 
 
 def _roots(forms: FloatArray) -> FloatArray:
-    """The angles q (N, 4) with x^T Q x = 0, x = (cos q, sin q, 1), for quadratic forms Q (N, 3, 3)."""
+    """Return the angles q (N, 4) with x^T Q x = 0, x = (cos q, sin q, 1), for quadratic forms Q (N, 3, 3)."""
     Q = IN_HALF_TANGENT.T @ forms @ IN_HALF_TANGENT
     least = np.maximum(LEAST * np.abs(Q).max(axis=(1, 2)), np.finfo(float).tiny)
     leading = np.where(np.abs(Q[:, 2, 2]) < least, least, Q[:, 2, 2])

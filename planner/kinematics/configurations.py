@@ -103,7 +103,7 @@ class Configuration:
     wrist: Wrist | None = None
 
     def __str__(self) -> str:
-        """The names in words."""
+        """Return the names in words."""
         return ", ".join(f"{part} {name}" for part, name in self.names.items()) or "any configuration"
 
     @property
@@ -113,7 +113,7 @@ class Configuration:
         return {part: name for part, name in named.items() if name is not None}
 
     def of_parts(self, parts: Collection[str]) -> Configuration:
-        """The names of some parts alone."""
+        """Return the names of some parts alone."""
         return replace(self, **{field.name: None for field in fields(self) if field.name not in parts})
 
     def allows(self, other: Configuration) -> bool:
@@ -138,7 +138,7 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
 
 
 def named_parts(robot: Robot) -> tuple[str, ...]:
-    """The parts, of shoulder, elbow and wrist, by which the configurations of a robot are told apart."""
+    """Return the parts, of shoulder, elbow and wrist, by which the configurations of a robot are told apart."""
     sides = _parts_of(robot).sides(robot.middle[None])[0].tolist()
     return tuple(field.name for field, side in zip(fields(Configuration), sides, strict=True) if not np.isnan(side))
 
@@ -164,7 +164,7 @@ def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray
 
 
 def straight_wrist(robot: Robot) -> float | None:
-    """The position, rad, of joint `WRIST` at which the wrist of a robot is singular; None: the robot has no such wrist.
+    """Return the position, rad, of joint `WRIST` at which the wrist of a robot is singular; None: it has no such wrist.
 
     Half turns from there it is singular, too.
     """
@@ -198,7 +198,7 @@ class _Links:
 
     @classmethod
     def between(cls, screws: Screws, points: Sequence[FloatArray], up: FloatArray) -> _Links | None:
-        """The links from point to point (3,), m: on axes 2, 3 and so on, the last one the wrist centre.
+        """Return the links from point to point (3,), m: on axes 2, 3 and so on, the last one the wrist centre.
 
         Args:
             screws: The arm.
@@ -233,7 +233,7 @@ class _Links:
         return float(np.sign(radial if abs(radial) >= abs(aside) else aside))
 
     def sides(self, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The quantities (N,) of shoulder, m, and elbow, without unit, for positions (N, joints)."""
+        """Return the quantities (N,) of shoulder, m, and elbow, without unit, for positions (N, joints)."""
         turned = np.cumsum(self.senses * positions[:, 1 : 1 + len(self.carried)], axis=1)
         links = self.carried * np.exp(1j * turned)
         x = self.offset.real + links.real.sum(axis=1)
@@ -287,7 +287,7 @@ class _Slide(NamedTuple):
 
     @classmethod
     def behind(cls, screws: Screws, centre: FloatArray) -> _Slide | None:
-        """The slides of joints 2 and 3 that bring a point (3,), m, somewhere; None: neither goes outwards."""
+        """Return the slides of joints 2 and 3 that bring a point (3,), m, somewhere; None: neither goes outwards."""
         slides, rises = screws.axes[1:3], screws.axes[1:3] @ screws.axes[0]
         outwards = rises[0] * slides[1] - rises[1] * slides[0]
         length = float(np.linalg.norm(outwards)) * np.sign(rises[0] or 1.0)
@@ -311,7 +311,7 @@ class _Parts(NamedTuple):
     straight: float | None = None
 
     def sides(self, positions: FloatArray) -> FloatArray:
-        """The quantities (N, 3) of shoulder, elbow and wrist, 0 at singular postures; NaN of what the arm has not."""
+        """Return the quantities (N, 3) of shoulder, elbow and wrist, 0 where singular; NaN of what the arm has not."""
         sides = np.full((len(positions), 3), np.nan)
         if self.links is not None:
             sides[:, 0], sides[:, 1] = self.links.sides(positions)
@@ -324,7 +324,7 @@ class _Parts(NamedTuple):
 
 
 def _parts_of(robot: Robot) -> _Parts:
-    """What tells the configurations of a robot apart."""
+    """Return what tells the configurations of a robot apart."""
     point = robot.tool_in_tip.translation if robot.dof == POINT_JOINTS else None
     gravity = robot.model.gravity.linear
     key = robot.kinematic_content, gravity.tobytes(), None if point is None else point.tobytes()
@@ -350,7 +350,7 @@ def _read_parts(screws: Screws, point: FloatArray | None, up: FloatArray) -> _Pa
 
 
 def _common_point(screws: Screws, first: int) -> FloatArray | None:
-    """The point (3,), m, where the axes from one on meet; None: they do not."""
+    """Return the point (3,), m, where the axes from one on meet; None: they do not."""
     axes, points = screws.axes[first:], screws.points[first:]
     across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     right_side = (across @ points[:, :, None]).ravel()
@@ -361,7 +361,7 @@ def _common_point(screws: Screws, first: int) -> FloatArray | None:
 
 
 def _straight(screws: Screws) -> float:
-    """The fifth joint, rad in [-pi / 2, pi / 2), at which axes 4, 5 and 6 lie in one plane."""
+    """Return the fifth joint, rad in [-pi / 2, pi / 2), at which axes 4, 5 and 6 lie in one plane."""
     fourth, fifth, sixth = screws.axes[3:]
     normal = np.cross(fourth, fifth)
     angle = float(np.arctan2(-(normal @ sixth), normal @ np.cross(fifth, sixth)))

@@ -72,7 +72,7 @@ class Descent:
     def __call__(
         self, start: FloatArray, lower: FloatArray, upper: FloatArray, patience: int, most: int
     ) -> tuple[float, FloatArray]:
-        """The error and the joint position where the descent from `start` ends.
+        """Return the error and the joint position where the descent from `start` ends.
 
         Args:
             start: (joints,).
@@ -113,7 +113,7 @@ class Descent:
         return squared**0.5, q
 
     def miss(self, q: FloatArray) -> float:
-        """The norm of the error of the pose at `q`, m and rad alike."""
+        """Return the norm of the error of the pose at `q`, m and rad alike."""
         error = self._error(q)
         return float(np.sqrt(error.dot(error)))
 
@@ -161,7 +161,7 @@ class Descent:
     def _tangent(
         self, q: FloatArray, missing: FloatArray, velocity: FloatArray, lower: FloatArray, upper: FloatArray
     ) -> FloatArray:
-        """The part of `missing` (joints,) along motions that leave the tool still, both in time at the velocities."""
+        """Return what of `missing` (joints,) leaves the tool still, both in time at the velocities."""
         J, held = self._jacobian() * velocity, np.zeros(len(q), dtype=bool)
         while True:
             J, way = np.where(held, 0.0, J), np.where(held, 0.0, missing)
@@ -174,7 +174,7 @@ class Descent:
             held |= pressing
 
     def _error(self, q: FloatArray) -> FloatArray:
-        """The error (3,) or (6,), linear over angular, in the tool's axes; leaves the Jacobians at `q` in the data."""
+        """Return the error (3,) or (6,), linear over angular, in the tool's axes; the data have the Jacobians."""
         pin.computeJointJacobians(self._model, self._data, q)
         missing = pin.updateFramePlacement(self._model, self._data, self._frame).actInv(self._target)
         error = np.empty(self._rows)
@@ -184,7 +184,7 @@ class Descent:
         return error
 
     def _jacobian(self) -> FloatArray:
-        """The Jacobian (3 or 6, joints) where `_error` was last asked."""
+        """Return the Jacobian (3 or 6, joints) where `_error` was last asked."""
         J: FloatArray = pin.getFrameJacobian(self._model, self._data, self._frame, pin.ReferenceFrame.LOCAL)
         return J.reshape(6, -1)[: self._rows]  # of a robot with one joint Pinocchio gives a vector
 
@@ -209,7 +209,7 @@ class Target:
         return Target(np.repeat(self.positions, times, axis=0), rotations, self.point)
 
     def missing(self, screws: Screws, q: FloatArray, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        """The errors (M, 3 or 6) of configurations (M, joints) from the targets `rows`, and Jacobians, base's axes."""
+        """Return the errors (M, 3 or 6) of configurations (M, joints) from the targets `rows`, and the Jacobians."""
         positions, rotations, J = screws.reach(q, self.point)
         error = self.positions[rows] - positions
         if self.rotations is None:

@@ -75,7 +75,7 @@ def singular_values(robot: Robot, positions: FloatArray) -> FloatArray:
 
 
 def _jacobians(robot: Robot, positions: FloatArray) -> FloatArray:
-    """The Jacobians (N, rows, joints) at joint positions (N, joints), of the rows that count."""
+    """Return the Jacobians (N, rows, joints) at joint positions (N, joints), of the rows that count."""
     rows = 3 if robot.is_position_only else 6
     return np.array([jacobian(robot, position)[:rows] for position in positions], dtype=np.float64)
 

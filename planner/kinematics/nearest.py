@@ -72,7 +72,7 @@ HELD_AT = 32
 
 
 def nearest_solution(search: Search, reference: FloatArray) -> FloatArray | None:
-    """The solution nearest to the reference (joints,); None if none is found.
+    """Return the solution nearest to the reference (joints,); None if none is found.
 
     - Isolated solutions of an arm with a closed form are all compared, unless a descent from the reference finds one
       of which it is proved that no other is as near.
@@ -116,7 +116,7 @@ def _near_by(search: Search, reference: FloatArray, *, proved: bool) -> FloatArr
 
 
 def _of_closed_form(search: Search, candidates: FloatArray, reference: FloatArray) -> FloatArray | None:
-    """The nearest of all isolated solutions, and of a continuum where there seems to be one.
+    """Return the nearest of all isolated solutions, and of a continuum where there seems to be one.
 
     Args:
         search: For the pose.
@@ -164,7 +164,7 @@ def _touching(search: Search, starts: FloatArray, J: FloatArray, reference: Floa
 
 
 def _with_an_end_joint_held(search: Search, reference: FloatArray) -> FloatArray | None:
-    """The nearest solution of a redundant arm that has a closed form with its first or last joint held."""
+    """Return the nearest solution of a redundant arm that has a closed form with its first or last joint held."""
     form = seed_table(search.robot).redundant_form
     if form is None or search.rows != 6:
         return None
@@ -176,7 +176,7 @@ def _with_an_end_joint_held(search: Search, reference: FloatArray) -> FloatArray
 
 
 def _within_limits(search: Search, candidates: FloatArray, reference: FloatArray) -> FloatArray:
-    """The candidates (N, joints) that keep the limits, turned to lie nearest to the reference, the nearest first."""
+    """Return candidates (N, joints) that keep the limits, turned to lie nearest to the reference, the nearest first."""
     turned = nearest_turn(search.robot, candidates, reference)
     inside = np.minimum(np.maximum(turned, search.lower), search.upper)
     inside = inside[(np.abs(turned - inside) < BEYOND).all(axis=1)]
@@ -184,7 +184,7 @@ def _within_limits(search: Search, candidates: FloatArray, reference: FloatArray
 
 
 def _along_continuum(search: Search, starts: FloatArray, reference: FloatArray, most: int) -> FloatArray | None:
-    """The nearest solution that is found along the continuum from some of the starts, which come nearest first."""
+    """Give the nearest solution that is found along the continuum from some of the starts, which come nearest first."""
     best, least = None, np.inf
     followed: list[FloatArray] = []
     for start in starts:
@@ -298,7 +298,7 @@ class _Together:
         self.ones = np.ones(self.robot.dof)
 
     def nearest(self, k: int, reference: FloatArray) -> FloatArray | None:
-        """The candidate (joints,) of pose k that is nearest to the reference; None where a search has to tell."""
+        """Give the candidate (joints,) of pose k that is nearest to the reference; None where a search has to tell."""
         if not self.plain[k]:
             return None
         away = self.candidates[k] - reference
@@ -309,7 +309,7 @@ class _Together:
         return nearest
 
     def polished(self, rows: np.ndarray, candidates: FloatArray) -> Iterator[FloatArray | None]:
-        """The solutions (joints,) that belong to candidates (N, joints) of the poses `rows`."""
+        """Return the solutions (joints,) that belong to candidates (N, joints) of the poses `rows`."""
         rotations = None if self.target.rotations is None else self.target.rotations[rows]
         target = Target(self.target.positions[rows], rotations, self.target.point)
         errors, ends = descend_many(self.table.screws, target, candidates, self.lower, self.upper, **STEADY)

@@ -62,7 +62,7 @@ class EndJointHeld:
 
 
 def redundant_form(screws: Screws) -> EndJointHeld | None:
-    """The form of an arm with seven joints, if it has one with an end joint held."""
+    """Return the form of an arm with seven joints, if it has one with an end joint held."""
     if len(screws.axes) != 7:
         return None
     backwards = screws.backwards()

@@ -75,11 +75,11 @@ class Screws:
         return levers
 
     def without_first(self) -> Screws:
-        """The same arm with its first joint held at 0."""
+        """Return the same arm with its first joint held at 0."""
         return Screws(self.axes[1:], self.points[1:], self.is_angle[1:], self.position, self.rotation)
 
     def backwards(self) -> Screws:
-        """The arm seen from its tip: with joint positions -q in reverse order it takes T(0) T(q)^-1 for its pose."""
+        """Return arm seen from its tip: with joint positions -q in reverse order it takes T(0) T(q)^-1 for its pose."""
         return Screws(self.axes[::-1], self.points[::-1], self.is_angle[::-1], np.zeros(3), np.eye(3))
 
     def poses(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -150,7 +150,7 @@ class Screws:
         return linear.sum(axis=0).T, angular.sum(axis=0).T
 
     def _along(self, positions: FloatArray, point: FloatArray) -> _Chain:
-        """The axes and what they do to a point of the tip frame, all of N configurations at once."""
+        """Return the axes and what they do to a point of the tip frame, all of N configurations at once."""
         count, joints = positions.shape
         slides = np.tile(positions.T, 3)
         cosine, sine = np.cos(slides), np.sin(slides)
@@ -195,12 +195,12 @@ class _Chain(NamedTuple):
 
 
 def screws_of(robot: Robot) -> Screws:
-    """The robot's screws, read when they are first asked for; robots with equal kinematics share them."""
+    """Return the robot's screws, read when they are first asked for; robots with equal kinematics share them."""
     return _known.get(robot.kinematic_content, lambda: Screws.of(robot))
 
 
 def _with_z(axis: FloatArray) -> FloatArray:
-    """A rotation (3, 3) whose third column is `axis`."""
+    """Return a rotation (3, 3) whose third column is `axis`."""
     x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(axis, x), axis]).T

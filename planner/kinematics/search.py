@@ -84,7 +84,7 @@ class Search:
         return pin.SE3(self.pose.rotation, self.pose.position) * self.robot.tool_in_tip.inverse()
 
     def first(self) -> FloatArray | None:
-        """The first solution found."""
+        """Return the first solution found."""
         for start in self.table_starts(QUICK_STARTS):
             if (solution := self.solve(start, **QUICK)) is not None:
                 return solution
@@ -92,7 +92,7 @@ class Search:
         return solutions[0] if solutions else None
 
     def solve(self, start: FloatArray, patience: int, most: int) -> FloatArray | None:
-        """The solution that a descent from `start` ends at."""
+        """Return the solution that a descent from `start` ends at."""
         error, q = self.descend(start, self.lower, self.upper, patience, most)
         self.remember(error, q)
         # The error is Pinocchio's, of position and angle together: within both tolerances there is no more to check.
@@ -111,14 +111,14 @@ class Search:
         return within and (angle is None or angle <= self.options.tolerance_orientation)
 
     def nearest(self) -> FloatArray:
-        """The joint position of the nearest pose found."""
+        """Return the joint position of the nearest pose found."""
         if not np.isfinite(self.best[0]):
             for start in self.table_starts(NEAREST_STARTS):
                 self.solve(start, **QUICK)
         return self.descend(self.best[1], self.lower, self.upper, **POLISH)[1]
 
     def beyond_the_limits(self, wanted: Configuration = Configuration()) -> FloatArray | None:
-        """The solution in a configuration that leaves the limits least, whole turns apart.
+        """Return the solution in a configuration that leaves the limits least, whole turns apart.
 
         Returns:
             None: not even without limits is there one.
@@ -139,14 +139,14 @@ class Search:
         return least
 
     def table_starts(self, count: int) -> FloatArray:
-        """Starts (count, joints) from the table, the most promising first."""
+        """Return starts (count, joints) from the table, the most promising first."""
         table = seed_table(self.robot)
         if self.pose.rotation is None:
             return table.starts_at(self.pose.position, self.robot.tool_in_tip.translation, count)
         return table.starts(self.tip, count)
 
     def blind_starts(self, count: int) -> FloatArray:
-        """Starts (count, joints) at random, by the seed of the options."""
+        """Return starts (count, joints) at random, by the seed of the options."""
         return random_configurations(self.robot, count, self.options.seed)
 
 
@@ -169,7 +169,7 @@ def search_all(searches: Sequence[Search], reference: FloatArray, *, thorough: b
 
 
 def wide_spread(search: Search) -> list[FloatArray]:
-    """A wider spread of a continuum than `search_all` gives, from many descents: 20 ms of computing."""
+    """Return a wider spread of a continuum than `search_all` gives, from many descents: 20 ms of computing."""
     starts = np.vstack([search.table_starts(MORE_STARTS), search.blind_starts(MORE_STARTS)])
     reached = _descend([search], [starts])[search]
     distinct = _distinct(search.robot, list(nearest_turn(search.robot, reached, search.robot.middle)), SPREAD)
@@ -191,7 +191,7 @@ def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
 
 
 def errors_of_many(poses: Sequence[Pose], reached: Sequence[Pose]) -> list[tuple[float, float | None]]:
-    """The `pose_errors` of many poses, all with a rotation or all without one, in a few array operations."""
+    """Return the `pose_errors` of many poses, all with a rotation or all without one, in a few array operations."""
     away = np.array([pose.position for pose in poses]) - np.array([pose.position for pose in reached])
     distances: list[float] = np.sqrt((away * away).sum(axis=1)).tolist()
     if poses[0].rotation is None:
@@ -253,7 +253,7 @@ def _in_continuum(search: Search, solutions: Sequence[FloatArray] | FloatArray) 
 
 
 def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, FloatArray]:
-    """The joint positions at which descents from each search's starts reach its pose, in the order of the starts."""
+    """Return joint positions at which descents from each search's starts reach its pose, in the order of the starts."""
     (count, joints), lower, upper = starts[0].shape, group[0].lower, group[0].upper
     target, screws = targets(group).repeated(count), seed_table(group[0].robot).screws
     errors, ends = descend_many(screws, target, np.vstack(starts), lower, upper, **STEADY)
@@ -265,7 +265,7 @@ def _descend(group: list[Search], starts: list[FloatArray]) -> dict[Search, Floa
 
 
 def targets(group: Sequence[Search]) -> Target:
-    """The places to which the searches are to bring the tip; without rotations, the tool's point."""
+    """Return where the searches are to bring the tip; without rotations, the tool's point."""
     tool = group[0].robot.tool_in_tip
     if group[0].pose.rotation is None:
         return Target(np.array([search.pose.position for search in group]), None, tool.translation)

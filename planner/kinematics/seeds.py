@@ -72,11 +72,11 @@ class SeedTable:
         self._prediction = prediction.astype(np.float32)
 
     def form(self, target: Target) -> ClosedForm | None:
-        """The closed form for such targets, if there is one."""
+        """Return the closed form for such targets, if there is one."""
         return self._closed_form if target.rotations is not None else closed_form(self.screws, target.point)
 
     def starts(self, tip: pin.SE3, count: int) -> FloatArray:
-        """Starts (count, joints) for this pose of the tip, those that promise the shortest way first."""
+        """Return starts (count, joints) for this pose of the tip, those that promise the shortest way first."""
         pose = np.empty(13, dtype=np.float32)
         pose[:3], pose[3:12], pose[12] = tip.translation, tip.rotation.ravel(), 1.0
         rows = np.argpartition(self._likeness @ pose, ROWS - count)[ROWS - count :]
@@ -87,7 +87,7 @@ class SeedTable:
         return best_first
 
     def starts_at(self, point: FloatArray, tool: FloatArray, count: int) -> FloatArray:
-        """Configurations (count, joints) that bring the point `tool` of the tip near `point`, nearest first."""
+        """Return configurations (count, joints) that bring the point `tool` of the tip near `point`, nearest first."""
         distance = ((self.positions + self.rotations @ tool - point) ** 2).sum(axis=1)
         rows = np.argpartition(distance, count)[:count]
         nearest_first: FloatArray = self.configurations[rows[distance[rows].argsort(kind="stable")]]
@@ -95,12 +95,12 @@ class SeedTable:
 
 
 def seed_table(robot: Robot) -> SeedTable:
-    """The robot's table, made when it is first asked for; robots with equal kinematics share one."""
+    """Return the robot's table, made when it is first asked for; robots with equal kinematics share one."""
     return _tables.get(robot.kinematic_content, lambda: SeedTable(robot))
 
 
 def random_configurations(robot: Robot, count: int, seed: int) -> FloatArray:
-    """Configurations (count, joints), evenly at random within the limits and one turn."""
+    """Return configurations (count, joints), evenly at random within the limits and one turn."""
     return np.random.default_rng(seed).uniform(*searched_box(robot), (count, robot.dof))
 
 

@@ -49,7 +49,7 @@ def turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, Float
 def with_whole_turns(
     robot: Robot, solutions: tuple[FloatArray, ...], reference: FloatArray, most: int
 ) -> tuple[FloatArray, ...]:
-    """The solutions and what whole turns of their joints make of them within finite limits.
+    """Return the solutions and what whole turns of their joints make of them within finite limits.
 
     Nearest to the reference first; of more than `most`, the nearest.
     """
@@ -84,7 +84,7 @@ def travel_times(robot: Robot, positions: FloatArray, reference: FloatArray) -> 
 
 
 def distances(robot: Robot, positions: FloatArray, others: FloatArray) -> FloatArray:
-    """The largest difference (...) of a joint between positions (..., joints), whole turns aside."""
+    """Return the largest difference (...) of a joint between positions (..., joints), whole turns aside."""
     difference = positions - others
     difference -= np.where(robot.is_angle, TURN * np.round(difference / TURN), 0.0)
     largest: FloatArray = np.abs(difference).max(axis=-1)

@@ -79,7 +79,7 @@ class Objective:
     square: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def value(self, p: FloatArray) -> FloatArray:
-        """The value (...) at positions (..., 3)."""
+        """Return the value (...) at positions (..., 3)."""
         result: FloatArray = p @ np.array(self.linear) + p**2 @ np.array(self.square)
         return result
 
@@ -145,7 +145,7 @@ def _reach(robot: Robot, q: FloatArray) -> Extreme:
 
 
 def _ascend(robot: Robot, objective: Objective, q: FloatArray, longest: float) -> FloatArray:
-    """The joint position where Newton's method within the box ends.
+    """Return the joint position where Newton's method within the box ends.
 
     Steps divide by the magnitude of the curvatures, so that they lead up from a saddle too (Dauphin et al. 2014);
     along an axis without curvature they are as long as `longest`, rad or m. A joint that presses against its limit

@@ -77,7 +77,7 @@ def duration_remedies(
 def _longer_durations(
     refusal: InfeasibleDuration, problem: PlanningProblem, backend: BackEnd
 ) -> tuple[list[Remedy], Plan] | None:
-    """The durations that back ends name, until there is a plan; where they do not help, none asked."""
+    """Return the durations that back ends name, until there is a plan; where they do not help, none asked."""
     asked = [k for k, waypoint in enumerate(problem.waypoints) if waypoint.duration is not None]
     longer: dict[FieldPath, Remedy] = {}
     while True:
@@ -147,16 +147,16 @@ class _Motion:
         return sampled(self.pieces, SAMPLES)[:3]
 
     def segments(self) -> np.ndarray:
-        """The segment (pieces x SAMPLES,) of each sample."""
+        """Return the segment (pieces x SAMPLES,) of each sample."""
         return np.repeat(self.pieces.segments, SAMPLES)
 
     def torques(self, robot: Robot, rows: np.ndarray) -> FloatArray:
-        """The torques (rows, joints), N m or N, at samples given by their mask (pieces x SAMPLES,)."""
+        """Return the torques (rows, joints), N m or N, at samples given by their mask (pieces x SAMPLES,)."""
         return inverse_dynamics(robot, *(values[rows] for values in self.samples()))
 
 
 def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
-    """The segments of a trajectory that take longer than asked, played in the time that is asked."""
+    """Return the segments of a trajectory that take longer than asked, played in the time that is asked."""
     took = trajectory.arrivals[1:] - trajectory.departures[:-1]
     ratio = np.where(path.durations < took, path.durations / took, 1.0)[trajectory.segments]
     own = ratio < 1.0
@@ -164,7 +164,7 @@ def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
 
 
 def _within_own_limits(problem: PlanningProblem, backend: BackEnd) -> Iterator[_Motion]:
-    """The motion that is asked, but for the limits that are asked; none where the robot's own are too narrow for it."""
+    """Return the motion that is asked, but for the limits asked; none where the robot's own are too narrow for it."""
     waypoints = tuple(replace(waypoint, limits=None) for waypoint in problem.waypoints)
     try:
         plan = plan_with([], replace(problem, limits=Limits(), waypoints=waypoints), backend)

@@ -25,7 +25,7 @@ Change = list[Remedy]
 
 
 def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> float:
-    """The limit in force; for `joint` see `Needs`."""
+    """Return the limit in force; for `joint` see `Needs`."""
     rows = getattr(limits, quantity)
     return float(rows.reshape(len(rows), -1)[segment, joint])
 
@@ -33,7 +33,7 @@ def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> 
 def higher_limits(
     problem: PlanningProblem, needs: Needs, shares: Sequence[float], explanation: str
 ) -> Iterator[Change]:
-    """The limits that a problem asks raised as far as needed, for each share; nothing if those do not suffice.
+    """Return the limits that a problem asks raised as far as needed, for each share; nothing if those do not suffice.
 
     A scale is raised before the values that it scales, and what is asked at a waypoint before what is asked of all.
 

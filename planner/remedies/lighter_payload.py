@@ -66,7 +66,7 @@ def lighter_payload(
 
 
 def _carried(problem: PlanningProblem) -> Iterator[tuple[FieldPath, Payload, int, int]]:
-    """What is carried: the field that says so, the payload, and the segments from the first to before the last."""
+    """Give what is carried: the field that says so, the payload, and the segments from the first to before the last."""
     asked: list[tuple[FieldPath, Payload | None, int]] = [(("payload",), problem.payload, 0)]
     for i, waypoint in enumerate(problem.waypoints):
         if waypoint.payload is not None or waypoint.put_down:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> Plan:
-    """The plan of a problem with remedies applied to it; of a back end that searches, the one before its search.
+    """Return the plan of a problem with remedies applied to it; of a back end that searches, the one before its search.
 
     Raises:
         PlanningError: It has none, either.
@@ -44,7 +44,7 @@ def proved(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEn
 
 
 def first_proved(changes: Iterable[Change], problem: PlanningProblem, backend: BackEnd) -> list[Remedy]:
-    """The first change with which the problem has a plan; none where it has one with no change."""
+    """Return the first change with which the problem has a plan; none where it has one with no change."""
     for remedies in changes:
         try:
             plan_with(remedies, problem, backend)

@@ -58,7 +58,7 @@ class MovingJoint:
 
 
 def build_model(name: str, base: Sequence[Link], chain: Sequence[MovingJoint]) -> pin.Model:
-    """The serial chain as a model with one configuration variable a joint and a frame for every link.
+    """Return the serial chain as a model with one configuration variable a joint and a frame for every link.
 
     A continuous joint is an ordinary revolute one: Pinocchio's own has two configuration variables, and
     its one value here is an angle like any other. With z as the only axis, whatever else is derived from
@@ -89,7 +89,7 @@ def _add_links(model: pin.Model, joint: int, links: Sequence[Link]) -> None:
 
 
 def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
-    """A model made by `build_model`, without the joints that are held still.
+    """Return a model made by `build_model`, without the joints that are held still.
 
     What they carried moves with the joint before them.
 
@@ -118,7 +118,7 @@ def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
 
 
 def rotation_with_z_along(axis: FloatArray) -> FloatArray:
-    """A rotation (3, 3) whose z axis is the unit vector `axis` (3,); exact for the axes of the frame."""
+    """Return a rotation (3, 3) whose z axis is the unit vector `axis` (3,); exact for the axes of the frame."""
     x = np.eye(3)[np.argmin(np.abs(axis))]
     x = x - axis * (axis @ x)
     x = x / np.linalg.norm(x)

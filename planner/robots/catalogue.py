@@ -96,7 +96,7 @@ def load_robot(id: str) -> Robot:
 
 @cache
 def _files() -> dict[str, tuple[Path, Path]]:
-    """The data file of every robot that can be loaded, and the folder of the URDF it may name."""
+    """Return the data file of every robot that can be loaded, and the folder of the URDF it may name."""
     files = {file.stem: (file, DATA) for file in DATA.glob("*.json")}
     package = _package_robots()
     if package is not None:
@@ -106,7 +106,7 @@ def _files() -> dict[str, tuple[Path, Path]]:
 
 @cache
 def _package_robots() -> Path | None:
-    """The folder in which the package example-robot-data keeps its robots; None: it is not installed."""
+    """Return the folder in which the package example-robot-data keeps its robots; None: it is not installed."""
     try:
         return Path(str(distribution(PACKAGE).locate_file(PACKAGE_ROBOTS)))
     except PackageNotFoundError:
@@ -114,7 +114,7 @@ def _package_robots() -> Path | None:
 
 
 def _unit(entry: dict[str, Any]) -> float:
-    """The file's unit of angle, rad."""
+    """Return the file's unit of angle, rad."""
     return {"degree": math.pi / 180.0, "radian": 1.0}[entry["angles"]]
 
 
@@ -135,7 +135,7 @@ def _read_dh(id: str, entry: dict[str, Any]) -> Robot:
 
 
 def _with_limits(joints: tuple[Joint, ...], limits: dict[str, Any], unit: float) -> tuple[Joint, ...]:
-    """The joints with the limits of the data file, and the default rule applied again to what it leaves open."""
+    """Return the joints with the limits of the data file, and the default rule applied again to what it leaves open."""
     changed = []
     for i, joint in enumerate(joints):
         known: dict[str, Any] = {name: math.inf for name, origin in joint.provenance.items() if origin == "default"}

@@ -40,7 +40,7 @@ def check_chain(chain: Sequence[MovingJoint], tip: str, findings: Findings) -> N
 
 
 def _reach(chain: Sequence[MovingJoint], tip: str) -> float:
-    """The origin of the tip stays within this of the first joint, m, but for what slides without limits."""
+    """Bound how far the origin of the tip is from the first joint, m, but for what slides without limits."""
     lengths = [float(np.linalg.norm(moving.placement.translation)) for moving in chain[1:]]
     lengths += [float(np.linalg.norm(link.placement.translation)) for link in chain[-1].links if link.name == tip]
     for joint in (moving.joint for moving in chain):

@@ -76,11 +76,11 @@ class Findings:
     items: list[Finding] = field(default_factory=list)
 
     def error(self, code: str, subject: str | None, message: str) -> None:
-        """The model is refused."""
+        """Record that the model is refused."""
         self.items.append(Finding(code, "error", subject, message))
 
     def warning(self, code: str, subject: str | None, message: str) -> None:
-        """The model is used as it is."""
+        """Record that the model is used as it is."""
         self.items.append(Finding(code, "warning", subject, message))
 
     def info(self, code: str, subject: str | None, message: str) -> None:
@@ -101,12 +101,12 @@ class Findings:
 
 
 def shown(name: str) -> str:
-    """A client's name, cut and escaped for a message."""
+    """Return a client's name, cut and escaped for a message."""
     return name[:40].encode("unicode_escape").decode() + ("..." if len(name) > 40 else "")
 
 
 def listed(names: Iterable[str], quoted: bool = False) -> str:
-    """The different names, cut to a few."""
+    """Return the different names, cut to a few."""
     counted = list(dict.fromkeys(names))
     more = f" and {len(counted) - NAMES_IN_A_MESSAGE} more" if len(counted) > NAMES_IN_A_MESSAGE else ""
     few = (shown(name) for name in counted[:NAMES_IN_A_MESSAGE])
@@ -149,7 +149,7 @@ def check_angles(subject: str, angles: Iterable[float], findings: Findings) -> N
 
 
 def check_body(subject: str, body: Body, findings: Findings) -> Body:
-    """The body, if its mass and inertia can exist; moments that rounding may have made negative are lifted above it.
+    """Return body, if its mass and inertia can exist; moments that rounding may have made negative are lifted above it.
 
     The inertia tensor about the center of mass has three positive eigenvalues, none larger than the sum of the
     other two. A tensor that is not positive makes the equations of motion unsolvable; one that only breaks the
@@ -188,7 +188,7 @@ def _listed(numbers: Iterable[float]) -> str:
 
 
 def check_position_limits(joint: Joint, findings: Findings) -> Joint:
-    """The joint with position limits that leave it room; a bound beyond 1e9 is none."""
+    """Return the joint with position limits that leave it room; a bound beyond 1e9 is none."""
     if joint.kind == "continuous":
         if math.isfinite(joint.lower) or math.isfinite(joint.upper):
             text = f"{shown(joint.name)} is continuous: its position limits are ignored"
@@ -205,7 +205,7 @@ def check_position_limits(joint: Joint, findings: Findings) -> Joint:
 
 
 def check_limits(joint: Joint, findings: Findings) -> Joint:
-    """The joint with motion limits that make sense; those that the description leaves out are the default ones.
+    """Return the joint with motion limits that make sense; those that the description leaves out are the default ones.
 
     Zero, anything beyond 1e9, and speeds that no machine has are usual ways to write that a limit is not known.
 
@@ -256,7 +256,7 @@ def _check_units(joint: Joint, findings: Findings) -> None:
 
 
 def _believable_velocity(joint: Joint, findings: Findings) -> float:
-    """The velocity limit, or infinity in place of one that no machine has."""
+    """Return the velocity limit, or infinity in place of one that no machine has."""
     name = shown(joint.name)
     absurd = ABSURD_ANGULAR_VELOCITY if joint.is_angle else ABSURD_LINEAR_VELOCITY
     if absurd <= joint.velocity < math.inf:
@@ -270,7 +270,7 @@ def _believable_velocity(joint: Joint, findings: Findings) -> float:
 
 
 def with_default_limits(joint: Joint) -> Joint:
-    """The joint with the default velocity, acceleration and jerk limit where it has none."""
+    """Return the joint with the default velocity, acceleration and jerk limit where it has none."""
     velocity, acceleration, jerk = joint.velocity, joint.acceleration, joint.jerk
     provenance = dict(joint.provenance)
     if not math.isfinite(velocity):

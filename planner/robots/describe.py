@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def describe(robot: Robot) -> dict[str, Any]:
-    """The robot as a dictionary of plain values; None where there is no limit. SI units."""
+    """Return the robot as a dictionary of plain values; None where there is no limit. SI units."""
     mounting, tool = robot.mounting, robot.tool_in_tip
     return {
         "id": robot.id,

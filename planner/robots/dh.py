@@ -96,7 +96,7 @@ class DHModel:
 
 
 def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
-    """The robot of the table, with frames `base`, `link_1`, ... (the table's frames) and `flange`.
+    """Return the robot of the table, with frames `base`, `link_1`, ... (the table's frames) and `flange`.
 
     Limits that the table leaves out come from the default rule of `planner.robots.checks`; torque limits have none.
 
@@ -161,14 +161,14 @@ def _check_row(name: str, row: DHJoint, findings: Findings) -> None:
 
 
 def _joint(name: str, row: DHJoint, findings: Findings) -> Joint:
-    """The joint of a row, with checked and completed limits."""
+    """Return the joint of a row, with checked and completed limits."""
     given = {limit: getattr(row, limit) for limit in LIMITS if getattr(row, limit) is not None}
     joint = Joint(name, row.kind, **given)
     return check_limits(check_position_limits(joint, findings), findings)
 
 
 def _body(name: str, row: DHJoint, findings: Findings) -> Body | None:
-    """The link of a row; None: it weighs nothing."""
+    """Return the link of a row; None: it weighs nothing."""
     if row.mass is None and row.inertia is None:
         return None
     xx, xy, xz, yy, yz, zz = row.inertia or (0.0,) * 6
@@ -177,7 +177,7 @@ def _body(name: str, row: DHJoint, findings: Findings) -> Body | None:
 
 
 def _placement(name: str, pose: Pose | None, findings: Findings) -> pin.SE3:
-    """The transform of a pose."""
+    """Return the transform of a pose."""
     if pose is None:
         return pin.SE3.Identity()
     rotation = np.eye(3) if pose.rotation is None else pose.rotation

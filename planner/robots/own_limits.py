@@ -35,7 +35,7 @@ QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES)
 def with_own_limits(
     joints: Sequence[Joint], limits: Mapping[str, Mapping[str, float]], findings: Findings
 ) -> tuple[Joint, ...]:
-    """The joints with limits of their owner, wider than before only where those before are nobody's figures.
+    """Return the joints with limits of their owner, wider than before only where those before are nobody's figures.
 
     Args:
         joints: The joints with the limits that are known.
@@ -81,7 +81,7 @@ def _is_limit(joint: Joint, name: str, value: float, findings: Findings) -> bool
 
 
 def _narrowed(joint: Joint, quantity: str, field: str, value: float, findings: Findings) -> float:
-    """The owner's limit, no wider than the one before unless that is a default or an estimate."""
+    """Return the owner's limit, no wider than the one before unless that is a default or an estimate."""
     before: float = getattr(joint, field)
     beyond = before - value if field == "lower" else value - before
     if not beyond > 0.0:
@@ -106,7 +106,7 @@ def is_within(joints: Sequence[Joint], position: Sequence[float]) -> bool:
 def checked_positions(
     joints: Sequence[Joint], named: Mapping[str, Sequence[float]], findings: Findings
 ) -> dict[str, tuple[float, ...]]:
-    """The named positions, one value a joint within its position limits."""
+    """Return the named positions, one value a joint within its position limits."""
     kept = {}
     for name, position in named.items():
         subject = shown(name)

@@ -182,7 +182,7 @@ class Robot(RobotDescription):
         return robot if tool is None else robot.with_tool(tool)
 
     def _held_by(self, group: str | None, findings: Findings) -> dict[str, float]:
-        """The joints that are not in a group, at 0 or the limit nearest to it; none if no group is asked for."""
+        """Return the joints that are not in a group, at 0 or the limit nearest to it; none if no group is asked for."""
         if group is None:
             return {}
         members = {kept.name: kept.joints for kept in self.groups}.get(group)
@@ -194,7 +194,7 @@ class Robot(RobotDescription):
         return {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in held}
 
     def _with_locked(self, locked: Mapping[str, float], findings: Findings) -> Robot:
-        """The robot whose other joints are left, those held at positions within their limits."""
+        """Return the robot whose other joints are left, those held at positions within their limits."""
         for name, position in locked.items():
             if name not in self.joint_names:
                 names = ", ".join(map(shown, self.joint_names))

@@ -39,7 +39,7 @@ class Cost:
         self.units = np.array([torque, power, jerk])
 
     def of(self, pieces: SegmentedPolynomial) -> float:
-        """The integral over the motion, s; by Simpson's rule on each piece."""
+        """Return the integral over the motion, s; by Simpson's rule on each piece."""
         count = max(FEWEST_ON_A_PIECE, SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
         q, v, a, j = sampled(pieces, count)
         rates = self._rate(q, v, a, j).reshape(-1, count)
@@ -49,12 +49,12 @@ class Cost:
         return float((rates @ simpson * pieces.lengths).sum() / (3.0 * (count - 1)))
 
     def at_rest(self, positions: FloatArray) -> FloatArray:
-        """The cost (N,) of a second at rest at positions (N, joints)."""
+        """Return the cost (N,) of a second at rest at positions (N, joints)."""
         still = np.zeros_like(positions)
         return self._rate(positions, still, still, still)
 
     def _rate(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
-        """The cost (N,) of a second in states (N, joints)."""
+        """Return the cost (N,) of a second in states (N, joints)."""
         if self.objective == "jerk":
             jerk: FloatArray = ((j / self.units[2]) ** 2).sum(axis=1)
             return jerk
@@ -67,13 +67,13 @@ class Cost:
 
 
 def _finite(limits: FloatArray) -> FloatArray:
-    """The limits (joints,), those of a joint without one being the largest of the others, or 1 if there is none."""
+    """Return limits (joints,), those of a joint without one being the largest of the others, or 1 if there is none."""
     known = limits[np.isfinite(limits)]
     return np.where(np.isfinite(limits), limits, known.max(initial=0.0) or 1.0)
 
 
 def use_of_rates(pieces: SegmentedPolynomial, limits: SegmentLimits) -> float:
-    """The largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly.
+    """Return the largest share of a velocity, acceleration or jerk limit that cubic pieces use, exactly.
 
     Args:
         pieces: The cubic pieces.

@@ -51,11 +51,11 @@ class MinEffort(MinEffortOptions):
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
 
     def without_search(self) -> MinEffort:
-        """The back end that returns the motion which the search begins with, if that keeps all limits."""
+        """Return the back end that takes the motion which the search begins with, if that keeps all limits."""
         return replace(self, iterations=0)
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The motion of least cost of each run.
+        """Return the motion of least cost of each run.
 
         Raises:
             InvalidProblem: More waypoints are passed between two stops than can be planned at once.

@@ -73,7 +73,7 @@ class RetimingCost(Aim):
     time_weight: float
 
     def _rows(self, states: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The rows y (rows, points), the sum of their sizes (points,), and half of each size's slope over y."""
+        """Return the rows y (rows, points), the sum of their sizes (points,), and half of each size's slope over y."""
         b, a, c = states
         y = self.by_b * b + self.by_a * a + self.by_c * c + self.offset
         if not self.absolute:
@@ -82,14 +82,14 @@ class RetimingCost(Aim):
         return y, size.sum(axis=0), 0.5 / size
 
     def value(self, states: FloatArray) -> float:
-        """The cost at states (3, points)."""
+        """Return the cost at states (3, points)."""
         size = self._rows(states)[1]
         return float((self.duration.weights * size * states[0] ** self.power).sum()) + (
             self.time_weight * self.duration.value(states)
         )
 
     def slope(self, states: FloatArray) -> FloatArray:
-        """The derivative (3, points) of the cost by b, a and c."""
+        """Return the derivative (3, points) of the cost by b, a and c."""
         b, p = states[0], self.power
         y, size, stiffness = self._rows(states)
         scale = self.duration.weights * b**p
@@ -99,7 +99,7 @@ class RetimingCost(Aim):
         return slope
 
     def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """The second derivative (3, 3, points) of the cost, made positive semidefinite.
+        """Return the second derivative (3, 3, points) of the cost, made positive semidefinite.
 
         That of y^2 b^p is 2 b^p u u^T - p (p + 1) y^2 b^(p - 2) e e^T, where u = dy + p y / b e, and e is the direction
         of b. That of |y| is taken from the parabola which touches it and is nowhere below.
@@ -172,7 +172,7 @@ class Search:
         return FoundLaw(limits.on_segments(law), found.converged)
 
     def _aim(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> RetimingCost:
-        """The cost of retiming a law."""
+        """Return the cost of retiming a law."""
         torque, power, jerk = self.cost.units
         s, ds, dds, first, second, third = limits.rates(law)
         by_work = self.cost.objective == "mechanical_work"
@@ -186,7 +186,7 @@ class Search:
         return RetimingCost(by_b, by_a, by_c, offset, exponent, by_work, Duration(law.lengths), self.time_weight)
 
     def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
-        """The asked durations by the gridpoints of a law."""
+        """Return the asked durations by the gridpoints of a law."""
         weights = Duration(law.lengths).weights.reshape(-1, len(law.segments))
         own = self.parts[:, np.searchsorted(self.run.segments, law.segments)]
         return AskedDurations((own[:, None] * weights).reshape(len(own), weights.size), self.durations)

@@ -78,7 +78,7 @@ REPAIRS_SHARE = 2
 
 
 def _work(layout: Layout) -> int:
-    """What one iteration takes, as a number of intervals."""
+    """Return what one iteration takes, as a number of intervals."""
     own_share = 1.0 + WORK_OF_TOOL * layout.watches_tool + WORK_OF_WAY * bool(layout.way_instants)
     return round(layout.segments * layout.intervals * own_share)
 
@@ -101,7 +101,7 @@ class Optimum(ABC):
 
     @abstractmethod
     def find(self) -> SegmentedPolynomial:
-        """The best motion within the limits.
+        """Return the best motion within the limits.
 
         Raises:
             InfeasibleDuration: Nothing found keeps the limits in the asked duration.
@@ -109,11 +109,11 @@ class Optimum(ABC):
         """
 
     def price(self, pieces: SegmentedPolynomial) -> float:
-        """The cost and the weighted time of a motion, which are to be least."""
+        """Return the cost and the weighted time of a motion, which are to be least."""
         return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
 
     def durations(self, pieces: SegmentedPolynomial) -> FloatArray:
-        """The durations (segments,), s, of the segments of a motion."""
+        """Return the durations (segments,), s, of the segments of a motion."""
         return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.run.segments])
 
 
@@ -125,7 +125,7 @@ class OnCurve(Optimum):
     """
 
     def find(self) -> SegmentedPolynomial:
-        """The best motion within the limits."""
+        """Return the best motion within the limits."""
         law = fastest_law(self.path, self.run)
         known, refusal = self._known(law)
         found = self._search(law, self.durations(known[0]) if known else self.asked)
@@ -162,7 +162,7 @@ class OnCurve(Optimum):
         return known, refusal
 
     def _search(self, law: PiecewisePolynomial, durations: FloatArray) -> SegmentedPolynomial | None:
-        """The optimum; None: none was found that keeps the limits.
+        """Return the optimum; None: none was found that keeps the limits.
 
         Args:
             law: The law that the search begins with, in any time.
@@ -208,7 +208,7 @@ class ThroughWaypoints(Optimum):
         self.begins_outside = False
 
     def find(self) -> SegmentedPolynomial:
-        """The best motion within the limits."""
+        """Return the best motion within the limits."""
         refusal = None
         try:
             first = self._quintic(self.path)
@@ -226,7 +226,7 @@ class ThroughWaypoints(Optimum):
         return min(candidates, key=self.price)
 
     def _quintic(self, path: JointPath) -> SegmentedPolynomial:
-        """The motion to be improved: the quintics through the waypoints, or along the run's curve if they overshoot."""
+        """Return the motion to improve: quintics through the waypoints, or along the run's curve if they overshoot."""
         try:
             pieces = time_run(path, replace(self.run, is_spline=True), 5, self.enforced)
         except JointPositionLimit:
@@ -234,7 +234,7 @@ class ThroughWaypoints(Optimum):
         return pieces.stretched(self.options.slowdown) if self.free.all() else pieces
 
     def _too_fast(self) -> SegmentedPolynomial:
-        """The quintic at the asked durations, which breaks limits: a beginning all the same."""
+        """Return the quintic at the asked durations, which breaks limits: a beginning all the same."""
         asked = self.path.durations.copy()
         asked[self.run.segments] = np.nan
         at_leisure = self._quintic(replace(self.path, durations=asked))
@@ -242,7 +242,7 @@ class ThroughWaypoints(Optimum):
         return interpolating_spline(self.positions, durations, 5).of_segments(self.run.segments)
 
     def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
-        """The optimum from a first motion, near its way; None: none was found that keeps the limits."""
+        """Return the optimum from a first motion, near its way; None: none was found that keeps the limits."""
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
@@ -307,7 +307,7 @@ class ThroughWaypoints(Optimum):
         return None
 
     def _use(self, pieces: SegmentedPolynomial) -> FloatArray:
-        """The largest share (pieces,) of a limit of torque or tool speed that each piece uses."""
+        """Return the largest share (pieces,) of a limit of torque or tool speed that each piece uses."""
         limits = SampledLimits(self.path.dynamics, self.path.limits)
         if not limits.limited[pieces.segments].any():
             return np.zeros(len(pieces.lengths))

@@ -177,7 +177,7 @@ class Program:
         fruitless: int,
         again: Motion | None = None,
     ) -> Motion | None:
-        """The optimum, or the best motion within the limits that there was after so many iterations; None: no motion.
+        """Return the optimum, or the best motion within the limits after so many iterations; None: no motion.
 
         Args:
             m: What is asked.
@@ -236,7 +236,7 @@ class Program:
         return BYTES_PER_NUMBER * sum(int(function.sz_w()) for function in functions)
 
     def _lengths(self, durations: FloatArray) -> FloatArray:
-        """The lengths (pieces,), s, of pieces on a grid of numbers on which they sum to the durations exactly."""
+        """Give the lengths (pieces,), s, of pieces on a grid of numbers on which they sum to the durations exactly."""
         column = durations[:, None]
         even = np.arange(self.layout.intervals + 1) / self.layout.intervals
         return np.diff((even * column + column) - column, axis=1).ravel()
@@ -268,7 +268,7 @@ class Program:
         return np.concatenate([np.ravel(part, order="F") for part in parts])
 
     def _way(self, m: Numbers) -> list[FloatArray]:
-        """The reciprocals of the limits of how near the way is, and its constants."""
+        """Return the reciprocals of the limits of how near the way is, and its constants."""
         if m.way is None:
             return []
         return [np.tile(1.0 / m.near[:, None], self.layout.way_instants), m.way.constants(self.layout.intervals).T]
@@ -280,7 +280,7 @@ class Program:
         return lower, upper
 
     def _coefficients(self, motion: PiecewisePolynomial, m: Numbers, length: float) -> FloatArray:
-        """The unknown ones of the spline near a motion: its blossoms, by Taylor's formula at the breakpoints."""
+        """Return the unknown ones of the spline near a motion: its blossoms, by Taylor's formula at the breakpoints."""
         h = np.repeat(m.durations / self.layout.intervals, self.layout.intervals)
         inner = slice(1, self.pieces - 2)
         q, v, a = motion.evaluate(np.cumsum(h)[inner])
@@ -290,7 +290,7 @@ class Program:
         return normal
 
     def _onto_waypoints(self, x: FloatArray, p: FloatArray) -> FloatArray:
-        """The nearest coefficients that meet the waypoints beyond the solver's tolerance."""
+        """Return the nearest coefficients that meet the waypoints beyond the solver's tolerance."""
         if self.layout.segments == 1:
             return x
         error, slopes = self.at_via(x, p)
@@ -301,14 +301,14 @@ class Program:
         return np.concatenate([x[:inner] - change, x[inner:]])
 
     def _powers(self, x: FloatArray, p: FloatArray, origin: FloatArray) -> FloatArray:
-        """The coefficients (pieces, joints, 4) of the powers of local time."""
+        """Return the coefficients (pieces, joints, 4) of the powers of local time."""
         q, v, a, j, _ = (np.array(value) for value in self.motion(x, p))
         powers = [q[:, :-1] + origin[:, None], v[:, :-1], a[:, :-1] / 2.0, j / 6.0]
         return np.stack(powers, axis=-1).transpose(1, 0, 2)
 
 
 def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: int) -> Any:
-    """What CasADi calls at every iteration: keeps the best iterate within the limits, and stops after so many."""
+    """Make what CasADi calls at every iteration: it keeps the best iterate within the limits and stops after some."""
     import casadi as ca
 
     shapes = {"x": unknowns, "f": 1, "g": constraints, "lam_x": unknowns, "lam_g": constraints, "lam_p": parameters}
@@ -352,5 +352,5 @@ _programs: LastUsed[Program] = LastUsed(PROGRAM_BYTES, lambda program: program.m
 
 
 def program_of(robot: Robot, layout: Layout) -> Program:
-    """The program of a robot and layout, built when first asked for and kept while the last used leave room."""
+    """Return the program of a robot and layout, built when first asked for and kept while the last used leave room."""
     return _programs.get((dynamics_content(robot), layout), lambda: Program(robot, layout))

@@ -59,7 +59,7 @@ class RowStage(NamedTuple):
 
 
 def _bytes_of(stage: Stage | RowStage) -> int:
-    """The memory that the functions take, about."""
+    """Return the memory that the functions take, about."""
     return BYTES_PER_INSTRUCTION * sum(function.n_instructions() for function in stage)
 
 
@@ -68,12 +68,12 @@ _row_stages: LastUsed[RowStage] = LastUsed(STAGE_BYTES, _bytes_of)
 
 
 def stage_of(robot: Robot, objective: Objective) -> Stage:
-    """The functions of a robot with its payload, built when first asked for."""
+    """Return the functions of a robot with its payload, built when first asked for."""
     return _stages.get((dynamics_content(robot), objective), lambda: build_stage(robot, objective))
 
 
 def tool_stage_of(robot: Robot) -> RowStage:
-    """The squares of the tool's speeds (2,), m^2/s^2 and rad^2/s^2, by positions and velocities (2 joints,)."""
+    """Return the squares of the tool's speeds (2,), m^2/s^2 and rad^2/s^2, by positions and velocities (2 joints,)."""
     return _row_stages.get(dynamics_content(robot), lambda: _build_tool_stage(robot))
 
 
@@ -129,7 +129,7 @@ def _build_row_stage(rows: ca.SX, z: ca.SX, constants: ca.SX) -> RowStage:
 
 
 def build_stage(robot: Robot, objective: Objective) -> Stage:
-    """The functions of a robot with its payload.
+    """Return the functions of a robot with its payload.
 
     `units` (2, joints) are what torque and power of each joint are measured by. The cost is the sum over the joints of
     (torque / unit)^2 for `effort`, of |torque x velocity| / unit for `mechanical_work`, none for `jerk`.

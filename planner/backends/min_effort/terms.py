@@ -127,7 +127,7 @@ class Terms(NamedTuple):
 
 
 def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
-    """The unknowns of a motion of n joints, and what follows from them."""
+    """Return the unknowns of a motion of n joints, and what follows from them."""
     import casadi as ca
 
     pieces = layout.segments * layout.intervals

@@ -39,19 +39,19 @@ class Way:
 
     @classmethod
     def of(cls, robot: Robot, motion: SegmentedPolynomial, options: MinEffortOptions) -> Way | None:
-        """The way of a motion and how far another may go from it; None: anywhere."""
+        """Return the way of a motion and how far another may go from it; None: anywhere."""
         if options.max_deviation is None and options.max_joint_deviation is None:
             return None
         return cls(robot, motion, options.max_deviation, options.max_joint_deviation)
 
     def limits(self, margin: float) -> FloatArray:
-        """The limits (rows,) of the rows of `way_stage_of`, those of deviations narrowed by a margin."""
+        """Return the limits (rows,) of the rows of `way_stage_of`, those of deviations narrowed by a margin."""
         tool = [] if self.max_deviation is None else [(self.max_deviation / margin) ** 2]
         joints = [] if self.max_joint_deviation is None else [self.max_joint_deviation / margin] * self.robot.dof
         return np.array([*tool, *joints, 1.0])
 
     def constants(self, intervals: int) -> FloatArray:
-        """The constants (`Layout.way_instants`, 3 joints + 1) of `way_stage_of`, for so many intervals on each segment.
+        """Return the constants (`Layout.way_instants`, 3 joints + 1) of `way_stage_of`, for intervals a segment.
 
         A straight way may be followed at any pace: a posture is compared with the point of it that is nearest in the
         measure of the tool's motion there. A bent one is followed at the pace of its motion, whatever the share.
@@ -74,7 +74,7 @@ class Way:
         return np.hstack([positions, shares, slope, gradient])
 
     def use(self, other: SegmentedPolynomial) -> float:
-        """The largest share of what is allowed by which another motion leaves the way, segment by segment."""
+        """Return the largest share of what is allowed by which another motion leaves the way, segment by segment."""
         worst = 0.0
         for known, own in zip(by_segment(self.motion), by_segment(other), strict=True):
             (way,) = known.evaluate(np.linspace(0.0, known.breakpoints[-1], CHORDS + 1), [0])
@@ -87,5 +87,5 @@ class Way:
 
 
 def by_segment(motion: SegmentedPolynomial) -> list[PiecewisePolynomial]:
-    """The motion on each of its segments, in their order."""
+    """Return the motion on each of its segments, in their order."""
     return [motion.of(motion.segments == segment) for segment in np.unique(motion.segments)]

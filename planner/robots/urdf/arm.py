@@ -54,7 +54,7 @@ class ArmFinder:
             self.children.setdefault(joint.parent, []).append(link)
 
     def find(self, asked: PlanningGroup) -> tuple[str, list[UrdfJoint]]:
-        """The link at the end of the arm, and its degrees of freedom from the root on.
+        """Return the link at the end of the arm, and its degrees of freedom from the root on.
 
         Raises:
             InvalidRobotModel: What is asked is not there, or no chain.
@@ -80,7 +80,7 @@ class ArmFinder:
         return tip, [joint for joint in moving if joint.name not in asked.locked]
 
     def path(self, tip: str) -> list[UrdfJoint]:
-        """The joints between the root and a link that may be degrees of freedom, in that order."""
+        """Return the joints between the root and a link that may be degrees of freedom, in that order."""
         return [self.arrivals[link] for link in self._way(tip) if self.arrivals[link].is_free]
 
     def _check_locked(self, locked: Mapping[str, float]) -> None:
@@ -117,7 +117,7 @@ class ArmFinder:
         return None, asked.tip_frame
 
     def _tip_of_only_chain(self) -> str | None:
-        """The end of the one group that is a chain; None: there is none, or several."""
+        """Return the end of the one group that is a chain; None: there is none, or several."""
         tips = [(group.name, group.tip_frame) for group in self.groups if group.tip_frame is not None]
         if len(tips) != 1:
             return None
@@ -140,14 +140,14 @@ class ArmFinder:
         return found
 
     def _behind(self, members: Collection[str]) -> str:
-        """The last link behind the last of some joints that moves with it."""
+        """Return the last link behind the last of some joints that moves with it."""
         last = max(
             (link for link, joint in self.arrivals.items() if joint.name in members), key=self._depth, default=""
         )
         return self._last_fixed(last or self.root)
 
     def _last_fixed(self, link: str) -> str:
-        """The last of the links that are fixed to a link, with it; of those that are called a tip, if there are."""
+        """Return last of the links that are fixed to a link, with it; of those that are called a tip, if there are."""
         fixed = [link]
         for each in fixed:
             fixed += [child for child in self.children.get(each, ()) if self.arrivals[child].moving is None]
@@ -155,12 +155,12 @@ class ArmFinder:
         return max(named or fixed, key=self._depth)
 
     def _depth(self, link: str) -> tuple[int, int]:
-        """The degrees of freedom, and the joints, on the way to a link."""
+        """Return the degrees of freedom, and the joints, on the way to a link."""
         way = self._way(link)
         return sum(self.arrivals[each].is_free for each in way), len(way)
 
     def _usual_tip(self) -> str:
-        """The end of the arm where nobody says which: of the longest chain, but for the fingers behind it.
+        """Return the end of the arm where nobody says which: of the longest chain, but for the fingers behind it.
 
         Fingers are called so, or they begin where several branches move and no more degrees of freedom follow than lie
         before.
@@ -180,7 +180,7 @@ class ArmFinder:
         return tip
 
     def _way(self, link: str) -> list[str]:
-        """The links from behind the root to a link."""
+        """Return the links from behind the root to a link."""
         way = []
         while link in self.arrivals:
             way.append(link)

@@ -59,7 +59,7 @@ class UrdfJoint:
         return self.moving is not None and self.held_at is None
 
     def placement_at(self, position: float) -> pin.SE3:
-        """The placement of the child link in the parent link, with the joint at `position`, rad or m."""
+        """Return the placement of the child link in the parent link, with the joint at `position`, rad or m."""
         if self.moving is None:
             return self.placement
         if self.moving.is_angle:
@@ -68,7 +68,7 @@ class UrdfJoint:
 
 
 def number_of(word: str) -> float:
-    """The number that a word is, to other programs too: `float` alone knows `1_000` and the digits of all scripts.
+    """Give the number that a word is, to other programs too: `float` alone knows `1_000` and the digits of all scripts.
 
     Raises:
         ValueError: It is none.
@@ -124,7 +124,7 @@ class UrdfReader:
         return position, rpy
 
     def body(self, element: Element) -> Body | None:
-        """The inertial element of a link."""
+        """Return the inertial element of a link."""
         inertial = element.find("inertial")
         if inertial is None:
             return None
@@ -139,7 +139,7 @@ class UrdfReader:
         return check_body(name, Body(float(mass), position, inertia), self.findings)
 
     def joint(self, element: Element) -> UrdfJoint:
-        """A joint element."""
+        """Return a joint element."""
         name = element.get("name", "")
         subject = shown(name)
         position, rpy = self.origin(element, subject)
@@ -161,7 +161,7 @@ class UrdfReader:
         return "" if link is None else link.get("link", "")
 
     def axis(self, element: Element, subject: str) -> FloatArray:
-        """The joint's axis, of length 1."""
+        """Return the joint's axis, of length 1."""
         axis = self.numbers(element.find("axis"), "xyz", [1.0, 0.0, 0.0], subject)
         length = float(np.linalg.norm(axis))
         if length < 1e-9:
@@ -195,7 +195,7 @@ class UrdfReader:
         return self.with_soft_limits(joint, element.find("safety_controller"))
 
     def acceleration(self, limit: Element | None, subject: str) -> float:
-        """The acceleration limit of URDF 1.2, infinite where there is none; it holds for braking, too."""
+        """Return the acceleration limit of URDF 1.2, infinite where there is none; it holds for braking, too."""
         acceleration, deceleration = (
             self.number(limit, name, math.inf, subject) for name in ("acceleration", "deceleration")
         )
@@ -206,7 +206,7 @@ class UrdfReader:
         return deceleration
 
     def with_soft_limits(self, joint: Joint, controller: Element | None) -> Joint:
-        """The joint within the soft limits of its safety controller, beyond which that does not let it go."""
+        """Return the joint within the soft limits of its safety controller, beyond which that does not let it go."""
         subject = shown(joint.name)
         soft_lower = self.number(controller, "soft_lower_limit", -math.inf, subject)
         soft_upper = self.number(controller, "soft_upper_limit", math.inf, subject)
@@ -222,7 +222,7 @@ class UrdfReader:
         return replace(joint, lower=lower, upper=upper)
 
     def geometry(self, element: Element) -> list[Mapping[str, Any]]:
-        """The simple visual shapes of a link; meshes are counted and left alone."""
+        """Return the simple visual shapes of a link; meshes are counted and left alone."""
         name = element.get("name", "")
         shapes: list[Mapping[str, Any]] = []
         for visual, shape in ((v, shape) for v in element.findall("visual") for shape in v.findall("geometry/*")):

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 def read_urdf(
     urdf: str, *, id: str, asked: PlanningGroup, srdf: str | None = None, source: str = "uploaded URDF"
 ) -> RobotDescription:
-    """The arm from the root link to the tip, with everything off that chain held still.
+    """Return the arm from the root link to the tip, with everything off that chain held still.
 
     Acceleration and jerk limits, which documents before URDF 1.2 do not have, come from the default rule of
     `planner.robots.checks`.
@@ -137,7 +137,7 @@ def _check_tree(links: Collection[str], joints: Sequence[UrdfJoint], findings: F
 
 
 def _walk(links: Collection[str], joints: Sequence[UrdfJoint]) -> tuple[str, dict[str, UrdfJoint]]:
-    """The root link, and for every link that hangs on it the joint that leads there, parents first."""
+    """Return the root link, and for every link that hangs on it the joint that leads there, parents first."""
     children = {joint.child for joint in joints}
     root = next(link for link in links if link not in children)
     leaving: dict[str, list[UrdfJoint]] = {}
@@ -154,7 +154,7 @@ def _walk(links: Collection[str], joints: Sequence[UrdfJoint]) -> tuple[str, dic
 
 
 def _limits(joint: Joint, findings: Findings) -> Joint:
-    """The joint with checked limits, of which URDF requires those of the position."""
+    """Return the joint with checked limits, of which URDF requires those of the position."""
     if joint.kind != "continuous" and math.isinf(joint.lower):
         name = shown(joint.name)
         text = f"{name} has no position limits: give lower and upper, or make it a continuous joint"
@@ -172,7 +172,7 @@ def _build(
     held: Mapping[str, float],
     findings: Findings,
 ) -> pin.Model:
-    """The model whose degrees of freedom are the joints in `limits`; the joints in `held` are held there, rad or m."""
+    """Build the model with the joints in `limits` as degrees of freedom; those in `held` are held there, rad or m."""
     base = [Link(root, pin.SE3.Identity(), bodies[root])]
     moving: dict[str, MovingJoint] = {}
     links = {root: base}  # of each link, the list of links that move with it
@@ -194,7 +194,7 @@ def _build(
 
 
 def _hold(joint: UrdfJoint, locked: Mapping[str, float], on_the_way: Collection[str], findings: Findings) -> float:
-    """The position, rad or m, at which a joint is held that could move but is no degree of freedom of the arm."""
+    """Give the position, rad or m, at which a joint is held that could move but is no degree of freedom of the arm."""
     subject = shown(joint.name)
     if joint.name in locked:
         return locked[joint.name]

@@ -65,7 +65,7 @@ class Semantics(NamedTuple):
 def read_srdf(
     srdf: str, robot_name: str, root: str, arrivals: Mapping[str, UrdfJoint], findings: Findings
 ) -> Semantics:
-    """The groups, their states and the disabled pairs.
+    """Return the groups, their states and the disabled pairs.
 
     A link or joint that the URDF does not have is left out, with a warning; a chain that does not exist is an
     error, for an arm is planned along it.
@@ -92,7 +92,7 @@ def read_srdf(
 def named_positions(
     states: Sequence[GroupState], joints: Sequence[Joint], group: str | None, findings: Findings
 ) -> dict[str, tuple[float, ...]]:
-    """The states that say where all joints of the arm are, by name; those of its own group go before others.
+    """Return the states that say where all joints of the arm are, by name; those of its own group go before others.
 
     Args:
         states: All states.
@@ -119,7 +119,7 @@ def named_positions(
 
 
 def _states(document: Element, findings: Findings) -> tuple[GroupState, ...]:
-    """The states of groups; one that is not made of numbers is left out."""
+    """Return the states of groups; one that is not made of numbers is left out."""
     elements = document.findall("group_state")
     if len(elements) > MAX_STATES:
         findings.error("too_many_states", None, f"the SRDF has more than {MAX_STATES} states of groups")
@@ -216,7 +216,7 @@ class _Groups:
 
 
 def _pairs(document: Element, links: set[str], findings: Findings) -> tuple[DisabledCollision, ...]:
-    """The pairs of links that need no check against each other, each once, whichever link is named first."""
+    """Return the pairs of links that need no check against each other, each once, whichever link is named first."""
     pairs: dict[frozenset[str], DisabledCollision] = {}
     unknown = []
     for element in document.findall("disable_collisions"):

@@ -16,7 +16,7 @@ MAX_TEXT_LENGTH = 2**20
 
 
 def parse_robot_document(text: str, format: Literal["URDF", "SRDF"], findings: Findings) -> Element:
-    """The root element, `<robot>`.
+    """Return the root element, `<robot>`.
 
     Args:
         text: The document.
