@@ -106,7 +106,7 @@ def test_through_waypoints_as_fast_as_a_fine_linear_program(robot_id: str, seed:
     positions = np.array([waypoint.position for waypoint in problem.waypoints])
     chords = (np.abs(np.diff(positions, axis=0)) / problem.robot.limit("velocity")).max(axis=1)
     spline = CubicSpline(np.concatenate([[0.0], np.cumsum(chords)]), positions, bc_type="natural")
-    s, step = middles(chords.sum(), 2500)
+    s, step = middles(chords.sum(), 800)
     best = independent_optimum(
         problem.robot, spline(s), spline(s, 1), spline(s, 2), step, robot_limits(problem.robot), torque=False
     )
@@ -123,7 +123,7 @@ def test_motions_of_the_tool_as_fast_as_a_fine_linear_program(transition: object
     problem = tool_problem(transition, limits=limits)
     best = 0.0
     for run in solve_path(problem).runs:
-        s, step = middles(float(run.curve.breakpoints[-1]), 2500)
+        s, step = middles(float(run.curve.breakpoints[-1]), 800)
         best += independent_optimum(robot, *run.curve.evaluate(s), step, limits, torque=True)
     found = plan(problem, Toppra()).trajectory.duration
     assert found <= (1.01 if torque_scale == 1.0 else 1.02) * best
@@ -136,7 +136,7 @@ def test_straight_motion_with_binding_torques_as_fast_as_a_fine_linear_program()
     start, end = np.array(KUKA_START), np.array([-1.0, -0.6, 0.9, 1.0, -0.5, 1.0])
     waypoints = (JointWaypoint(position=tuple(start)), JointWaypoint(position=tuple(end)))
     problem = PlanningProblem(load_robot(KUKA), waypoints, limits=limits, payload=Payload(20.0, (0.1, 0.0, 0.1)))
-    s, step = middles(1.0, 4000)
+    s, step = middles(1.0, 800)
     dq = np.tile(end - start, (len(s), 1))
     path = start + s[:, None] * dq
     best = independent_optimum(robot, path, dq, np.zeros_like(dq), step, limits, torque=True)
