@@ -86,6 +86,8 @@ if TYPE_CHECKING:
     from planner.operations import resample_trajectory as resample_trajectory
     from planner.operations import reverse_trajectory as reverse_trajectory
     from planner.operations import slice_trajectory as slice_trajectory
+    from planner.operations import stop_joints as stop_joints
+    from planner.operations import stop_on_path as stop_on_path
     from planner.paths import JointPath as JointPath
     from planner.planning import plan as plan
     from planner.problem import BlendTransition as BlendTransition
@@ -191,6 +193,8 @@ _NAMES = {
         "resample_trajectory",
         "reverse_trajectory",
         "slice_trajectory",
+        "stop_joints",
+        "stop_on_path",
     ),
     "planner.paths": ("JointPath",),
     "planner.planning": ("plan",),

@@ -1,4 +1,4 @@
-"""Requests and answers of the operations on trajectories: reverse, slice, join, resample."""
+"""Requests and answers of the operations on trajectories: stop, reverse, slice, join, resample."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from api.schemas.common import (
     LARGEST,
     Answer,
     Deadline,
+    JointVector,
     Limits,
     Number,
     Payload,
@@ -129,6 +130,34 @@ class ResampleRequest(EditRequest):
     times: Annotated[list[Number], Field(min_length=1, max_length=MOST_ROWS, fail_fast=True)] | None = None
     """The times of the rows of the answer in place of a period, s from the start of the trajectory, strictly
     increasing."""
+
+
+class GivenJointState(Schema):
+    """The motion of all joints at one time."""
+
+    position: JointVector
+    """The joint positions, one value a joint, rad or m."""
+    velocity: JointVector
+    """The joint velocities, one value a joint, rad/s or m/s."""
+    acceleration: JointVector | None = None
+    """The joint accelerations, one value a joint, rad/s^2 or m/s^2; omitted: none."""
+
+
+class StopRequest(EditRequest):
+    """A motion to stop as fast as the limits let it: a trajectory and a time, or a state."""
+
+    trajectory: GivenTrajectory | None = None
+    """The trajectory that is under way."""
+    time: Annotated[float, Field(ge=0.0, le=LARGEST)] | None = None
+    """When the stop begins, s from the start of the trajectory; only with one."""
+    state: GivenJointState | None = None
+    """The state in which the stop begins, in place of a trajectory and a time."""
+    mode: Literal["on_path", "joints"] | None = None
+    """How to stop: `on_path`, the tool keeps to the path of the trajectory; or `joints`, each joint by itself as fast
+    as its limits let it, which may leave the path. Omitted: on the path of a trajectory, from a state joint by
+    joint."""
+    sample_period: SamplePeriod = 0.01
+    """The time between two rows of the answer, s."""
 
 
 class AnsweredJointState(Answer):

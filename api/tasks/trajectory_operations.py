@@ -1,4 +1,4 @@
-"""Operations on trajectories of any origin: reverse, slice, join, resample."""
+"""Operations on trajectories of any origin: stop, reverse, slice, join, resample."""
 
 from __future__ import annotations
 
@@ -56,6 +56,45 @@ def join_trajectories(work: Work) -> Reply:
         return join_trajectories(robot, trajectories, tolerance=request.tolerance, **_kept(request))
 
     return _answer(work, schemas.JoinRequest, run)
+
+
+def stop_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/stop."""
+    return _answer(work, schemas.StopRequest, _stop)
+
+
+def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
+    """Stop on the path of a trajectory, or joint by joint."""
+    import numpy as np
+
+    from api.conversion import to_vector
+    from api.given_trajectories import to_trajectory
+    from planner.errors import InvalidProblem
+    from planner.operations import JointState, stop_joints, stop_on_path
+
+    given, state, time = request.trajectory, request.state, request.time
+    if (given is None) == (state is None):
+        raise InvalidProblem([(("state",), "either a state or a trajectory and a time are needed")])
+    if (given is None) != (time is None):
+        raise InvalidProblem([(("time",), "a trajectory needs a time, and a time needs a trajectory")])
+    if given is not None and time is not None:
+        _, trajectory = to_trajectory(given, robot, ("trajectory",))
+        if request.mode != "joints":
+            return stop_on_path(robot, trajectory, time, **_kept(request))
+        if time > trajectory.duration:
+            message = f"{time:g} s is not within the trajectory, which takes {trajectory.duration:g} s"
+            raise InvalidProblem([(("time",), message)])
+        return stop_joints(robot, JointState(*trajectory.evaluate(time)), **_kept(request))
+    assert state is not None  # noqa: S101 - or there was a trajectory
+    if request.mode == "on_path":
+        raise InvalidProblem([(("trajectory",), "to stop on a path takes a trajectory")])
+    position, velocity = (
+        to_vector(getattr(state, name), robot.dof, ("state", name)) for name in ("position", "velocity")
+    )
+    acceleration = np.zeros(robot.dof)
+    if state.acceleration is not None:
+        acceleration = to_vector(state.acceleration, robot.dof, ("state", "acceleration"))
+    return stop_joints(robot, JointState(position, velocity, acceleration), **_kept(request))
 
 
 def resample_trajectory(work: Work) -> Reply:
@@ -127,6 +166,24 @@ CODES = (*BODY_CODES, "unknown_robot", "missing_dynamics", "limits_unsatisfiable
 """Codes of the problem documents that may be the answer to an operation instead."""
 
 OPERATIONS = (
+    Operation(
+        id="stop_trajectory",
+        method="POST",
+        path="/v1/trajectories/stop",
+        tag="trajectories",
+        summary="Stop a motion as fast as the limits let it, on its path or off it.",
+        run=stop_trajectory,
+        request=schemas.StopRequest,
+        answer=schemas.OperationAnswer,
+        codes=(*CODES, "joint_position_limit"),
+        examples={
+            "on_the_path": {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "time": 0.4},
+            "from_a_state": {
+                "robot": "three_dof_arm",
+                "state": {"position": [0.1, 0.2, 0.3], "velocity": [0.1, 0.0, -0.2]},
+            },
+        },
+    ),
     Operation(
         id="reverse_trajectory",
         method="POST",

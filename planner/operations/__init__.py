@@ -10,6 +10,8 @@ from planner.operations.editing import (
     reverse_trajectory,
     slice_trajectory,
 )
+from planner.operations.stopping import stop_joints
+from planner.operations.stopping_on_path import stop_on_path
 
 __all__ = [
     "CertifiedTrajectory",
@@ -21,4 +23,6 @@ __all__ = [
     "resample_trajectory",
     "reverse_trajectory",
     "slice_trajectory",
+    "stop_joints",
+    "stop_on_path",
 ]

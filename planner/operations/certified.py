@@ -82,6 +82,7 @@ def certified(
     limits: Limits,
     enforced: Collection[str] | None,
     given: Sequence[Trajectory] = (),
+    ends: EndStates | None = None,
 ) -> CertifiedTrajectory:
     """Certify what an operation made.
 
@@ -91,6 +92,7 @@ def certified(
         limits: Limits that are asked besides the robot's.
         enforced: The quantities whose limits are to be kept; None: as far as the trajectories bound them.
         given: What the operation was made from.
+        ends: The motion before and after; None: its own.
 
     Raises:
         InvalidProblem: Another number of joints than the robot's, limits wider than the robot's, or a position jumps.
@@ -98,7 +100,7 @@ def certified(
         LimitsUnsatisfiable: An enforced limit is broken.
     """
     kept = bounded_quantities([*given, trajectory]) if enforced is None else enforced
-    ends = own_ends(trajectory)
+    ends = ends or own_ends(trajectory)
     certificate = certify(robot, trajectory, limits=limits, enforced=kept, ends=ends)
     refuse_unless_satisfied(certificate)
     return CertifiedTrajectory(robot, trajectory, limits, certificate, tuple(_end_warnings(robot, ends)))

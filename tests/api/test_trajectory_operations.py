@@ -73,6 +73,22 @@ def test_the_way_back_and_its_samples_at_other_times(service: RunningService, pl
         assert rows == pytest.approx(sign * turned, abs=1e-9)
 
 
+def test_a_plan_is_stopped_and_so_is_a_state(service: RunningService, plan: dict[str, Any]) -> None:
+    middle = 0.4 * plan["duration"]
+    at_middle = post(service, "resample", given(plan) | {"times": [middle]})["samples"]
+    state = {name: at_middle[name][0] for name in ("position", "velocity", "acceleration")}
+    by_joints = post(service, "stop", given(plan) | {"time": middle, "mode": "joints"})
+    assert post(service, "stop", {"state": state})["duration"] == pytest.approx(by_joints["duration"])
+    on_path = post(service, "stop", given(plan) | {"time": middle})
+    for stop in (by_joints, on_path):
+        assert stop["initial"]["velocity"] == pytest.approx(state["velocity"], abs=1e-9)
+        assert stop["final"]["velocity"] == pytest.approx([0.0] * 6, abs=1e-6)
+    state["position"][0] = 3.2
+    state["velocity"][0] = 2.0
+    problem = service.post("/v1/trajectories/stop", ROBOT | {"state": state}).json()
+    assert (problem["code"], problem["joint"]) == ("joint_position_limit", "joint_a1")
+
+
 def test_samples_are_run_by_the_interpolation_that_is_named(service: RunningService) -> None:
     samples = {"time": [0.0, 1.0], "position": [[0.0] * 6, [0.1] * 6], "velocity": [[0.0] * 6] * 2}
     for law, middle in (("linear", 0.025), ("cubic", 0.1 * (3 / 16 - 2 / 64))):
@@ -92,6 +108,12 @@ def test_what_is_wrong_is_said_where_it_is(service: RunningService, plan: dict[s
         ("reverse", {"trajectory": {"samples": standing}}, "/trajectory/samples/time/1"),
         ("reverse", {"trajectory": {}}, "/trajectory/polynomials"),
         ("resample", {"trajectory": polynomials, "times": [0.2, 0.1]}, "/times/1"),
+        ("stop", {}, "/state"),
+        ("stop", {"trajectory": polynomials}, "/time"),
+        ("stop", {"trajectory": polynomials, "time": 99.0}, "/time"),
+        ("stop", {"trajectory": polynomials, "time": 99.0, "mode": "joints"}, "/time"),
+        ("stop", {"state": {"position": [0] * 6, "velocity": [0] * 5}}, "/state/velocity"),
+        ("stop", {"state": {"position": [0] * 6, "velocity": [0] * 6}, "mode": "on_path"}, "/trajectory"),
         ("resample", {"trajectory": polynomials, "times": [0.2], "period": 0.1}, "/period"),
         ("resample", {"trajectory": polynomials, "times": [0.2], "include": ["sample_checks"]}, "/times"),
         ("resample", {"trajectory": polynomials, "period": 1e-6}, "/period"),

@@ -5,9 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import ruckig
 from scipy.interpolate import PPoly
 
 from planner.backends import BACKENDS
+from planner.operations import JointState
 from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import Robot, load_robot
@@ -43,3 +45,18 @@ def by_scipy(trajectory: Trajectory, times: FloatArray, order: int = 0) -> Float
 def inner_times(trajectory: Trajectory, count: int = 400) -> FloatArray:
     """Times that are no breakpoints: there derivatives may jump."""
     return (np.arange(count) + 0.5123) * trajectory.duration / count
+
+
+def fastest_by_ruckig(robot: Robot, state: JointState) -> list[float]:
+    """The time that each joint takes by Ruckig's velocity interface, which knows no position limits."""
+    asked = ruckig.InputParameter(robot.dof)
+    asked.control_interface = ruckig.ControlInterface.Velocity
+    asked.synchronization = ruckig.Synchronization.No
+    asked.current_position, asked.current_velocity = state.position, state.velocity
+    asked.current_acceleration = state.acceleration
+    asked.target_velocity = asked.target_acceleration = np.zeros(robot.dof)
+    for quantity in ("velocity", "acceleration", "jerk"):
+        setattr(asked, f"max_{quantity}", robot.limit(quantity))
+    found = ruckig.Trajectory(robot.dof)
+    ruckig.Ruckig(robot.dof).calculate(asked, found)
+    return list(found.independent_min_durations)
