@@ -28,12 +28,15 @@ STATUS_OF_CODE: dict[str, int] = {
     "robot_of_another": 403,
     "not_found": 404,
     "unknown_robot": 404,
+    "unknown_batch": 404,
     "method_not_allowed": 405,
     "not_acceptable": 406,
     "request_timeout": 408,
     "robot_exists": 409,
     "catalogue_robot": 409,
     "too_many_robots": 409,
+    "too_many_batches": 409,
+    "conflict": 409,
     "payload_too_large": 413,
     "unsupported_media_type": 415,
     "invalid_robot_model": 422,
@@ -163,6 +166,27 @@ class TooManyRobots(ServiceError):
 
     code = "too_many_robots"
     title = "No more robots can be added"
+
+
+class UnknownBatch(ServiceError):
+    """There is no batch with this id, or it has been kept for long enough."""
+
+    code = "unknown_batch"
+    title = "There is no such batch"
+
+
+class TooManyBatches(ServiceError):
+    """There is no room for more batches."""
+
+    code = "too_many_batches"
+    title = "No more batches can be taken"
+
+
+class Conflict(ServiceError):
+    """The request contradicts an earlier one."""
+
+    code = "conflict"
+    title = "The request contradicts an earlier one"
 
 
 class PayloadTooLarge(ServiceError):

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api import errors
+from api.batches.items import PLAN_ITEM
 from api.failures import where_from
 from api.messages import Reply, Task
 from api.openapi import get_openapi
 from api.operations import OPERATIONS
+from api.tasks.batches import plan_item
 from api.tasks.work import Work
 from planner.errors import PlanningError
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
 RUN: dict[str, Callable[[Work], Reply]] = {
     "get_openapi": get_openapi,
+    PLAN_ITEM: plan_item,
     **{operation.id: operation.run for operation in OPERATIONS if operation.run is not None},
 }
 """The function that runs for each operation id."""

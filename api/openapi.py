@@ -33,6 +33,9 @@ TITLE = "Trajectory planner"
 DESCRIPTION = "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`."
 """What the service does, in the words of its documentation."""
 
+LINES = "application/x-ndjson"
+"""The media type of newline-delimited JSON."""
+
 REFERENCE = "#/components/schemas/{model}"
 """Where a schema is in the document."""
 
@@ -40,6 +43,7 @@ TAGS = {
     "trajectories": "Plans, and certificates of trajectories of any origin.",
     "kinematics": "Poses of the tool, joint positions that reach them, and what lies between the two.",
     "dynamics": "Joint torques.",
+    "batches": "Thousands of plan requests at once, worked on behind all others.",
     "robots": "The robots of the catalogue, and your own.",
     "service": "What the service is and how it does.",
 }
@@ -103,7 +107,10 @@ def _entry(operation: Operation) -> dict[str, Any]:
             "schema": _reference(operation.request),
             "examples": {name: {"value": value} for name, value in operation.examples.items()},
         }
-        entry["requestBody"] = {"required": True, "content": {"application/json": content}}
+        forms: dict[str, Any] = {"application/json": content}
+        if operation.lines:
+            forms[LINES] = {"schema": {"type": "string"}}
+        entry["requestBody"] = {"required": True, "content": forms}
     return entry
 
 
@@ -130,7 +137,9 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
 def _success(operation: Operation) -> dict[str, Any]:
     if operation.answer is None:
         return {"description": "Done."}
-    content = {"application/json": {"schema": _reference(operation.answer)}}
+    text = {"type": "string"}
+    schema = _reference(operation.answer) if operation.media_type == "application/json" else text
+    content: dict[str, Any] = {operation.media_type: {"schema": schema}}
     if operation.formats:
         for name, form in FORMATS.items():
             if name in FORMAT_SCHEMAS:
@@ -139,7 +148,7 @@ def _success(operation: Operation) -> dict[str, Any]:
                 binary = {} if form.media_type.startswith("text/") else {"format": "binary"}
                 content[form.media_type] = {"schema": {"type": "string"} | binary}
     response: dict[str, Any] = {"description": "Success.", "content": content}
-    if operation.status == HTTPStatus.CREATED:
+    if operation.status in {HTTPStatus.CREATED, HTTPStatus.ACCEPTED}:
         location = {"description": "Where it is.", "schema": {"type": "string"}}
         response["headers"] = {"Location": location}
     return response
@@ -153,7 +162,7 @@ def _parameters(operation: Operation) -> list[dict[str, Any]]:
                 "name": "id",
                 "in": "path",
                 "required": True,
-                "description": "Id of a robot.",
+                "description": f"Id of a {operation.tag.removesuffix('s').removesuffix('e')}.",
                 "schema": {"type": "string", "minLength": 1},
             }
         )
@@ -168,15 +177,20 @@ def _parameters(operation: Operation) -> list[dict[str, Any]]:
                 "schema": {"type": "string"},
             },
         ]
-    if operation.formats:
+    if operation.formats or operation.formats_of_plans:
+        meaning = "the answer; goes before the Accept header" if operation.formats else "the plans"
         parameters.append(
             {
                 "name": "format",
                 "in": "query",
-                "description": "Form of the answer; goes before the Accept header.",
+                "description": f"Form of {meaning}.",
                 "schema": {"type": "string", "enum": list(FORMATS), "title": "PlanFormat"},
             }
         )
+    parameters += [
+        {"name": name, "in": "header", "description": description, "schema": {"type": "string"}}
+        for name, description in operation.headers.items()
+    ]
     return parameters
 
 

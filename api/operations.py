@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from api.tasks import dynamics, kinematics, robots, service, trajectories, trajectory_operations
+from api.tasks import batches, dynamics, kinematics, robots, service, trajectories, trajectory_operations
 
 if TYPE_CHECKING:
     from api.tasks.operation import Operation
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 OPERATIONS: tuple[Operation, ...] = (
     *trajectories.OPERATIONS,
     *trajectory_operations.OPERATIONS,
+    *batches.OPERATIONS,
     *robots.OPERATIONS,
     *kinematics.OPERATIONS,
     *dynamics.OPERATIONS,

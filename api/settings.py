@@ -30,6 +30,9 @@ class Settings(BaseSettings):
     express_workers: int = Field(default=1, ge=0, le=256)
     """The number of further worker processes, which take only requests that are known to be done soon: these need not
     wait for long ones."""
+    batch_workers: int = Field(default=0, ge=0, le=256)
+    """The number of workers that batches may use at once, while no request wants them; 0: all but one, so that a
+    request need not wait for a plan of a batch to end."""
     queue_size: int = Field(default=64, ge=0)
     """The number of requests that may wait for a worker; more are answered with 503."""
     max_connections: int = Field(default=1024, ge=1)
@@ -64,6 +67,18 @@ class Settings(BaseSettings):
     does not pass addresses on."""
     max_robots_bytes: int = Field(default=64 * 1024 * 1024, ge=0)
     """The bytes that the robots of all clients may take in the database."""
+    max_batch_items: int = Field(default=100_000, ge=1)
+    """The largest number of requests in one batch."""
+    max_batch_bytes: int = Field(default=64 * 1024 * 1024, ge=1024)
+    """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
+    max_batches: int = Field(default=1000, ge=0)
+    """The largest number of batches that are kept."""
+    max_batches_per_client: int = Field(default=10, ge=0)
+    """The largest number of batches of one address that have not ended."""
+    max_batches_bytes: int = Field(default=4 * 1024**3, ge=0)
+    """The bytes that requests and results of batches may take in the database before no more batches are taken."""
+    batch_retention_days: float = Field(default=7.0, gt=0.0)
+    """The time for which a batch that has ended is kept, days."""
     worker_memory_mib: int = Field(default=1024, ge=448)
     """The private memory that one worker may allocate, MiB."""
     worker_niceness: int = Field(default=5, ge=0, le=19)

@@ -15,6 +15,9 @@ MIGRATIONS = 7_390_001
 ROBOTS = 7_390_002
 """The number of the advisory lock under which robots are added and deleted."""
 
+BATCHES = 7_390_003
+"""The number of the advisory lock under which batches arrive."""
+
 
 def exclusively(connection: Connection, lock: int) -> None:
     """Keep others from the same work until the transaction ends; whoever writes to SQLite does so anyway."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from sqlalchemy import delete, exists, func, insert, select
 
+from api.database.batches import forget_contents
 from api.database.locks import ROBOTS, exclusively
 from api.database.tables import robot_contents, robots
 from api.robot_content import RobotContent, with_id
@@ -72,8 +73,7 @@ def delete_robot(connection: Connection, robot_id: str, owner: str) -> Literal["
     if kept.owner != owner:
         return "of_another"
     connection.execute(delete(robots).where(robots.c.id == robot_id))
-    is_needed = exists().where(robots.c.digest == robot_contents.c.digest)
-    connection.execute(delete(robot_contents).where(robot_contents.c.digest == kept.digest, ~is_needed))
+    forget_contents(connection, [kept.digest])
     return "deleted"
 
 

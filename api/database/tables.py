@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sqlalchemy import Column, Float, ForeignKey, Index, Integer, LargeBinary, MetaData, Table, Text
+from sqlalchemy import BigInteger, Column, Float, ForeignKey, Index, Integer, LargeBinary, MetaData, Table, Text, text
 
 metadata = MetaData(naming_convention={"pk": "pk_%(table_name)s", "fk": "fk_%(table_name)s_%(column_0_name)s"})
 """All tables, with names for their keys by which migrations can change them."""
@@ -29,3 +29,57 @@ robots = Table(
     Index("robots_by_owner", "owner"),
 )
 """The ids of added robots: the content that each stands for, who added it, and when (s since 1970)."""
+
+engines = Table(
+    "engines",
+    metadata,
+    Column("id", Text, primary_key=True),
+    Column("seen", Float, nullable=False),
+)
+"""The services that work on batches, and when each was last alive (s since 1970)."""
+
+batches = Table(
+    "batches",
+    metadata,
+    Column("number", Integer, primary_key=True),
+    Column("id", Text, nullable=False, unique=True),
+    Column("owner", Text, nullable=False),
+    Column("idempotency_key", Text),
+    Column("body_digest", Text),
+    Column("status", Text, nullable=False),
+    Column("engine", Text),
+    Column("total", Integer, nullable=False),
+    Column("size", BigInteger, nullable=False),
+    Column("created", Float, nullable=False),
+    Column("ended", Float),
+    Column("settled", Float),
+    Column("rate", Float),
+    Index("batches_by_key", "owner", "idempotency_key", unique=True),
+    Index("batches_by_status", "status"),
+)
+"""Batches: `status` is `arriving` (at the service `engine`), `running`, `completed` or `cancelled`; `total` counts its
+items, `size` the bytes that they take; `settled` is when results were written last, `rate` how many a second."""
+
+NOT_DONE = text("outcome IS NULL")
+"""What holds for items that are still to be planned; an index has only these."""
+
+items = Table(
+    "items",
+    metadata,
+    Column("batch", Integer, ForeignKey(batches.c.number), primary_key=True),
+    Column("position", Integer, primary_key=True),
+    Column("request", LargeBinary, nullable=False),
+    Column("robot", Text, ForeignKey(robot_contents.c.digest)),
+    Column("deadline", Float, nullable=False),
+    Column("engine", Text),
+    Column("outcome", Text),
+    Column("duration", Float),
+    Column("ratio", Float),
+    Column("result", LargeBinary),
+    Index("items_left", "batch", "position", sqlite_where=NOT_DONE, postgresql_where=NOT_DONE),
+    Index("items_by_outcome", "batch", "outcome", "duration", "ratio"),
+    Index("items_by_robot", "robot"),
+)
+"""The requests of batches, from position 0, compressed: the content of an added robot, the deadline (s), the service
+that works on one, and what came of it. `outcome` is NULL (nothing yet), `planned` or the code of a problem; `duration`
+(s) and `ratio` are those of the trajectory and its certificate; `result` is the saved plan or the problem document."""

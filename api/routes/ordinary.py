@@ -14,7 +14,9 @@ from starlette.requests import ClientDisconnect
 from api.database.robots import find_robot
 from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.messages import Task
+from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
 from api.schemas.common import DEFAULT_DEADLINE
+from api.server.connections import client_of
 from api.server.costs import kind_of
 from api.server.traffic import Answer
 from api.size import has_too_many_rows
@@ -50,6 +52,24 @@ def service_of(request: Request) -> Service:
     """Find the service that the request came to."""
     service: Service = request.app.state.service
     return service
+
+
+def client(request: Request) -> str:
+    """Name the client, as long as there are no keys: by its address."""
+    return client_of("" if request.client is None else request.client.host)
+
+
+def page_limit(request: Request) -> int:
+    """Read how many entries a page may have.
+
+    Raises:
+        InvalidRequest: No number of entries that a page may have.
+    """
+    asked = request.query_params.get("limit", str(DEFAULT_ENTRIES))
+    limit = int(asked) if asked.isascii() and asked.isdecimal() and len(asked) < 5 else 0
+    if not 1 <= limit <= MOST_ENTRIES:
+        raise invalid([{"pointer": "", "message": f"the parameter limit is a number from 1 to {MOST_ENTRIES}"}])
+    return limit
 
 
 async def run_with_body(request: Request, operation: str, **arguments: Any) -> Reply:

@@ -10,10 +10,9 @@ from fastapi import Request, Response
 from api.database.robots import RobotBounds, find_robot, robots_behind
 from api.database.robots import add_robot as keep_robot
 from api.database.robots import delete_robot as forget_robot
-from api.errors import RobotExists, RobotOfAnother, TooManyRobots, invalid
-from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES, first_page
-from api.routes.ordinary import respond, run, run_with_body, service_of
-from api.server.connections import client_of
+from api.errors import RobotExists, RobotOfAnother, TooManyRobots
+from api.pages import first_page
+from api.routes.ordinary import client, page_limit, respond, run, run_with_body, service_of
 from api.server.traffic import Answer
 
 ADDED = "uploaded."
@@ -22,10 +21,7 @@ ADDED = "uploaded."
 
 async def list_robots(request: Request) -> Response:
     """Answer GET /v1/robots: a page, of the catalogue's robots first, then of the added ones."""
-    asked = request.query_params.get("limit", str(DEFAULT_ENTRIES))
-    limit = int(asked) if asked.isascii() and asked.isdecimal() and len(asked) < 5 else 0
-    if not 1 <= limit <= MOST_ENTRIES:
-        raise invalid([{"pointer": "", "message": f"the parameter limit is a number from 1 to {MOST_ENTRIES}"}])
+    limit = page_limit(request)
     cursor = request.query_params.get("cursor", "")
     last = cursor.removeprefix(ADDED) if cursor.startswith(ADDED) else ""  # those of the catalogue come before
     kept = await service_of(request).database.read(robots_behind, last, limit + 1)
@@ -52,7 +48,7 @@ async def add_robot(request: Request) -> Response:
     bounds = RobotBounds(
         service.settings.max_robots, service.settings.max_robots_per_client, service.settings.max_robots_bytes
     )
-    match await service.database.write(keep_robot, robot_id, content, _client(request), bounds):
+    match await service.database.write(keep_robot, robot_id, content, client(request), bounds):
         case "exists":
             raise RobotExists(f"{robot_id} is another robot; choose another id, or delete that one first")
         case "full":
@@ -67,15 +63,10 @@ async def add_robot(request: Request) -> Response:
 async def delete_robot(request: Request) -> Response:
     """Answer DELETE /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    match await service_of(request).database.write(forget_robot, robot_id, _client(request)):
+    match await service_of(request).database.write(forget_robot, robot_id, client(request)):
         case "deleted":
             return Response(status_code=204)
         case "of_another":
             raise RobotOfAnother("who added the robot may delete it, from the address that it came from")
         case _:
             return respond(await run(request, "delete_robot", id=robot_id))
-
-
-def _client(request: Request) -> str:
-    """Name the client, as long as there are no keys: by its address."""
-    return client_of("" if request.client is None else request.client.host)

@@ -390,7 +390,15 @@ class ServiceLimits(Answer):
     max_robots_per_client: int
     """The largest number of robots that are kept for one client."""
     max_robots_bytes: int
-    """The bytes that the robots of all clients may take in memory."""
+    """The bytes that the robots of all clients may take in the database."""
+    max_batch_items: int
+    """The largest number of requests in one batch."""
+    max_batch_bytes: int
+    """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
+    max_batches: int
+    """The largest number of batches that are kept."""
+    max_batches_per_client: int
+    """The largest number of batches of one address that have not ended."""
     workers: int
     """The number of requests that are worked on at once."""
     queue_size: int

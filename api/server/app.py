@@ -10,10 +10,11 @@ from fastapi import FastAPI, Response
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
+from api.batches.engine import Engine
 from api.database.database import Database, database_url
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
 from api.operations import OPERATIONS
-from api.routes import compare, robots, service
+from api.routes import batches, compare, robots, service
 from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
 from api.server.pool import WorkerPool
@@ -29,6 +30,13 @@ if TYPE_CHECKING:
 
 ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
     "compare_backends": compare.compare_backends,
+    "create_batch": batches.create_batch,
+    "list_batches": batches.list_batches,
+    "get_batch": batches.get_batch,
+    "get_batch_results": batches.get_batch_results,
+    "stream_batch_results": batches.stream_batch_results,
+    "stream_batch_events": batches.stream_batch_events,
+    "cancel_batch": batches.cancel_batch,
     "list_robots": robots.list_robots,
     "get_robot": robots.get_robot,
     "add_robot": robots.add_robot,
@@ -52,13 +60,16 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     settings = settings or Settings()
     workers = pool or WorkerPool(settings)
     database = Database(database_url(settings))
+    engine = Engine(database, workers, settings)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         database.open()
         workers.attach()
+        engine.start()
         log.info("started", workers=settings.workers)
         yield
+        await engine.stop()
         await workers.detach()
         workers.stop()
         database.close()
@@ -66,7 +77,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
-    app.state.service = Service(settings, workers, database)
+    app.state.service = Service(settings, workers, database, engine)
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
         app.add_route(operation.path, endpoint, methods=[operation.method])

@@ -187,6 +187,8 @@ class Connection(H11Protocol):
     def shutdown(self) -> None:
         """Finish what has been asked; a body that is still under way has to hurry."""
         super().shutdown()
+        if self.cycle is not None:
+            self.cycle.scope["state"]["stopping"] = True  # for answers that would not end by themselves
         if self.conn.their_state is h11.SEND_BODY and not self._refused:
             _cancel(self._read_timer)
             stopping = Overloaded("the service is stopping", headers=RETRY_AFTER)

@@ -34,15 +34,21 @@ class Job:
         reply: The reply, or the reason why there is none; cancelled: nobody waits for it any more.
         started: When a worker began with it, s on the monotonic clock; None: it waits.
         was_interrupted: Whether a worker was killed while it worked on it.
+        begun: An event that is set when a worker begins with it.
+        is_behind: Whether it stands back for all that are not.
     """
 
-    def __init__(self, task: Task, kind: Kind, cost: Cost | None, hold: Callable[[int], None]) -> None:
+    def __init__(
+        self, task: Task, kind: Kind, cost: Cost | None, hold: Callable[[int], None], is_behind: bool = False
+    ) -> None:
         self.task = task
         self.kind = kind
         self.cost = cost
         self.reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
         self.started: float | None = None
         self.was_interrupted = False
+        self.begun = asyncio.Event()
+        self.is_behind = is_behind
         self._hold = hold
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import time
+from collections import deque
 from http import HTTPStatus
 from typing import TYPE_CHECKING
 
@@ -50,7 +51,8 @@ class WorkerPool:
 
     A worker that becomes free takes the job that has waited longest. Express workers take only work that is known to
     be cheap: it does not wait for what takes long, however much of that there is. What cannot be answered in time, as
-    far as the times of former requests tell, is refused at once instead of wasting a worker's time.
+    far as the times of former requests tell, is refused at once instead of wasting a worker's time. What runs behind
+    requests, batches, gets a worker that none of them wants, and never the last one where there are several.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -65,6 +67,8 @@ class WorkerPool:
         )
         self._costs = Costs()
         self._queue = JobQueue(settings.queue_size)
+        self._behind: deque[Job] = deque()
+        self.most_behind = min(settings.batch_workers or max(1, settings.workers - 1), settings.workers)
         self._been_ready = False
         self._keepers: list[asyncio.Task[None]] = []
         lanes = [False] * settings.workers + [True] * settings.express_workers
@@ -139,6 +143,47 @@ class WorkerPool:
         finally:
             self._leave(job)
 
+    async def run_behind(self, task: Task, kind: Kind, seconds: float) -> Reply:
+        """Run a task when no request wants the worker. Cancelling it takes the task away from the worker.
+
+        Args:
+            task: The task, whose own deadline does not count: it may have to wait.
+            kind: What tells how long it may take.
+            seconds: The time that it may take once it has a worker, s.
+
+        Raises:
+            DeadlineExceeded, MemoryExceeded, InternalError: See `run`.
+        """
+        job = Job(task, kind, self._costs.expected(kind), _count_nothing, is_behind=True)
+        self._behind.append(job)
+        self._hand_out_what_is_behind()
+        try:
+            await job.begun.wait()
+            async with asyncio.timeout(seconds):
+                return await job.reply
+        except TimeoutError:
+            hint = what_to_do(self._caps.max_deadline)
+            raise DeadlineExceeded(f"there was no answer within the deadline; {hint}") from None
+        finally:
+            self._leave(job)
+
+    def _hand_out_what_is_behind(self) -> None:
+        """Give jobs that stand back to workers that nobody else wants."""
+        for worker in [worker for worker in self._workers if _is_idle(worker)]:
+            job = self._take_from_behind(worker)
+            if job is not None:
+                _hand_over(job, worker)
+
+    def _take_from_behind(self, worker: Worker) -> Job | None:
+        """Take the first of the jobs that stand back, if this worker may do one."""
+        lane = [other for other in self._workers if not other.only_cheap]
+        busy = sum(other.job is not None and other.job.is_behind for other in lane)
+        alive = sum(other.warm and not other.ended.is_set() for other in lane)
+        left_to_requests = len(lane) - self.most_behind  # a worker that is being replaced is missing to them, too
+        if worker.only_cheap or not self._behind or busy >= alive - left_to_requests:
+            return None
+        return self._behind.popleft()
+
     def _admit(self, job: Job) -> None:
         """Give a job to an idle worker, express ones first, or let it wait.
 
@@ -165,6 +210,8 @@ class WorkerPool:
     def _leave(self, job: Job) -> None:
         """Take care of a job that its caller does not wait for any more, with or without a reply."""
         self._queue.discard(job)
+        if job in self._behind:
+            self._behind.remove(job)
         for worker in self._workers:
             if worker.job is job:
                 asyncio.get_running_loop().call_later(GRACE, _kill_if_still_at, worker, job)
@@ -189,8 +236,9 @@ class WorkerPool:
         """Wait for the next job of a worker; None: it has ended, or has done enough."""
         worker.job = None
         if worker.ended.is_set() or worker.tasks >= self._max_tasks:
+            self._hand_out_what_is_behind()
             return None
-        worker.job = self._queue.take(worker.only_cheap)
+        worker.job = self._queue.take(worker.only_cheap) or self._take_from_behind(worker)
         if worker.job is None:
             worker.offer = asyncio.get_running_loop().create_future()
             worker.job = await worker.offer
@@ -204,6 +252,7 @@ class WorkerPool:
             self._repeat(job, worker)
             return
         started = job.started = time.monotonic()
+        job.begun.set()
         learn = self._costs.learn_at_least
         try:
             reply = await worker.run(job.task, job.hold)
@@ -248,6 +297,10 @@ def _hand_over(job: Job, worker: Worker) -> None:
     assert worker.offer is not None  # noqa: S101 - it is idle
     worker.job = job
     worker.offer.set_result(job)
+
+
+def _count_nothing(_size: int) -> None:
+    """Hold no bytes: a saved plan is small, and goes into the database."""
 
 
 def _fail(job: Job, error: Exception) -> None:

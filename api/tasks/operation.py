@@ -43,6 +43,10 @@ class Operation:
         examples: Request bodies by name.
         pages: Whether the answer is a page of a list, which `limit` and `cursor` choose.
         formats: Whether `?format=` and `Accept` choose the form of the answer.
+        formats_of_plans: Whether `?format=` chooses the form of the plans in the answer.
+        headers: The headers that are read, and what each is for.
+        media_type: The media type of the answer.
+        lines: Whether the body may also be newline-delimited JSON, an entry of its only list a line.
     """
 
     id: str
@@ -59,3 +63,7 @@ class Operation:
     examples: Mapping[str, Any] = field(default_factory=dict)
     pages: bool = False
     formats: bool = False
+    formats_of_plans: bool = False
+    headers: Mapping[str, str] = field(default_factory=dict)
+    media_type: str = "application/json"
+    lines: bool = False

@@ -32,7 +32,7 @@ def plan_trajectory(work: Work) -> Reply:
         form = negotiated(work.arguments["format"], work.arguments["accept"])
         request = work.request(requests.PlanRequest)
         asked, backend = to_planning_problem(request, work.robot(request)), to_backend(request.backend)
-        options = _options(request, work)
+        options = export_options(request, work.arguments.get("definition"))
     with work.stage("plan"):
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
@@ -63,7 +63,7 @@ def compare_backend(work: Work) -> Reply:
         _, body = problem_document(error, work.task.instance)
         return work.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
     with work.stage("serialise"):
-        trajectory = as_dict(solved, _options(request, work))
+        trajectory = as_dict(solved, export_options(request, work.arguments.get("definition")))
         return work.reply(entry | asdict(figures(solved)) | {"status": "planned", "trajectory": trajectory})
 
 
@@ -111,10 +111,11 @@ def list_backends(work: Work) -> Reply:
     return work.reply({"backends": descriptions})
 
 
-def _options(request: requests.PlanRequest, work: Work) -> ExportOptions:
+def export_options(request: requests.PlanRequest, definition: bytes | None) -> ExportOptions:
+    """Make the options by which a plan is written, for a request that may name an added robot with a definition."""
     from planner.export import ExportOptions
 
-    quoted = request_hash(request, work.arguments.get("definition"))
+    quoted = request_hash(request, definition)
     return ExportOptions(request.sample_period, frozenset(request.include), quoted)
 
 

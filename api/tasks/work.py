@@ -74,10 +74,7 @@ class Work:
         Raises:
             UnknownRobot: There is none with this id.
         """
-        from planner.robots import load_robot
-
-        definition = self.arguments.get("definition")
-        return load_robot(request.robot) if definition is None else _named(definition, request.robot)
+        return robot_of(request.robot, self.arguments.get("definition"))
 
     def reply(self, value: Any, status: int = 200, **more: Any) -> Reply:
         """Make the reply with a value as JSON; `more` are further fields of the reply."""
@@ -110,6 +107,17 @@ def to_json(value: Any) -> bytes:
 def model_of(definition: bytes) -> Any:
     """Read the model of an added robot from its definition."""
     return _adapter(RobotModel).validate_json(definition)
+
+
+def robot_of(robot_id: str, definition: bytes | None) -> Robot:
+    """Find a robot of the catalogue, or the added one that has this definition.
+
+    Raises:
+        UnknownRobot: There is none with this id.
+    """
+    from planner.robots import load_robot
+
+    return load_robot(robot_id) if definition is None else _named(definition, robot_id)
 
 
 @cache

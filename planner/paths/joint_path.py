@@ -152,7 +152,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         ConfigurationChange: A motion of the tool ends in another configuration than its waypoint.
         SingularPath: A motion of the tool meets a singularity.
     """
-    dynamics = _dynamics(problem)
+    dynamics = dynamics_of(problem)
     robot = dynamics.robots[0]
     waypoints, options = within_limits(robot, problem.waypoints, problem.start_tolerance), problem.inverse_kinematics
     solved = solve_waypoints(robot, waypoints, options)
@@ -184,7 +184,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     )
 
 
-def _dynamics(problem: PlanningProblem) -> SegmentDynamics:
+def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:
     """The robot with the payload that it carries on each segment, or at its only waypoint."""
     payloads = problem.payloads
     carried = [*payloads[: max(1, len(payloads) - 1)], payloads[-1]]

@@ -22,12 +22,10 @@ from api.database.tables import metadata, robot_contents, robots
 from api.errors import DatabaseUnavailable
 from api.robot_content import RobotContent
 from api.settings import Settings
-from tests.api.conftest import RunningService
 from tests.api.databases import PostgresServer, engine, postgres
-from tests.api.requests import dh_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     from sqlalchemy import Connection, Engine
@@ -183,17 +181,6 @@ def test_the_bytes_of_all_robots_are_bounded(connection: Connection) -> None:
     assert add("b", content("x", 600)) == "added"  # the same content takes no more
     assert delete_robot(connection, "a", "me") == delete_robot(connection, "b", "me") == "deleted"
     assert add("b", content("y", 600)) == "added"
-
-
-def test_robots_survive_a_restart(start_service: Callable[..., RunningService], tmp_path: Path) -> None:
-    settings = {"workers": 1, "data_directory": tmp_path / "data"}
-    first = start_service(**settings)
-    added = first.post("/v1/robots", dh_robot()).json()
-    first.process.kill()
-    second = start_service(**settings)
-    assert second.client.get("/v1/robots/planar_arm").json()["content"] == added["content"]
-    forward = second.post("/v1/kinematics/forward", {"robot": "planar_arm", "positions": [[0.0, 0.0]]})
-    assert forward.json()["poses"][0]["position"] == pytest.approx([0.7, 0.0, 0.0])
 
 
 def test_settings_keep_the_password_to_themselves() -> None:

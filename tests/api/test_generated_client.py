@@ -24,7 +24,9 @@ def client(service: RunningService, tmp_path_factory: pytest.TempPathFactory) ->
     folder = tmp_path_factory.mktemp("generated")
     document = folder / "openapi.json"
     document.write_bytes(service.client.get("/openapi.json").content)
-    (folder / "config.yml").write_text("post_hooks: []\n")
+    # It knows no lines of JSON by itself.
+    config = ["post_hooks: []", "content_type_overrides:", "  application/x-ndjson: application/octet-stream"]
+    (folder / "config.yml").write_text("\n".join(config))
     result = subprocess.run(
         [
             *(sys.executable, "-m", "openapi_python_client", "generate", "--meta", "none"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import signal
 import time
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,13 @@ class Running:
         now = time.monotonic()
         task = Task(name, "/", now, now + deadline)
         asked = asyncio.create_task(self.pool.run(task, kind, lambda size: None))
+        await settle()
+        return asked
+
+    async def put_behind(self, name: str, seconds: float = 10.0) -> asyncio.Task[Reply]:
+        """Give the pool something that stands back."""
+        task = Task(name, "/", time.monotonic(), math.inf)
+        asked = asyncio.create_task(self.pool.run_behind(task, NEW, seconds))
         await settle()
         return asked
 
@@ -291,3 +299,56 @@ def test_the_kind_says_what_makes_a_request_long() -> None:
     }
     assert len(kinds) == 5
     assert kind(waypoints=[{}] * 6, seed=3) == kind()
+
+
+def test_what_stands_back_gets_what_nobody_wants_and_never_the_last_worker() -> None:
+    async def test(running: Running) -> None:
+        behind = [await running.put_behind(name) for name in ("b1", "b2")]
+        assert [running.worker(place).begun for place in range(2)] in ([["b1"], []], [[], ["b1"]])
+        at_it, idle = sorted((running.worker(place) for place in range(2)), key=lambda worker: not worker.begun)
+        asked = [await running.ask(name) for name in ("r1", "r2")]
+        assert idle.begun == ["r1"]
+        at_it.finish()
+        await settle()
+        assert at_it.begun == ["b1", "r2"]  # before what stands back
+        idle.finish()
+        await settle()
+        assert idle.begun == ["r1", "b2"]
+        for worker in (at_it, idle):
+            worker.finish()
+        await asyncio.gather(*behind, *asked)
+
+    with_pool(test, workers=2)
+
+
+def test_what_stands_back_has_its_deadline_from_when_it_begins_and_can_be_cancelled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pool_module, "GRACE", 0.0)
+
+    async def test(running: Running) -> None:
+        first = await running.ask("r1")
+        late, cancelled = await running.put_behind("late", 0.05), await running.put_behind("cancelled")
+        cancelled.cancel()
+        await asyncio.sleep(0.1)
+        assert not late.done()
+        running.worker().finish()
+        with pytest.raises(DeadlineExceeded):
+            await late
+        await settle()
+        assert "cancelled" not in running.worker().begun
+        assert (await first).status == 200
+
+    with_pool(test)
+
+
+def test_what_stands_back_is_repeated_when_its_worker_is_killed() -> None:
+    async def test(running: Running) -> None:
+        behind = await running.put_behind("b1")
+        running.worker().die(-signal.SIGKILL)
+        await settle()
+        assert running.worker().begun == ["b1"]
+        running.worker().finish()
+        assert (await behind).status == 200
+
+    with_pool(test)

@@ -25,6 +25,7 @@ LAYERS = (
     "certificate",
     "backends",
     "result",
+    "saved_plan",
     "remedies",
     "planning",
     "operations",

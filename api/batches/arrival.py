@@ -1,0 +1,168 @@
+"""How a batch arrives: piece by piece out of a body into the database, so that no part of the service holds it whole.
+
+A worker takes the requests out of each piece. A body that is one JSON document is one piece, of a bounded size; one
+with a request a line is as long as it likes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import pickle
+import time
+from typing import TYPE_CHECKING, NamedTuple
+
+from api.batches.items import READ_ITEMS
+from api.database.batches import BatchBounds, append_items, begin_batch, discard_batches, open_batch
+from api.database.claims import beat
+from api.errors import Conflict, InternalError, PayloadTooLarge, TooManyBatches, invalid
+from api.messages import Task
+from api.server.costs import Kind
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from sqlalchemy import Connection
+
+    from api.database.batches import Arrival
+    from api.messages import Reply
+    from api.server.service import Service
+    from api.server.traffic import Share
+
+PIECE = 2**20
+"""The bytes of lines that a worker gets at once: some thousand requests, a tenth of a second of its time."""
+
+PATH = "/v1/batches"
+"""Where batches are sent to, for problem documents."""
+
+
+class Refused(Exception):
+    """A worker refused the body; `reply` says why."""
+
+    def __init__(self, reply: Reply) -> None:
+        super().__init__()
+        self.reply = reply
+
+
+class Body(NamedTuple):
+    """The body of a request that makes a batch.
+
+    Attributes:
+        chunks: The bytes, as they arrive.
+        is_lines: Whether it has one request a line.
+        share: What counts the bytes that are held.
+    """
+
+    chunks: AsyncIterator[bytes]
+    is_lines: bool
+    share: Share
+
+
+async def take_in(service: Service, body: Body, owner: str, key: str | None) -> str:
+    """Take a batch in, or find the one of an earlier request with the same key; give its id.
+
+    Raises:
+        Conflict: The key came with another body before, or that request is still under way.
+        TooManyBatches: There is no room.
+        PayloadTooLarge: The body is too long.
+        InvalidRequest: There are too many requests, or none.
+        Refused: A worker found something else wrong.
+    """
+    settings, database, engine = service.settings, service.database, service.engine
+    bounds = BatchBounds(settings.max_batches, settings.max_batches_per_client, settings.max_batches_bytes)
+    engine.arriving += 1
+    try:
+        await database.write(beat, engine.id)
+        match await database.write(begin_batch, owner, key, engine.id, bounds):
+            case "arriving":
+                raise Conflict("a request with this key is still under way", headers={"Retry-After": "1"})
+            case "full":
+                raise TooManyBatches("the service keeps no more batches now")
+            case "too_many":
+                raise TooManyBatches("you have too many batches under way; wait for one to end, or cancel it")
+            case arrival:
+                pass
+        if arrival.body_digest is not None:
+            return await _same(body, arrival)
+        try:
+            digest = await _fill(service, body, arrival)
+        except BaseException:  # whatever ended it, nobody may see half a batch
+            await database.write(discard_batches, [arrival.number])
+            raise
+        await database.write(open_batch, arrival.number, digest)
+    finally:
+        engine.arriving -= 1
+    engine.wake()
+    return arrival.id
+
+
+async def _same(body: Body, arrival: Arrival) -> str:
+    """Make sure that the body is the one that the batch came with."""
+    digest = hashlib.sha256()
+    async for chunk in body.chunks:
+        digest.update(chunk)
+    if digest.hexdigest() != arrival.body_digest:
+        raise Conflict("this key came with another body before; choose another key for another batch")
+    return arrival.id
+
+
+async def _fill(service: Service, body: Body, arrival: Arrival) -> str:
+    """Put the requests of a body into a batch, and give the body's digest."""
+    digest, total = hashlib.sha256(), 0
+    async for piece in _pieces(service, body, digest):
+        reply = await _requests_of(service, body, piece, total)
+        for chunk in reply.result:
+            total = await service.database.write(_append, arrival.number, total, chunk)
+        body.share.release()
+    if not total:
+        raise invalid([{"pointer": "/requests", "message": "a batch has at least one request"}])
+    return digest.hexdigest()
+
+
+def _append(connection: Connection, number: int, first: int, chunk: bytes) -> int:
+    """Put requests into a batch that a worker has pickled."""
+    return append_items(connection, number, first, pickle.loads(chunk))  # noqa: S301 - from our own process
+
+
+async def _pieces(service: Service, body: Body, digest: hashlib._Hash) -> AsyncIterator[bytes]:
+    """Cut a body into pieces of whole lines, or give it as a whole.
+
+    Raises:
+        PayloadTooLarge: A line, or the whole, is too long.
+    """
+    settings = service.settings
+    most = settings.max_body_bytes if body.is_lines else settings.max_batch_bytes
+    what = "a line of the body" if body.is_lines else "the body"
+    held = bytearray()
+    async for chunk in body.chunks:
+        body.share.hold(len(chunk))
+        digest.update(chunk)
+        held += chunk
+        if body.is_lines and len(held) >= PIECE and (end := held.rfind(b"\n") + 1):
+            yield bytes(held[:end])
+            del held[:end]
+        if len(held) > most:
+            raise PayloadTooLarge(f"{what} may have {most} bytes", headers={"Connection": "close"})
+    if held:
+        yield bytes(held)
+
+
+async def _requests_of(service: Service, body: Body, piece: bytes, first: int) -> Reply:
+    """Let a worker take the requests out of a piece."""
+    settings = service.settings
+    arguments = {
+        "lines": body.is_lines,
+        "first": first,
+        "most_items": settings.max_batch_items,
+        "most_bytes": settings.max_batch_bytes,
+        "most_bytes_of_one": settings.max_body_bytes,
+    }
+    now = time.monotonic()
+    task = Task(READ_ITEMS, PATH, now, now + settings.max_deadline, piece, arguments)
+    size = math.ceil(len(piece) / PIECE).bit_length()
+    reply = await service.pool.run(task, Kind((READ_ITEMS,), size), body.share.hold)
+    if reply.failure is not None:
+        raise InternalError("the service failed on this request")
+    if reply.result is None:
+        raise Refused(reply)
+    return reply

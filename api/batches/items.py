@@ -1,0 +1,58 @@
+"""The requests of batches on their way from a body into the database. Light to import: server and workers do."""
+
+from __future__ import annotations
+
+import zlib
+from typing import NamedTuple
+
+LEVEL = 6
+"""The effort of compression, without unit, 1 to 9: zlib's own choice. A request takes some 20 microseconds."""
+
+READ_ITEMS, PLAN_ITEM, RENDER_RESULTS = "create_batch", "plan_batch_item", "get_batch_results"
+"""The names of the tasks of workers: take requests out of a body, plan one, write results in the form asked."""
+
+
+PLANNED = "planned"
+"""The outcome of an item that has a plan; all others are codes of problems."""
+
+
+class NewItem(NamedTuple):
+    """A request as it is put into a batch.
+
+    Attributes:
+        request: The request as JSON, compressed.
+        robot: The id of the robot that it names, if it names one.
+        deadline: The deadline that it asks, s.
+    """
+
+    request: bytes
+    robot: str | None
+    deadline: float
+
+
+class Result(NamedTuple):
+    """What came of an item, to be read.
+
+    Attributes:
+        position: Its position in its batch.
+        request: The request as JSON, compressed.
+        robot: The digest of the added robot that it names; None: another one, or none.
+        outcome: `planned`, or the code of a problem.
+        result: The saved plan, or the problem document, compressed.
+    """
+
+    position: int
+    request: bytes
+    robot: str | None
+    outcome: str
+    result: bytes
+
+
+def compressed(content: bytes) -> bytes:
+    """Make a request or a problem document smaller, about a third of its size."""
+    return zlib.compress(content, LEVEL)
+
+
+def decompressed(content: bytes) -> bytes:
+    """Read what `compressed` made."""
+    return zlib.decompress(content)

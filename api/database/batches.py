@@ -1,0 +1,222 @@
+"""Batches in the database: how they arrive, what is told of them, how they end."""
+
+from __future__ import annotations
+
+import time
+import uuid
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from sqlalchemy import delete, func, insert, select, update
+
+from api.database.locks import BATCHES, ROBOTS, exclusively
+from api.database.tables import batches, engines, items, robot_contents, robots
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from sqlalchemy import Connection
+
+    from api.batches.items import NewItem
+
+ENGINE_TIMEOUT = 5.0
+"""The time after which a service that has not said that it is alive is taken for dead, s: ten times as often as it
+says so. The clocks of services that share a database have to agree within it."""
+
+
+class BatchBounds(NamedTuple):
+    """How much is kept.
+
+    Attributes:
+        batches: The most batches.
+        batches_of_owner: The most batches of one client that have not ended.
+        size: The most bytes of requests and results, beyond which no more requests are taken.
+    """
+
+    batches: int
+    batches_of_owner: int
+    size: int
+
+
+class Arrival(NamedTuple):
+    """A batch that arrives.
+
+    Attributes:
+        number: The number of the batch.
+        id: The id of the batch.
+        body_digest: What the body of an earlier request with the same key had as its digest; None: it is a new batch.
+    """
+
+    number: int
+    id: str
+    body_digest: str | None = None
+
+
+class Outcomes(NamedTuple):
+    """The items of a batch that had the same outcome.
+
+    Attributes:
+        outcome: `planned`, the code of a problem, or None: nothing yet.
+        items: The number of items.
+        shortest: The shortest duration of a trajectory, s; None: there is none.
+        longest: The longest, s.
+        sum: The sum of all, s.
+        ratio: The largest share of a limit that is used.
+    """
+
+    outcome: str | None
+    items: int
+    shortest: float | None
+    longest: float | None
+    sum: float | None
+    ratio: float | None
+
+
+class BatchRecord(NamedTuple):
+    """A batch. See `api.database.tables.batches`."""
+
+    number: int
+    id: str
+    status: Literal["running", "completed", "cancelled"]
+    total: int
+    created: float
+    ended: float | None
+    rate: float | None
+
+
+COLUMNS = tuple(batches.c[name] for name in BatchRecord._fields)
+"""The columns of a `BatchRecord`."""
+
+
+def begin_batch(
+    connection: Connection, owner: str, key: str | None, engine: str, bounds: BatchBounds
+) -> Arrival | Literal["arriving", "full", "too_many"]:
+    """Begin with a batch, whose items follow; nobody sees it until `open_batch`.
+
+    Returns:
+        The batch, which may be one of an earlier request with the same key; `arriving`: such a request is still under
+        way; `full`: there is no room; `too_many`: the client has as many batches under way as one may have.
+    """
+    exclusively(connection, BATCHES)
+    if key is not None:
+        same = select(batches).where(batches.c.owner == owner, batches.c.idempotency_key == key)
+        known = connection.execute(same).one_or_none()
+        if known is not None:
+            return "arriving" if known.status == "arriving" else Arrival(known.number, known.id, known.body_digest)
+    count, size = connection.execute(select(func.count(), func.coalesce(func.sum(batches.c.size), 0))).one()
+    if count >= bounds.batches or size >= bounds.size:
+        return "full"
+    under_way = select(func.count()).where(batches.c.owner == owner, batches.c.status.in_(["arriving", "running"]))
+    if connection.execute(under_way).scalar_one() >= bounds.batches_of_owner:
+        return "too_many"
+    batch_id = uuid.uuid4().hex
+    made = insert(batches).values(
+        id=batch_id,
+        owner=owner,
+        idempotency_key=key,
+        status="arriving",
+        engine=engine,
+        total=0,
+        size=0,
+        created=time.time(),
+    )
+    return Arrival(connection.execute(made.returning(batches.c.number)).scalar_one(), batch_id)
+
+
+def append_items(connection: Connection, number: int, first: int, chunk: Sequence[NewItem]) -> int:
+    """Put requests into a batch that arrives, from position `first` on; give the number of all of them.
+
+    Each keeps the robot that its id stands for now: the batch needs it, whatever becomes of the id.
+    """
+    exclusively(connection, ROBOTS)
+    names = {item.robot for item in chunk}
+    known = select(robots.c.id, robots.c.digest).where(robots.c.id.in_(names))
+    digests = {row.id: row.digest for row in connection.execute(known)}
+    rows = [
+        {
+            "batch": number,
+            "position": position,
+            "request": item.request,
+            "robot": digests.get(item.robot or ""),
+            "deadline": item.deadline,
+        }
+        for position, item in enumerate(chunk, first)
+    ]
+    connection.execute(insert(items), rows)
+    size = sum(len(item.request) for item in chunk)
+    connection.execute(
+        update(batches).where(batches.c.number == number).values(size=batches.c.size + size, total=first + len(chunk))
+    )
+    return first + len(chunk)
+
+
+def open_batch(connection: Connection, number: int, body_digest: str) -> None:
+    """Let the work on a batch begin: all its items have arrived."""
+    values = {"status": "running", "engine": None, "body_digest": body_digest, "created": time.time()}
+    connection.execute(update(batches).where(batches.c.number == number).values(**values))
+
+
+def discard_batches(connection: Connection, numbers: Iterable[int]) -> None:
+    """Forget batches, their items, and contents of robots that nothing else needs."""
+    chosen = list(numbers)
+    if not chosen:
+        return
+    exclusively(connection, ROBOTS)
+    used = select(items.c.robot).where(items.c.batch.in_(chosen), items.c.robot.is_not(None)).distinct()
+    contents = connection.scalars(used).all()
+    connection.execute(delete(items).where(items.c.batch.in_(chosen)))
+    connection.execute(delete(batches).where(batches.c.number.in_(chosen)))
+    forget_contents(connection, contents)
+
+
+def forget_contents(connection: Connection, digests: Sequence[str | None]) -> None:
+    """Delete contents of robots for which no id stands, and which no batch needs."""
+    needed_by_id = select(robots.c.id).where(robots.c.digest == robot_contents.c.digest).exists()
+    needed_by_item = select(items.c.batch).where(items.c.robot == robot_contents.c.digest).exists()
+    connection.execute(
+        delete(robot_contents).where(robot_contents.c.digest.in_(digests), ~needed_by_id, ~needed_by_item)
+    )
+
+
+def find_batch(connection: Connection, batch_id: str) -> BatchRecord | None:
+    """Find a batch that has arrived."""
+    query = select(*COLUMNS).where(batches.c.id == batch_id, batches.c.status != "arriving")
+    row = connection.execute(query).one_or_none()
+    return None if row is None else BatchRecord(*row)
+
+
+def batches_before(connection: Connection, number: int | None, limit: int) -> list[BatchRecord]:
+    """List batches that have arrived, the newest first, those before a number."""
+    query = select(*COLUMNS).where(batches.c.status != "arriving").order_by(batches.c.number.desc()).limit(limit)
+    if number is not None:
+        query = query.where(batches.c.number < number)
+    return [BatchRecord(*row) for row in connection.execute(query)]
+
+
+def outcomes_of(connection: Connection, number: int) -> list[Outcomes]:
+    """Count the items of a batch by their outcome; an index has all that it takes."""
+    duration = items.c.duration
+    query = select(
+        items.c.outcome,
+        func.count(),
+        func.min(duration),
+        func.max(duration),
+        func.sum(duration),
+        func.max(items.c.ratio),
+    )
+    rows = connection.execute(query.where(items.c.batch == number).group_by(items.c.outcome))
+    return sorted((Outcomes(*row) for row in rows), key=lambda found: found.outcome or "")
+
+
+def cancel_batch(connection: Connection, number: int) -> None:
+    """End a batch whose items are not all done; what is done is kept, and nothing is added to it any more."""
+    running = (batches.c.number == number) & (batches.c.status == "running")
+    connection.execute(update(batches).where(running).values(status="cancelled", ended=time.time(), rate=None))
+
+
+def clean_up(connection: Connection, ended_before: float) -> None:
+    """Forget batches that ended before a time, s since 1970, and those whose arrival was cut off; and dead services."""
+    alive = select(engines.c.id).where(engines.c.seen > time.time() - ENGINE_TIMEOUT)
+    cut_off = (batches.c.status == "arriving") & batches.c.engine.not_in(alive)
+    old = connection.scalars(select(batches.c.number).where((batches.c.ended < ended_before) | cut_off))
+    discard_batches(connection, old.all())
+    connection.execute(delete(engines).where(engines.c.seen < time.time() - 10.0 * ENGINE_TIMEOUT))

@@ -1,0 +1,169 @@
+"""Who works on which item of a batch, and what comes of it.
+
+A service claims items, and says every second that it is alive. Items that a dead one had claimed are free again. What
+comes of an item is written once: who comes second, since it was taken for dead, changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from sqlalchemy import bindparam, delete, insert, or_, select, update
+
+from api.batches.items import Result
+from api.database.batches import ENGINE_TIMEOUT
+from api.database.tables import batches, engines, items, robot_contents
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from sqlalchemy import Connection
+
+RATE_MEMORY = 10.0
+"""The time over which the rate of a batch is averaged, s: long enough for items of some seconds."""
+
+MOST_BATCHES_AT_ONCE = 8
+"""The most batches that share what is claimed, those that came first."""
+
+
+class Claimed(NamedTuple):
+    """An item to plan.
+
+    Attributes:
+        batch: The number of its batch.
+        batch_id: The id of its batch.
+        position: Its position there.
+        request: The request as JSON, compressed.
+        robot: The digest of the added robot that it names; None: a robot of the catalogue, or none.
+        deadline: The deadline that it asks, s.
+    """
+
+    batch: int
+    batch_id: str
+    position: int
+    request: bytes
+    robot: str | None
+    deadline: float
+
+
+class Outcome(NamedTuple):
+    """What came of an item.
+
+    Attributes:
+        batch: The number of its batch.
+        position: Its position there.
+        outcome: `planned`, or the code of a problem.
+        result: The saved plan, or the problem document, compressed.
+        duration: The duration of the trajectory, s.
+        ratio: The largest share of a limit that is used.
+    """
+
+    batch: int
+    position: int
+    outcome: str
+    result: bytes
+    duration: float | None = None
+    ratio: float | None = None
+
+
+def beat(connection: Connection, engine: str) -> None:
+    """Say that a service is alive."""
+    seen = update(engines).where(engines.c.id == engine).values(seen=time.time())
+    if not connection.execute(seen).rowcount:
+        connection.execute(insert(engines).values(id=engine, seen=time.time()))
+
+
+def claim(connection: Connection, engine: str, limit: int) -> list[Claimed]:
+    """Take items of running batches to work on, of each batch about as many."""
+    running = select(batches.c.number, batches.c.id).where(batches.c.status == "running")
+    chosen = connection.execute(running.order_by(batches.c.number).limit(MOST_BATCHES_AT_ONCE)).all()
+    if not chosen:
+        return []
+    beat(connection, engine)
+    dead = items.c.engine.not_in(select(engines.c.id).where(engines.c.seen > time.time() - ENGINE_TIMEOUT))
+    claimed: list[Claimed] = []
+    for batch in chosen:
+        free = select(items.c.position).where(
+            items.c.batch == batch.number, items.c.outcome.is_(None), or_(items.c.engine.is_(None), dead)
+        )
+        share = math.ceil(limit / len(chosen))
+        free = free.order_by(items.c.position).limit(share).with_for_update(skip_locked=True)
+        taken = update(items).where(items.c.batch == batch.number, items.c.position.in_(free)).values(engine=engine)
+        rows = connection.execute(taken.returning(items.c.position, items.c.request, items.c.robot, items.c.deadline))
+        claimed += [Claimed(batch.number, batch.id, *row) for row in sorted(rows, key=lambda row: row.position)]
+    return claimed
+
+
+def definition_of(connection: Connection, digest: str) -> bytes:
+    """Read the definition of an added robot."""
+    query = select(robot_contents.c.definition).where(robot_contents.c.digest == digest)
+    definition: bytes = connection.execute(query).scalar_one()
+    return definition
+
+
+def settle(connection: Connection, outcomes: Sequence[Outcome]) -> None:
+    """Write what came of items; those of batches that have ended since are left out."""
+    touched = select(batches).where(batches.c.number.in_({outcome.batch for outcome in outcomes}))
+    locked = connection.execute(touched.order_by(batches.c.number).with_for_update())
+    running = {row.number: row for row in locked if row.status == "running"}
+    written = [outcome for outcome in outcomes if outcome.batch in running]
+    if not written:
+        return
+    of_item = (items.c.batch == bindparam("of_batch")) & (items.c.position == bindparam("at"))
+    columns: dict[str, Any] = {name: bindparam(f"new_{name}") for name in ("outcome", "result", "duration", "ratio")}
+    connection.execute(
+        update(items).where(of_item, items.c.outcome.is_(None)).values(columns),
+        [
+            {"of_batch": done.batch, "at": done.position, **{f"new_{name}": getattr(done, name) for name in columns}}
+            for done in written
+        ],
+    )
+    for number, batch in running.items():
+        _tell(connection, batch, [outcome for outcome in written if outcome.batch == number])
+
+
+def _tell(connection: Connection, batch: Any, written: Sequence[Outcome]) -> None:
+    """Note in its batch that results have been written."""
+    now = time.time()
+    seconds = max(now - (batch.settled or batch.created), 1e-3)
+    rate, weight = len(written) / seconds, -math.expm1(-seconds / RATE_MEMORY)
+    left = select(items.c.position).where(items.c.batch == batch.number, items.c.outcome.is_(None)).limit(1)
+    is_done = connection.execute(left).first() is None
+    values = {
+        "settled": now,
+        "rate": None if is_done else rate if batch.rate is None else batch.rate + weight * (rate - batch.rate),
+        "size": batch.size + sum(len(outcome.result) for outcome in written),
+        **({"status": "completed", "ended": now} if is_done else {}),
+    }
+    connection.execute(update(batches).where(batches.c.number == batch.number).values(values))
+
+
+def ended(connection: Connection, numbers: Collection[int]) -> set[int]:
+    """Tell which of these batches are not running any more."""
+    running = select(batches.c.number).where(batches.c.number.in_(numbers), batches.c.status == "running")
+    return set(numbers) - set(connection.scalars(running))
+
+
+def leave(connection: Connection, engine: str) -> None:
+    """Give back what a service has claimed: it stops."""
+    connection.execute(update(items).where(items.c.engine == engine, items.c.outcome.is_(None)).values(engine=None))
+    connection.execute(delete(engines).where(engines.c.id == engine))
+
+
+def results_behind(connection: Connection, number: int, position: int, limit: int, ended: bool) -> list[Result]:
+    """Read what came of items behind a position, in order.
+
+    Of a batch that has not ended that is up to the first item that is not done, so that who reads on misses none.
+    """
+    columns = (items.c[name] for name in Result._fields)
+    query = select(*columns).where(items.c.batch == number, items.c.position > position)
+    if ended:
+        query = query.where(items.c.outcome.is_not(None))
+    found = []
+    for row in connection.execute(query.order_by(items.c.position).limit(limit)):
+        if row.outcome is None:
+            break
+        found.append(Result(*row))
+    return found

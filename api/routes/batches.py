@@ -1,0 +1,230 @@
+"""Batches: taken in, told of, read and cancelled; workers write their results in the form asked."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from dataclasses import replace
+from http import HTTPStatus
+from typing import TYPE_CHECKING, Any
+
+import orjson
+from fastapi import Request, Response
+from starlette.responses import StreamingResponse
+
+from api.batches.arrival import Body, Refused, take_in
+from api.batches.items import RENDER_RESULTS, Result
+from api.batches.status import described, finished, listed
+from api.database import batches, claims
+from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
+from api.messages import Task
+from api.routes.ordinary import client, page_limit, respond, run, service_of
+from api.server.costs import Kind
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Mapping, Sequence
+
+    from api.database.batches import BatchRecord
+    from api.messages import Reply
+    from api.server.service import Service
+
+LINES = frozenset({"application/x-ndjson", "application/ndjson", "application/jsonl"})
+"""The media types of bodies with one request a line."""
+
+LONGEST_KEY = 200
+"""The most characters of an `Idempotency-Key`."""
+
+LOOK = 0.5
+"""The time between two looks at a batch for those who follow it, s: as often as the engine writes what it has done."""
+
+KEEP_ALIVE = 15.0
+"""The time after which a stream of events without news sends a comment, s: proxies close what is silent."""
+
+RESULTS_AT_ONCE = 100
+"""The number of results that are read for one piece of a stream."""
+
+MOST_TRIES = 30
+"""The number of times that a piece of a stream is tried, a second apart, while the service has too much to do."""
+
+
+async def create_batch(request: Request) -> Response:
+    """Answer POST /v1/batches."""
+    media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
+    is_lines = media_type in LINES
+    if not is_lines and media_type != "application/json" and not media_type.endswith("+json"):
+        raise UnsupportedMediaType("send the body as application/json, or lines of it as application/x-ndjson")
+    key = request.headers.get("idempotency-key")
+    if key is not None and not 1 <= len(key) <= LONGEST_KEY:
+        raise invalid([{"pointer": "", "message": f"the header Idempotency-Key has 1 to {LONGEST_KEY} characters"}])
+    body = Body(request.stream(), is_lines, request.state.share)
+    try:
+        batch_id = await take_in(service_of(request), body, client(request), key)
+    except Refused as refused:
+        return respond(replace(refused.reply, headers={"Connection": "close"}))
+    batch = await _batch(service_of(request), batch_id)
+    headers = {"Location": f"/v1/batches/{batch_id}"}
+    return _json(await _described(service_of(request), batch), HTTPStatus.ACCEPTED, headers)
+
+
+async def list_batches(request: Request) -> Response:
+    """Answer GET /v1/batches: a page, the newest first."""
+    limit, cursor = page_limit(request), request.query_params.get("cursor")
+    number = None if cursor is None else _number(cursor)
+    found = await service_of(request).database.read(batches.batches_before, number, limit + 1)
+    next_cursor = str(found[limit - 1].number) if len(found) > limit else None
+    return _json({"batches": [listed(batch) for batch in found[:limit]], "next_cursor": next_cursor})
+
+
+async def get_batch(request: Request) -> Response:
+    """Answer GET /v1/batches/{id}."""
+    service = service_of(request)
+    return _json(await _described(service, await _batch(service, request.path_params["id"])))
+
+
+async def cancel_batch(request: Request) -> Response:
+    """Answer DELETE /v1/batches/{id}."""
+    service = service_of(request)
+    batch = await _batch(service, request.path_params["id"])
+    await service.database.write(batches.cancel_batch, batch.number)
+    service.engine.forget(batch.number)
+    return Response(status_code=HTTPStatus.NO_CONTENT)
+
+
+async def get_batch_results(request: Request) -> Response:
+    """Answer GET /v1/batches/{id}/results: a page, in the order of the requests."""
+    service = service_of(request)
+    limit, form = page_limit(request), _form(request)
+    cursor = request.query_params.get("cursor")
+    behind = -1 if cursor is None else _number(cursor)
+    batch = await _batch(service, request.path_params["id"])
+    found = await _results(service, batch, behind, limit + 1)
+    is_last = batch.status != "running" and len(found) <= limit
+    page = found[:limit]
+    arguments: dict[str, Any] = {"results": page, "form": form, "lines": False, "last": is_last, "behind": behind}
+    arguments["definitions"] = await _definitions(service, page)
+    return respond(await run(request, RENDER_RESULTS, **arguments))
+
+
+async def stream_batch_results(request: Request) -> Response:
+    """Answer GET /v1/batches/{id}/results.ndjson: all results, as they come, until the batch has ended."""
+    service = service_of(request)
+    batch = await _batch(service, request.path_params["id"])
+    form = _form(request)
+    empty = await _rendered(service, [], form, request.url.path)
+    if empty.result is None:  # there is no such form
+        return respond(empty)
+    return _streamed(request, _lines_of(request, service, batch, form), empty.media_type)
+
+
+async def _lines_of(request: Request, service: Service, batch: BatchRecord, form: str | None) -> AsyncIterator[bytes]:
+    behind = -1
+    while not request.scope["state"].get("stopping"):
+        batch = await _batch(service, batch.id)
+        found = await _results(service, batch, behind, RESULTS_AT_ONCE)
+        while found:
+            reply = await _rendered(service, found, form, request.url.path)
+            yield reply.body
+            behind, found = found[reply.result - 1].position, found[reply.result :]
+            if not found:
+                found = await _results(service, batch, behind, RESULTS_AT_ONCE)
+        if batch.status != "running":
+            return
+        await asyncio.sleep(LOOK)
+
+
+async def _rendered(service: Service, results: Sequence[Result], form: str | None, path: str) -> Reply:
+    """Have a part of a stream written; while there is too much to do, later."""
+    definitions = await _definitions(service, results)
+    arguments = {"results": results, "form": form, "lines": True, "definitions": definitions}
+    for tries in range(1, MOST_TRIES + 1):
+        now = time.monotonic()
+        task = Task(RENDER_RESULTS, path, now, now + service.settings.max_deadline, b"", arguments)
+        try:
+            return await service.pool.run(task, Kind((RENDER_RESULTS, form), len(results).bit_length()), _count_nothing)
+        except Overloaded:
+            if tries == MOST_TRIES:
+                raise
+            await asyncio.sleep(1.0)
+    raise AssertionError  # the last try has returned or raised
+
+
+def _count_nothing(_size: int) -> None:
+    """Hold no bytes: a piece of a stream is bounded, and a client has one at a time."""
+
+
+async def stream_batch_events(request: Request) -> Response:
+    """Answer GET /v1/batches/{id}/events.
+
+    The id of an event is the number of requests that have been answered: who comes back with `Last-Event-ID` hears
+    what has changed since.
+    """
+    service = service_of(request)
+    batch = await _batch(service, request.path_params["id"])
+    last = request.headers.get("last-event-id", "")
+    seen = int(last) if last.isascii() and last.isdecimal() and len(last) < 10 else -1
+    return _streamed(request, _events(request, service, batch, seen), "text/event-stream")
+
+
+def _streamed(request: Request, pieces: AsyncIterator[bytes], media_type: str) -> Response:
+    """Send pieces as they come."""
+    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+    if request.method == "HEAD":
+        return Response(None, HTTPStatus.OK, headers, media_type)
+    return StreamingResponse(pieces, HTTPStatus.OK, headers, media_type)
+
+
+async def _events(request: Request, service: Service, batch: BatchRecord, seen: int) -> AsyncIterator[bytes]:
+    sent = time.monotonic()
+    while not request.scope["state"].get("stopping"):
+        batch = await _batch(service, batch.id)
+        description = await _described(service, batch)
+        number = finished(description)
+        has_ended = batch.status != "running"
+        if has_ended or number > seen:
+            name = b"end" if has_ended else b"progress"
+            yield b"id: %d\nevent: %s\ndata: %s\n\n" % (number, name, orjson.dumps(description))
+            seen, sent = number, time.monotonic()
+        elif time.monotonic() - sent > KEEP_ALIVE:
+            yield b": nothing new\n\n"
+            sent = time.monotonic()
+        if has_ended:
+            return
+        await asyncio.sleep(LOOK)
+
+
+async def _batch(service: Service, batch_id: str) -> BatchRecord:
+    found = await service.database.read(batches.find_batch, batch_id)
+    if found is None:
+        raise UnknownBatch("no batch has this id; GET /v1/batches lists those that are kept")
+    return found
+
+
+async def _described(service: Service, batch: BatchRecord) -> dict[str, Any]:
+    return described(batch, await service.database.read(batches.outcomes_of, batch.number))
+
+
+async def _results(service: Service, batch: BatchRecord, behind: int, limit: int) -> list[Result]:
+    return await service.database.read(
+        claims.results_behind, batch.number, behind, limit, ended=batch.status != "running"
+    )
+
+
+async def _definitions(service: Service, results: Sequence[Result]) -> Mapping[str, bytes]:
+    """Find the added robots that results need, by their digests."""
+    digests = {result.robot for result in results if result.robot is not None}
+    return {digest: await service.database.read(claims.definition_of, digest) for digest in digests}
+
+
+def _form(request: Request) -> str | None:
+    """Read which form the plans are to have; a worker knows which there are."""
+    return request.query_params.get("format")
+
+
+def _number(cursor: str) -> int:
+    if not (cursor.isascii() and cursor.removeprefix("-").isdecimal() and len(cursor) < 10):
+        raise invalid([{"pointer": "", "message": "the parameter cursor is the next_cursor of a page"}])
+    return int(cursor)
+
+
+def _json(value: Any, status: int = HTTPStatus.OK, headers: Mapping[str, str] | None = None) -> Response:
+    return Response(orjson.dumps(value), status, headers, media_type="application/json")

@@ -1,0 +1,325 @@
+"""Batches: what workers do with their bodies, their items and their results; the server keeps them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import pickle
+from base64 import b64encode
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.batches.items import PLANNED, NewItem, Result, compressed, decompressed
+from api.errors import ServiceError, invalid, problem_document
+from api.messages import Reply
+from api.schemas import batches as schemas
+from api.schemas.common import DEFAULT_DEADLINE
+from api.schemas.requests import PlanRequest
+from api.size import has_too_many_rows
+from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
+from api.tasks.trajectories import TWO_JOINT_POSITIONS, export_options, refuse_too_many_rows
+from api.tasks.work import robot_of, validated
+from planner.errors import PlanningError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from api.tasks.work import Work
+    from planner.export import Format
+
+CHUNK = 500
+"""The number of requests that go into the database at once."""
+
+PAGE_BYTES = 4 * 2**20
+"""The bytes after which a page of results ends."""
+
+
+def read_items(work: Work) -> Reply:
+    """Take the requests out of the body of POST /v1/batches, or out of a piece of one with one request a line.
+
+    They come back in `result`, as chunks that are pickled: the server puts them into the database one by one, and
+    its event loop is not held up by them. Whether each follows the schema is seen when it is planned.
+    """
+    first, most = work.arguments.get("first", 0), work.arguments.get("most_items", CHUNK)
+    with work.stage("validate"):
+        found = _lines(work.task.body, first) if work.arguments.get("lines") else _requests(work, most)
+        items = [_item(request, pointer, work) for request, pointer in itertools.islice(found, most + 1 - first)]
+    if first + len(items) > most:
+        raise invalid([{"pointer": "/requests", "message": f"a batch may have {most} requests"}])
+    chunks = [pickle.dumps(items[start : start + CHUNK]) for start in range(0, len(items), CHUNK)]
+    return Reply(200, "application/octet-stream", b"", work.timings, result=chunks)
+
+
+def _lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
+    lines = (line for line in body.split(b"\n") if line.strip())
+    return ((_parsed(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
+
+
+def _requests(work: Work, most: int) -> Iterator[tuple[Any, str]]:
+    """Find the requests of a body that is one document, each with its pointer."""
+    body = work.task.body
+    if has_too_many_rows(body, work.arguments.get("most_bytes", len(body))):
+        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
+    document = _parsed(body, "")
+    match document:
+        case {"requests": list(requests), **more} if requests and not more:
+            return ((request, f"/requests/{index}") for index, request in enumerate(requests))
+        case {"grid": grid, **more} if not more:
+            try:
+                return _combinations(validated(schemas.Grid, orjson.dumps(grid), work.caps), most)
+            except ServiceError as error:
+                faults = error.details["errors"]
+                raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None
+        case _:
+            raise invalid([{"pointer": "", "message": "it has a list of requests, not empty, or a grid, and no more"}])
+
+
+def _parsed(body: bytes, pointer: str) -> Any:
+    try:
+        return orjson.loads(body)
+    except orjson.JSONDecodeError as error:
+        raise invalid([{"pointer": pointer, "message": f"not JSON: {error.msg.partition(': line')[0]}"}]) from None
+
+
+def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
+    """Make the requests of a grid; all have the template's pointer.
+
+    Raises:
+        InvalidRequest: There are too many, or the template has no such field.
+    """
+    number = math.prod(len(field.values) for field in grid.vary)
+    if number > most:
+        message = f"{number} combinations are more than the {most} requests that a batch may have"
+        raise invalid([{"pointer": "/vary", "message": message}])
+    content = orjson.dumps(grid.template)
+    pointers = [field.pointer.replace("~1", "/").split("/")[1:] for field in grid.vary]
+    for k, steps in enumerate(pointers):
+        try:
+            _put(orjson.loads(content), steps, None)
+        except (LookupError, ValueError, TypeError):
+            fault = {"pointer": f"/vary/{k}/pointer", "message": "the template has nothing there"}
+            raise invalid([fault]) from None
+    return _varied(content, pointers, [field.values for field in grid.vary])
+
+
+def _varied(content: bytes, pointers: list[list[str]], values: list[list[Any]]) -> Iterator[tuple[Any, str]]:
+    for combination in itertools.product(*values):
+        request = orjson.loads(content)
+        for steps, value in zip(pointers, combination, strict=True):
+            _put(request, steps, value)
+        yield request, "/grid/template"
+
+
+def _put(document: Any, steps: list[str], value: Any) -> None:
+    for step in steps[:-1]:
+        document = document[int(step) if isinstance(document, list) else step]
+    last: Any = int(steps[-1]) if isinstance(document, list) else steps[-1]
+    document[last] = value
+
+
+def _item(request: Any, pointer: str, work: Work) -> NewItem:
+    """Make a request what goes into the database.
+
+    Raises:
+        InvalidRequest: It is no object, or larger than it might be by itself.
+    """
+    if not isinstance(request, dict):
+        raise invalid([{"pointer": pointer, "message": "a request is an object"}])
+    content = orjson.dumps(request)
+    most = work.arguments.get("most_bytes_of_one", len(content))
+    if len(content) > most:
+        raise invalid([{"pointer": pointer, "message": f"a request may have {most} bytes"}])
+    robot, deadline = request.get("robot"), request.get("deadline")
+    if isinstance(deadline, bool) or not isinstance(deadline, int | float) or not deadline > 0.0:
+        deadline = DEFAULT_DEADLINE  # it is omitted, or will be refused
+    deadline = min(float(deadline), work.caps.max_deadline)
+    return NewItem(compressed(content), robot if isinstance(robot, str) else None, deadline)
+
+
+def plan_item(work: Work) -> Reply:
+    """Plan one request of a batch: the body is the saved plan, the result its duration and its worst ratio."""
+    from api.conversion import to_backend, to_planning_problem
+    from planner.export.base import sample
+    from planner.planning import plan
+    from planner.saved_plan import save_plan
+
+    definition = work.arguments.get("definition")
+    with work.stage("validate"):
+        body = decompressed(work.task.body)
+        request: PlanRequest = replace_body(work, body).request(PlanRequest)
+        asked, backend = to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
+    with work.stage("plan"):
+        solved = plan(asked, backend)
+    refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
+    with work.stage("serialise"):
+        coarse = replace(export_options(request, definition), sample_period=solved.trajectory.duration)
+        sample(solved, coarse)  # what is included may be refused: torques without inertias
+        saved = save_plan(solved)
+    ratios = [check.ratio for check in solved.certificate.checks if check.enforced and check.ratio is not None]
+    figures = (solved.trajectory.duration, max(ratios, default=None))
+    return Reply(200, "application/octet-stream", saved, work.timings, result=figures)
+
+
+def replace_body(work: Work, body: bytes) -> Work:
+    """Look at a task with another body."""
+    return type(work)(replace(work.task, body=body), work.caps)
+
+
+def render_results(work: Work) -> Reply:
+    """Write results as GET /v1/batches/{id}/results does, up to so many bytes; the result is how many they are.
+
+    Arguments: `results`, each a `Result`; `form`, the name of a format, or None; `definitions` of added
+    robots by their digests; `lines`: one result a line, in place of a page with `next_cursor`; `last`: whether
+    nothing comes behind them.
+    """
+    from api.negotiation import negotiated
+
+    asked = work.arguments
+    form = negotiated(asked["form"], "*/*")
+    entries: list[bytes] = []
+    size = 0
+    with work.stage("serialise"):
+        for result in asked["results"]:
+            entries.append(_rendered(result, form, asked["definitions"].get(result.robot), work))
+            size += len(entries[-1])
+            if size > PAGE_BYTES:
+                break
+        if asked["lines"]:
+            body = b"".join(entry + b"\n" for entry in entries)
+            return Reply(200, "application/x-ndjson", body, work.timings, result=len(entries))
+        is_last = asked["last"] and len(entries) == len(asked["results"])
+        cursor = asked["results"][len(entries) - 1].position if entries else asked["behind"]
+        page = {"results": list(map(orjson.Fragment, entries)), "next_cursor": None if is_last else str(cursor)}
+    return replace(work.reply(page), result=len(entries))
+
+
+def _rendered(result: Result, form: Format, definition: bytes | None, work: Work) -> bytes:
+    """Write one result."""
+    entry: dict[str, Any] = {"index": result.position, "status": result.outcome}
+    if result.outcome != PLANNED:
+        entry["problem"] = orjson.Fragment(decompressed(result.result))
+        return orjson.dumps(entry)
+    try:
+        content = _written(result, form, definition, work)
+    except PlanningError as refusal:  # the form cannot carry it
+        _, document = problem_document(refusal, work.task.instance)
+        return orjson.dumps(entry | {"status": refusal.code, "problem": orjson.Fragment(document)})
+    if form.name == "json":
+        return orjson.dumps(entry | {"trajectory": orjson.Fragment(content)})
+    is_text = form.media_type.startswith("text/") or form.media_type.endswith("json")
+    text = (content if is_text else b64encode(content)).decode()
+    encoding = "text" if is_text else "base64"
+    return orjson.dumps(entry | {"media_type": form.media_type, "encoding": encoding, "content": text})
+
+
+def _written(result: Result, form: Format, definition: bytes | None, work: Work) -> bytes:
+    """Write a saved plan as the request alone would be answered."""
+    from api.conversion import to_backend, to_planning_problem
+    from planner.saved_plan import load_plan
+
+    request: PlanRequest = validated(PlanRequest, decompressed(result.request), work.caps)
+    asked, backend = to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
+    options = export_options(request, definition)
+    return form.render(load_plan(result.result, asked, backend, "tcp_polynomials" in request.include), options)
+
+
+EXAMPLE = {"robot": "ngv_refuelling_arm", "waypoints": TWO_JOINT_POSITIONS, "backend": {"kind": "quintic"}}
+"""A plan request."""
+
+OPERATIONS = (
+    Operation(
+        id="create_batch",
+        method="POST",
+        path="/v1/batches",
+        tag="batches",
+        summary="Plan many requests, behind those that somebody waits for.",
+        run=read_items,
+        request=schemas.BatchRequest,
+        answer=schemas.Batch,
+        status=202,
+        codes=(*BODY_CODES, "conflict", "too_many_batches"),
+        examples={
+            "two_requests": {"requests": [EXAMPLE, EXAMPLE | {"backend": {"kind": "cubic"}}]},
+            "a_grid": {
+                "grid": {
+                    "template": EXAMPLE,
+                    "vary": [
+                        {"pointer": "/waypoints/1/duration", "values": [1.0, 2.0, 4.0]},
+                        {"pointer": "/backend/kind", "values": ["cubic", "quintic"]},
+                    ],
+                }
+            },
+        },
+        headers={
+            "Idempotency-Key": "A text of your own. The same key and body again is answered with the same batch, "
+            "another body with `conflict`."
+        },
+        lines=True,
+    ),
+    Operation(
+        id="list_batches",
+        method="GET",
+        path="/v1/batches",
+        tag="batches",
+        summary="The batches that are kept, in pages.",
+        answer=schemas.BatchesAnswer,
+        codes=("invalid_request", *DATABASE_CODES),
+        pages=True,
+    ),
+    Operation(
+        id="get_batch",
+        method="GET",
+        path="/v1/batches/{id}",
+        tag="batches",
+        summary="How far a batch is, and what came of it so far.",
+        answer=schemas.Batch,
+        codes=("unknown_batch", *DATABASE_CODES),
+    ),
+    Operation(
+        id="get_batch_results",
+        method="GET",
+        path="/v1/batches/{id}/results",
+        tag="batches",
+        summary="The results of a batch, in pages.",
+        run=render_results,
+        answer=schemas.BatchResultsAnswer,
+        codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
+        pages=True,
+        formats_of_plans=True,
+    ),
+    Operation(
+        id="stream_batch_results",
+        method="GET",
+        path="/v1/batches/{id}/results.ndjson",
+        tag="batches",
+        summary="All results of a batch, one a line (`BatchResult`), as they come; the stream ends with the batch.",
+        answer=schemas.BatchResult,
+        codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
+        formats_of_plans=True,
+        media_type="application/x-ndjson",
+    ),
+    Operation(
+        id="stream_batch_events",
+        method="GET",
+        path="/v1/batches/{id}/events",
+        tag="batches",
+        summary="How far a batch is (`Batch`), again and again, as server-sent events: `progress`, and last `end`.",
+        answer=schemas.Batch,
+        codes=("unknown_batch", *DATABASE_CODES),
+        headers={"Last-Event-ID": "The id of the last event that was received; omitted: none was."},
+        media_type="text/event-stream",
+    ),
+    Operation(
+        id="cancel_batch",
+        method="DELETE",
+        path="/v1/batches/{id}",
+        tag="batches",
+        summary="Give up what is left of a batch; what is done is kept.",
+        answer=None,
+        status=204,
+        codes=("unknown_batch", *DATABASE_CODES),
+    ),
+)
+"""What there is about batches."""
