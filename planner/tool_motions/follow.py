@@ -16,7 +16,7 @@ from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, RANK, handed
 
 if TYPE_CHECKING:
     from planner.robots import Robot
-    from planner.spatial import FloatArray
+    from planner.spatial import FloatArray, Pose
     from planner.tool_motions.pose_paths import PosePath
 
 SHARE_OF_TOLERANCE = 0.25
@@ -30,6 +30,10 @@ FIRST_STEP = 0.125
 
 LONGEST_STEP = 0.25
 """The longest step from knot to knot, as a share of a piece of the path, so that no detour is missed."""
+
+SHORT = 0.05
+"""Travel of the joint that goes furthest, rad or m, up to which one step may lead over all of a piece: the Jacobian
+hardly changes on it."""
 
 SHORTEST_TURN = 1e-2
 """What the steepest joint turns, rad or m, in the step in u below which the path is given up as lost."""
@@ -197,14 +201,16 @@ class Follower:
         while (last := knots[-1]).u < 1.0:
             end = int(np.searchsorted(breakpoints, last.u, side="right"))
             piece_end, piece = float(breakpoints[end]), float(breakpoints[end] - breakpoints[end - 1])
-            step = min(step, LONGEST_STEP * piece)
-            ahead = piece_end if last.u + step > piece_end - self.shortest_step * piece else last.u + step
+            longest = max(LONGEST_STEP * piece, SHORT / max(float(np.abs(last.first).max()), SHORT))
+            ahead = last.u + min(step, longest)
+            if ahead > piece_end - self.shortest_step * piece:
+                ahead = piece_end
             knot = self._next(last, ahead)
             if knot is not None:
                 knots.append(knot)
                 if self._is_outside(knot.q):
                     return Lost(knot.u, knot.q, _curve(knots))
-                step = GROWTH * (ahead - last.u)
+                step = max(step, GROWTH * (ahead - last.u))
                 continue
             step = (ahead - last.u) / 2.0
             if step < self.shortest_step * piece:
@@ -238,8 +244,9 @@ class Follower:
             q = horner(coefficients, np.array(u - start.u))
             is_before = handedness(self._augmented(q)) == start.handedness
             before, after = (u, after) if is_before else (before, u)
+        pose = self.path.pose(u)
         for _ in range(MOST_ITERATIONS):
-            missing = self._missing(u, q)
+            missing = self._missing(u, pose, q)
             step = np.linalg.lstsq(self._augmented(q), missing, rcond=NEAR_SINGULARITY)[0]
             if np.abs(step).max() < SOLVED:
                 return bool(np.abs(missing).max() < CROSSED)
@@ -259,8 +266,9 @@ class Follower:
 
     def _solve(self, u: float, q: FloatArray) -> FloatArray | None:
         """The joint position at u near `q`, by Newton's method."""
+        pose = self.path.pose(u)
         for _ in range(MOST_ITERATIONS):
-            missing, J = self._missing(u, q), self._augmented(q)
+            missing, J = self._missing(u, pose, q), self._augmented(q)
             error = np.abs(missing).max()
             if error < SOLVED_NEAR_SINGULARITY:
                 return q
@@ -272,9 +280,9 @@ class Follower:
                 return q  # nearest to the pose: whether that is near enough is seen between the knots
         return None
 
-    def _missing(self, u: float, q: FloatArray) -> FloatArray:
-        """The change of the tool, and in the null space, that joint positions (joints,) are away from the path at u."""
-        pose, here = self.path.pose(u), tool_pose(self.robot, q)
+    def _missing(self, u: float, pose: Pose, q: FloatArray) -> FloatArray:
+        """The change of the tool, and in the null space, that q (joints,) is away from the path at u, from its pose."""
+        here = tool_pose(self.robot, q)
         missing = np.zeros(self.rows + len(self.free))
         if len(self.free):
             missing[self.rows :] = self.free @ (self.start - q) + u * self.drift
