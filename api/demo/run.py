@@ -44,7 +44,7 @@ def run_demo(folder: Path, console: Console) -> int:
     try:
         with (
             console.status("starting the service"),
-            local_service(folder / "service.log") as (url, _),
+            local_service(folder / "service.log", workers=1) as (url, _),
             httpx.Client(base_url=url, timeout=30.0) as client,
         ):
             console.print(f"\nservice ready at {url} after {time.monotonic() - started:.1f} s\n")
