@@ -25,8 +25,8 @@ def http(
     starts: Annotated[int, typer.Option(help="Starts of the service.", min=1)] = 5,
 ) -> None:
     """What HTTP, queue and serialisation add to a plan; requests a second; start; memory."""
-    from benchmarks.http import measure
-    from benchmarks.report import print_json, print_table
+    from benchmarks.service.http import measure
+    from benchmarks.service.http_report import print_json, print_table
 
     figures = measure(seconds, requests, starts)
     print_json(figures) if json else print_table(figures)
@@ -38,8 +38,8 @@ def load(
     seconds: Annotated[float, typer.Option(help="Length of each load, s.", min=1.0)] = 30.0,
 ) -> None:
     """Overload: up to ten times as many requests as the service can answer; goodput, refusals, cheap requests."""
-    from benchmarks.load import measure
-    from benchmarks.load_report import print_json, print_table
+    from benchmarks.service.load import measure
+    from benchmarks.service.load_report import print_json, print_table
 
     figures = measure(seconds)
     print_json(figures) if json else print_table(figures)
@@ -52,8 +52,8 @@ def ik(
     checks: Annotated[int, typer.Option(help="Random requests, half of them hard, checked for wrong answers.")] = 3000,
 ) -> None:
     """Inverse kinematics: rate, time and residual on six arms, beside the peers that are installed."""
-    from benchmarks.ik import measure
-    from benchmarks.ik_report import print_json, print_table
+    from benchmarks.kinematics.ik import measure
+    from benchmarks.kinematics.report import print_json, print_table
 
     figures = measure(poses, checks)
     print_json(figures) if json else print_table(figures)
@@ -66,8 +66,8 @@ def trajectories(
     plot: Annotated[Path | None, typer.Option(help="File to draw the durations and the use of the limits in.")] = None,
 ) -> None:
     """Waypoint lists through every back end, beside the peers that are installed; takes many minutes with all 200."""
-    from benchmarks.trajectories import measure
-    from benchmarks.trajectories_report import draw, print_json, print_table
+    from benchmarks.trajectories.report import draw, print_json, print_table
+    from benchmarks.trajectories.trajectories import measure
 
     figures = measure(lists)
     print_json(figures) if json else print_table(figures)
@@ -86,28 +86,28 @@ def jobs(
     save: Annotated[Path | None, typer.Option(help="File to save the results in, for docs/corpus.md.")] = None,
 ) -> None:
     """Jobs as robot programmers send them through every back end; takes hours with all of them."""
-    from benchmarks import jobs_page
-    from benchmarks.jobs import measure
-    from benchmarks.jobs_report import print_json, print_table
-    from benchmarks.jobs_verdicts import judge
+    from benchmarks.jobs.jobs import measure
+    from benchmarks.jobs.report import print_json, print_table
+    from benchmarks.jobs.verdicts import judge
+    from benchmarks.pages import corpus
     from tests.jobs.corpus import BACK_ENDS, names
 
     chosen = {name: tuple(backend or BACK_ENDS) for name in ([job] if job else names(family)[::every])}
     if like is not None:
-        chosen = {name: tuple(own) for name, own in jobs_page.load(like).items()}
+        chosen = {name: tuple(own) for name, own in corpus.load(like).items()}
     records = judge(measure(chosen))
     print_json(records) if json else print_table(records)
     if save is not None:
-        jobs_page.save(records, save)
+        corpus.save(records, save)
 
 
 @app.command()
 def corpus() -> None:
     """Write docs/corpus.md from the saved results of the corpus of jobs, before and after."""
-    from benchmarks import jobs_page
+    from benchmarks.pages import corpus
 
-    before, after = jobs_page.load(jobs_page.BEFORE), jobs_page.load(jobs_page.AFTER)
-    jobs_page.PAGE.write_text(jobs_page.document(before, after), encoding="utf-8")
+    before, after = corpus.load(corpus.BEFORE), corpus.load(corpus.AFTER)
+    corpus.PAGE.write_text(corpus.document(before, after), encoding="utf-8")
 
 
 @app.command()
@@ -118,8 +118,8 @@ def versions(
     only: Annotated[list[str] | None, typer.Option(help="Only kinds whose name has all these words.")] = None,
 ) -> None:
     """Another checkout and this one side by side: times of each kind of request, and whether the answers changed."""
-    from benchmarks.versions import measure
-    from benchmarks.versions_report import print_json, print_table
+    from benchmarks.versions.report import print_json, print_table
+    from benchmarks.versions.versions import measure
 
     figures = measure(other, seconds, only or ())
     print_json(figures) if json else print_table(figures)

@@ -5,7 +5,13 @@ from __future__ import annotations
 import os
 import platform
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+BUSY = 0.5
+"""Load average from which on somebody else is at work."""
 
 
 def machine() -> dict[str, Any]:
@@ -16,6 +22,15 @@ def machine() -> dict[str, Any]:
         "python": platform.python_version(),
         "load_average_before": os.getloadavg()[0],
     }
+
+
+def print_machine(console: Console, machine: dict[str, Any]) -> None:
+    """Print where figures were taken."""
+    console.print(f"\n{machine['processor']}, {machine['cores']} cores, Python {machine['python']}")
+    if machine["load_average_before"] > BUSY:
+        load = machine["load_average_before"]
+        busy = f"the machine was busy (load average {load:.1f}), so these figures are worse than its best"
+        console.print(busy, style="yellow")
 
 
 def _processor() -> str:

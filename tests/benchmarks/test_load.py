@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from benchmarks import load, load_report
 from benchmarks.machine import machine
-from benchmarks.workload import http_request
+from benchmarks.service import load, load_report
+from benchmarks.service.workload import http_request
 
 if TYPE_CHECKING:
     from asyncio import StreamReader, StreamWriter

@@ -10,8 +10,8 @@ import numpy as np
 import orjson
 import pytest
 
-from benchmarks import trajectories, trajectories_peers, trajectories_report
-from benchmarks.trajectories_peers import Motion
+from benchmarks.trajectories import peers, report, trajectories
+from benchmarks.trajectories.peers import Motion
 from planner.backends import Quintic, Toppra
 from planner.robots import load_robot
 
@@ -54,7 +54,7 @@ def test_two_lists_become_figures(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     ours = {"quintic": Quintic(), "toppra": Toppra()}
     ruckig = "Ruckig, stopping"
     monkeypatch.setattr(trajectories, "OURS", ours)
-    monkeypatch.setattr(trajectories, "PEERS", {ruckig: trajectories_peers.PEERS[ruckig]})
+    monkeypatch.setattr(trajectories, "PEERS", {ruckig: peers.PEERS[ruckig]})
     short = [trajectories.Case(case.robot, case.positions[:4]) for case in trajectories.cases((ARM,), 2)]
     monkeypatch.setattr(trajectories, "cases", lambda _robots, count: short[:count])
     figures = trajectories.measure(2)
@@ -66,12 +66,12 @@ def test_two_lists_become_figures(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         assert solvers["our toppra"]["duration_ratio"]["most"] == 1.0
         assert solvers["our quintic"]["duration_ratio"]["least"] > 1.0
     with redirect_stdout(io.StringIO()) as out:
-        trajectories_report.print_json(figures)
+        report.print_json(figures)
     assert orjson.loads(out.getvalue())["lists"] == 2
     with redirect_stdout(io.StringIO()) as out:
-        trajectories_report.print_table(figures)
+        report.print_table(figures)
     assert out.getvalue().count(ruckig[:6]) == 2
-    trajectories_report.draw(figures, tmp_path / "plot.png")
+    report.draw(figures, tmp_path / "plot.png")
     assert (tmp_path / "plot.png").stat().st_size > 1000
 
 

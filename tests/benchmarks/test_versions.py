@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import orjson
 import pytest
 
-from benchmarks import versions, versions_report, versions_requests
-from benchmarks.versions_requests import Kind
+from benchmarks.versions import report, requests, versions
+from benchmarks.versions.requests import Kind
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,11 +20,11 @@ ARM = "kuka_kr16_l6_2"
 
 
 def test_kinds_are_always_the_same_and_have_names_of_their_own() -> None:
-    kinds = [kind for kind in versions_requests.kinds() if kind.name.endswith(ARM)]
+    kinds = [kind for kind in requests.kinds() if kind.name.endswith(ARM)]
     names = [kind.name for kind in kinds]
     assert len(set(names)) == len(names)
-    assert {backend["kind"] for backend in versions_requests.BACK_ENDS} <= {name.partition(",")[0] for name in names}
-    again = [kind.bodies for kind in versions_requests.kinds() if kind.name.endswith(ARM)]
+    assert {backend["kind"] for backend in requests.BACK_ENDS} <= {name.partition(",")[0] for name in names}
+    again = [kind.bodies for kind in requests.kinds() if kind.name.endswith(ARM)]
     assert [kind.bodies for kind in kinds] == again
 
 
@@ -36,13 +36,13 @@ def test_another_version_is_told_from_this_one(tmp_path: Path, monkeypatch: pyte
     forward.write_text(
         forward.read_text().replace("Pose(placement.translation.copy()", "Pose(placement.translation + 1")
     )
-    requests = tmp_path / "api/schemas/requests.py"
+    bounds = tmp_path / "api/schemas/requests.py"
     ten = "list[Waypoint], Field(min_length=1, max_length=9)"
-    requests.write_text(requests.read_text().replace("list[Waypoint], Field(min_length=1)", ten))
+    bounds.write_text(bounds.read_text().replace("list[Waypoint], Field(min_length=1)", ten))
     wanted = [f"one pose, {ARM}", f"cubic, 3 joint waypoints, stop, no torques, {ARM}"]
     wanted.append(f"cubic, 10 joint waypoints, stop, no torques, {ARM}")
-    monkeypatch.setattr(versions_requests, "_arms", lambda: [ARM])
-    chosen = [kind for kind in versions_requests.kinds() if kind.name in wanted]
+    monkeypatch.setattr(requests, "_arms", lambda: [ARM])
+    chosen = [kind for kind in requests.kinds() if kind.name in wanted]
     chosen = [Kind(kind.name, kind.path, kind.bodies[:2], kind.cost) for kind in chosen]
     monkeypatch.setattr(versions, "kinds", lambda: chosen)
     figures = versions.measure(tmp_path, seconds=0.0)
@@ -56,10 +56,10 @@ def test_another_version_is_told_from_this_one(tmp_path: Path, monkeypatch: pyte
     assert ten_waypoints["refused"] == {"before": 2, "now": 0}
     assert ten_waypoints["time"] is None
     with redirect_stdout(io.StringIO()) as out:
-        versions_report.print_json(figures)
+        report.print_json(figures)
     assert orjson.loads(out.getvalue())["slower"] == figures["slower"]
     with redirect_stdout(io.StringIO()) as out:
-        versions_report.print_table(figures)
+        report.print_table(figures)
     assert out.getvalue().count(ARM) == len(wanted)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from benchmarks.jobs_page import AFTER, BEFORE, GIVEN_UP, PAGE, Result, document, load, save
+from benchmarks.pages.corpus import AFTER, BEFORE, GIVEN_UP, PAGE, Result, document, load, save
 
 if TYPE_CHECKING:
     from pathlib import Path

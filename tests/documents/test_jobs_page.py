@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from api.cli.local_plan import plan_request, read_request
-from benchmarks.job_pictures import IMAGES, PAGE, document
+from benchmarks.pages.jobs import IMAGES, PAGE, document
 from planner.kinematics import tool_velocities
 from planner.result import Plan
 from tests.locations import ROOT

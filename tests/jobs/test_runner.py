@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from ruckig import InputParameter, Result, Ruckig, Trajectory
 
-from benchmarks.jobs import Worker
-from benchmarks.jobs_verdicts import judge
+from benchmarks.jobs.jobs import Worker
+from benchmarks.jobs.verdicts import judge
 from planner.robots import load_robot
 from tests.jobs.closed_form import straight_times
 from tests.jobs.corpus import job

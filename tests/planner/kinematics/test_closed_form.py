@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.ik_check import PlainProduct, check
+from benchmarks.kinematics.check import PlainProduct, check
 from planner.kinematics import (
     Pose,
     all_solutions,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
-from benchmarks.ik import plain_urdf
+from benchmarks.plain_urdf import plain_urdf
 from planner.kinematics import forward_kinematics
 from planner.robots import catalogue_ids, load_robot
 

@@ -1,6 +1,6 @@
 """Two published motions through every back end, as the tables of docs/back_ends.md.
 
-Run: python -m benchmarks.back_ends > docs/back_ends.md
+Run: python -m benchmarks.pages.back_ends > docs/back_ends.md
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from planner.trajectory import Trajectory
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 VARIANTS: dict[str, tuple[dict[str, Any], ...]] = {
     "toppra": ({}, {"jerk_limited": True}),
     "min_effort": ({}, {"objective": "jerk"}),
@@ -36,7 +36,7 @@ ZERO = 1e-6
 HEADER = """\
 # The published motions through every back end
 
-Made by `python -m benchmarks.back_ends > docs/back_ends.md`; the tests make it again and compare.
+Made by `python -m benchmarks.pages.back_ends > docs/back_ends.md`; the tests make it again and compare.
 
 Each back end plans the waypoints of two of the documents, first with the published durations, then as fast as it can
 (durations left out). The first row of each table is the motion as published. In brackets: as a multiple of it.

@@ -16,9 +16,9 @@ import psutil
 from api.cli.local_service import local_service
 from api.conversion import to_backend, to_planning_problem
 from api.schemas.requests import PlanRequest
-from benchmarks.clients import Connection
 from benchmarks.machine import machine
-from benchmarks.workload import ROBOT, ROWS, bodies, http_request
+from benchmarks.service.clients import Connection
+from benchmarks.service.workload import ROBOT, ROWS, bodies, http_request
 from planner.export import FORMATS, ExportOptions
 from planner.planning import plan
 from planner.robots import load_robot
@@ -111,7 +111,7 @@ def _distribution(values: list[float]) -> dict[str, float]:
 
 def _load(port: int, connections: int, seconds: float, file: Path, service: psutil.Process) -> dict[str, Any]:
     """Several clients at once, in a process of their own; and the processor time that a request cost everybody."""
-    command = [sys.executable, "-m", "benchmarks.clients", str(port), str(connections), str(seconds), str(file)]
+    command = [sys.executable, "-m", "benchmarks.service.clients", str(port), str(connections), str(seconds), str(file)]
     workers = workers_of(service)
     before = _cpu_seconds([service]), _cpu_seconds(workers)
     output = subprocess.run(command, check=True, capture_output=True).stdout

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from benchmarks.ik_check import check
+from benchmarks.kinematics.check import check
 from benchmarks.machine import machine
+from benchmarks.plain_urdf import joints_of, plain_urdf
 from planner.errors import PlanningError
 from planner.kinematics import (
     FloatArray,
@@ -187,7 +188,7 @@ def _robotics_toolbox(robot: Robot) -> Solver:
     from roboticstoolbox import ET, ETS
 
     terms = []
-    for joint, axis, placement in _joints(robot):
+    for joint, axis, placement in joints_of(robot):
         turn = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis).matrix(), np.zeros(3))
         limits = np.clip([joint.lower, joint.upper], -np.pi, np.pi)
         moving = ET.Rz(qlim=limits) if joint.is_angle else ET.tz(qlim=limits)
@@ -202,46 +203,6 @@ def _robotics_toolbox(robot: Robot) -> Solver:
         return np.array(answer.q) if answer.success else None
 
     return solve
-
-
-def _joints(robot: Robot) -> list[tuple[Any, FloatArray, pin.SE3]]:
-    """Of every joint itself, its axis in its own frame and its placement in the frame before."""
-    model, data = robot.model, robot.data
-    pin.computeJointJacobians(model, data, np.zeros(robot.dof))
-    joints = []
-    for i, joint in enumerate(robot.joints):
-        twist = pin.getJointJacobian(model, data, i + 1, pin.ReferenceFrame.LOCAL)[:, i]
-        joints.append((joint, twist[3:] if joint.is_angle else twist[:3], model.jointPlacements[i + 1]))
-    return joints
-
-
-def plain_urdf(robot: Robot) -> str:
-    """The robot's kinematics and limits, for a peer that reads files."""
-    last = robot.dof
-    parts = [f'<link name="link_{i}"/>' for i in range(last + 1)] + ['<link name="tool"/>']
-    for i, (joint, axis, placement) in enumerate(_joints(robot)):
-        kind = "revolute" if joint.is_angle else "prismatic"
-        lower, upper = np.clip([joint.lower, joint.upper], -np.pi, np.pi)
-        parts.append(
-            f'<joint name="joint_{i + 1}" type="{kind}"><parent link="link_{i}"/><child link="link_{i + 1}"/>'
-            f'{_origin(placement)}<axis xyz="{_numbers(axis)}"/>'
-            f'<limit lower="{lower}" upper="{upper}" effort="1" velocity="1"/></joint>'
-        )
-    placement = robot.model.frames[robot.tool_frame_id].placement
-    parts.append(
-        f'<joint name="to_tool" type="fixed"><parent link="link_{last}"/><child link="tool"/>'
-        f"{_origin(placement)}</joint>"
-    )
-    return f'<robot name="{robot.id}">{"".join(parts)}</robot>'
-
-
-def _origin(placement: pin.SE3) -> str:
-    rpy = pin.rpy.matrixToRpy(placement.rotation)
-    return f'<origin xyz="{_numbers(placement.translation)}" rpy="{_numbers(rpy)}"/>'
-
-
-def _numbers(values: FloatArray) -> str:
-    return " ".join(repr(float(value)) for value in values)
 
 
 PEERS: dict[str, tuple[str | None, Callable[[Robot], Solver | None]]] = {

@@ -17,7 +17,7 @@ from tests.jobs.corpus import BACK_ENDS, VARIANTS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/corpus.md"
 BEFORE, AFTER = (ROOT / f"benchmarks/results/jobs_{name}.csv" for name in ("before", "after"))
 
@@ -150,7 +150,7 @@ def load(file: Path) -> Results:
 
 def document(before: Results, after: Results) -> str:
     """The page."""
-    from benchmarks.jobs import MOST_SECONDS
+    from benchmarks.jobs.jobs import MOST_SECONDS
 
     plans = sum(map(len, before.values()))
     parts = [

@@ -9,8 +9,8 @@ import orjson
 from rich.text import Text
 
 from api.cli.terminal import plain_table, terminal
-from benchmarks.report import print_machine
-from benchmarks.versions import NAMES, SLOWER
+from benchmarks.machine import print_machine
+from benchmarks.versions.versions import NAMES, SLOWER
 
 WIDTH = 140
 """Characters of a line that holds the longest name and all figures."""

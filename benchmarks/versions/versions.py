@@ -20,17 +20,17 @@ import orjson
 import psutil
 
 from api.cli.local_service import local_service
-from benchmarks.http import workers_of
 from benchmarks.machine import machine
-from benchmarks.versions_requests import kinds, uploads
+from benchmarks.service.http import workers_of
+from benchmarks.versions.requests import kinds, uploads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from benchmarks.versions_requests import Kind
+    from benchmarks.versions.requests import Kind
     from planner.spatial import FloatArray
 
-HERE = Path(__file__).parents[1]
+HERE = Path(__file__).parents[2]
 """The checkout of this version."""
 
 NAMES = ("before", "now")

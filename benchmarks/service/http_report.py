@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import orjson
 from rich.text import Text
 
 from api.cli.terminal import plain_table, terminal
-from benchmarks.http import MEGABYTE
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from benchmarks.machine import print_machine
+from benchmarks.service.http import MEGABYTE
 
 AIMS = {"added_median": 1e-3, "added_p99": 5e-3, "requests_per_second": 800.0, "start": 3.0, "memory": 180.0 * MEGABYTE}
 """s, 1/s, bytes."""
-
-BUSY = 0.5
-"""Load average from which on somebody else is at work."""
 
 STAGES = (
     ("plan", "inverse kinematics, time law, certificate"),
@@ -49,14 +44,6 @@ def print_table(figures: dict[str, Any]) -> None:
             sizes = memory[when][process]
             table.add_row(f"{process}, {title}", *(f"{sizes[kind] / MEGABYTE:.0f}" for kind in ("rss", "pss", "uss")))
     console.print(table, "")
-
-
-def print_machine(console: Console, machine: dict[str, Any]) -> None:
-    console.print(f"\n{machine['processor']}, {machine['cores']} cores, Python {machine['python']}")
-    if machine["load_average_before"] > BUSY:
-        load = machine["load_average_before"]
-        busy = f"the machine was busy (load average {load:.1f}), so these figures are worse than its best"
-        console.print(busy, style="yellow")
 
 
 def _overview(figures: dict[str, Any]) -> Any:

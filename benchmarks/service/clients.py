@@ -1,8 +1,8 @@
 """HTTP clients that cost next to nothing: what is measured is the service.
 
 One blocking connection for latencies; and, as a program of its own, several concurrent ones for throughput:
-`python -m benchmarks.clients PORT CONNECTIONS SECONDS BODIES` prints what they saw as JSON. BODIES is a file with one
-request body a line.
+`python -m benchmarks.service.clients PORT CONNECTIONS SECONDS BODIES` prints what they saw as JSON. BODIES is a file
+with one request body a line.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import cast
 import orjson
 import uvloop
 
-from benchmarks.workload import http_request
+from benchmarks.service.workload import http_request
 
 HOST = "127.0.0.1"
 BUFFER_SIZE = 1 << 20

@@ -9,8 +9,8 @@ import orjson
 from rich.text import Text
 
 from api.cli.terminal import plain_table, terminal
-from benchmarks.report import print_machine
-from benchmarks.trajectories import KEPT, MOST_FOR_SLOW, QUANTITIES, REFERENCE, SAMPLES, SLOW
+from benchmarks.machine import print_machine
+from benchmarks.trajectories.trajectories import KEPT, MOST_FOR_SLOW, QUANTITIES, REFERENCE, SAMPLES, SLOW
 
 if TYPE_CHECKING:
     from pathlib import Path

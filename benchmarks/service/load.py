@@ -14,9 +14,9 @@ import orjson
 import uvloop
 
 from api.cli.local_service import local_service
-from benchmarks.clients import HOST
 from benchmarks.machine import machine
-from benchmarks.workload import ROBOT, bodies, http_request
+from benchmarks.service.clients import HOST
+from benchmarks.service.workload import ROBOT, bodies, http_request
 from planner.robots import load_robot
 
 RATES = (0.5, 1.0, 2.0, 5.0, 10.0)

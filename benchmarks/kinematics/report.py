@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.cli.terminal import plain_table, terminal
-from benchmarks.ik_check import CLASSES
-from benchmarks.report import print_machine
+from benchmarks.kinematics.check import CLASSES
+from benchmarks.machine import print_machine
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -1,6 +1,6 @@
 """The ten jobs of examples/jobs.py, planned and drawn: what docs/jobs.md shows.
 
-Run: python -m benchmarks.job_pictures
+Run: python -m benchmarks.pages.jobs
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/jobs.md"
 IMAGES = ROOT / "docs/images/jobs"
 
@@ -64,7 +64,7 @@ a few lines of Python that need no package. All are for the KUKA KR 16 L6-2. Pla
     curl --json @examples/jobs/seam.json http://127.0.0.1:8000/v1/trajectories
 
 In the pictures, the arm stands at its first waypoint, with its work beside it; the path of the tool is yellow where it
-is fast and dark where it is slow; dots are waypoints. Made by `python -m benchmarks.job_pictures`; the tests plan all
+is fast and dark where it is slow; dots are waypoints. Made by `python -m benchmarks.pages.jobs`; the tests plan all
 ten again and compare.
 """
 

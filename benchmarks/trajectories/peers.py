@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, interp1d
 
-from benchmarks.ik import plain_urdf
+from benchmarks.plain_urdf import plain_urdf
 
 if TYPE_CHECKING:
     from planner.robots import Robot

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.machine import machine
-from benchmarks.trajectories_peers import PEERS, Motion
+from benchmarks.trajectories.peers import PEERS, Motion
 from planner.backends import Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.backends.base import enforced
 from planner.errors import PlanningError
@@ -26,7 +26,7 @@ from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import Robot, catalogue_ids, load_robot
 
 if TYPE_CHECKING:
-    from benchmarks.trajectories_peers import Solver
+    from benchmarks.trajectories.peers import Solver
     from planner.backends import BackEnd
     from planner.spatial import FloatArray
 

@@ -1,0 +1,1 @@
+"""Jobs as robot programmers send them, through every back end."""

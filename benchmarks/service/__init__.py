@@ -1,0 +1,1 @@
+"""The service under load, and what it adds to a plan."""

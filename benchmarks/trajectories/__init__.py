@@ -1,0 +1,1 @@
+"""Lists of waypoints through every back end, beside their peers."""

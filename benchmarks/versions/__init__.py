@@ -1,0 +1,1 @@
+"""Two versions of the service side by side."""
