@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pinocchio as pin
 
-from planner.problem import BlendTransition, CircularMotion, JointWaypoint, LinearMotion, PoseWaypoint
+from planner.problem import BlendTransition, CircularMotion, JointWaypoint, LinearMotion, PolylineMotion, PoseWaypoint
 from planner.result import Plan
 from planner.spatial import FloatArray
 from tests.jobs.job import Job, Law
@@ -84,7 +86,9 @@ def keeps_to_lines(plan: Plan) -> None:
     for k in range(1, len(waypoints)):
         before, waypoint = waypoints[k - 1], waypoints[k]
         motion = waypoint.motion
-        if not (isinstance(motion, LinearMotion | CircularMotion) and isinstance(waypoint, PoseWaypoint)):
+        if not (
+            isinstance(motion, LinearMotion | CircularMotion | PolylineMotion) and isinstance(waypoint, PoseWaypoint)
+        ):
             continue
         if not isinstance(before, PoseWaypoint):
             continue
@@ -94,6 +98,8 @@ def keeps_to_lines(plan: Plan) -> None:
         tools = np.array([tool_at(robot, q).position for q in trajectory.evaluate(times, [0])[0]])
         start, end = before.pose.position, waypoint.pose.position
         away = _from_line(tools, start, end)
+        if isinstance(motion, PolylineMotion):
+            away = _from_polyline(tools, start, motion, end)
         if isinstance(motion, CircularMotion):
             away = _from_circle(tools, start, motion.via.position, end)
         allowed = 1.01 * motion.tolerance_position + radius
@@ -105,6 +111,14 @@ def _from_line(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatA
     shares = np.clip((points - start) @ way / max(way @ way, 1e-300), 0.0, 1.0)
     away: FloatArray = np.linalg.norm(start + shares[:, None] * way - points, axis=1)
     return away
+
+
+def _from_polyline(points: FloatArray, start: FloatArray, motion: PolylineMotion, end: FloatArray) -> FloatArray:
+    """The distances (N,) of points (N, 3) from the nearest line; none near a corner that is cut."""
+    corners = [start, *(pose.position for pose in motion.poses), end]
+    away: FloatArray = np.min([_from_line(points, first, last) for first, last in pairwise(corners)], axis=0)
+    near = np.min([np.linalg.norm(points - corner, axis=1) for corner in corners[1:-1]], axis=0)
+    return np.where(near <= motion.blend, 0.0, away)
 
 
 def _from_circle(points: FloatArray, start: FloatArray, via: FloatArray, end: FloatArray) -> FloatArray:

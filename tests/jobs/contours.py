@@ -112,4 +112,24 @@ def inspection(place: Place, variant: int) -> Draft:
     return Draft(programme, {"views": views, "free": free, "through": passing is THROUGH})
 
 
-FAMILIES = {"gluing": gluing, "deburring": deburring, "spraying": spraying, "inspection": inspection}
+def trimming(place: Place, variant: int) -> Draft:
+    """A knife around a blank, back to where it began, as one polyline: a star, whose points are cut; or a comb."""
+    count, speed, blend = (4, 8, 16)[variant % 3], (0.05, 0.15)[variant % 2], (0.005, 0.02)[variant // 3 % 2]
+    angles = 2.0 * np.pi * np.arange(2 * count + 1) / (2 * count)
+    radii = np.where(np.arange(2 * count + 1) % 2, (0.1, 0.15)[variant % 2], 0.18)
+    points = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), 0.01 * np.cos(3.0 * angles)])
+    if variant // 6 % 3 == 2:
+        points = np.array([(-0.15 + 0.3 * (k // 2) / count, 0.08 * (k // 2 % 2) - 0.04, 0.0) for k in range(2 * count)])
+        points[1::2, 0] += 0.15 / count
+    programme = Programme(place, place.at(*points[0]))
+    programme.polyline([place.at(*point) for point in points[1:]], blend, speed)
+    return Draft(programme, {"corners": len(points) - 2, "speed": speed, "blend": blend})
+
+
+FAMILIES = {
+    "gluing": gluing,
+    "deburring": deburring,
+    "spraying": spraying,
+    "inspection": inspection,
+    "trimming": trimming,
+}

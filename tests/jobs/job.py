@@ -54,7 +54,8 @@ class Job:
     @property
     def budget(self) -> float:
         """Processor time, s, that a back end may take."""
-        return max(LEAST_BUDGET, BUDGET_PER_WAYPOINT * len(self.problem.waypoints))
+        count = sum(1 + len(getattr(waypoint.motion, "poses", ())) for waypoint in self.problem.waypoints)
+        return max(LEAST_BUDGET, BUDGET_PER_WAYPOINT * count)
 
 
 @dataclass(frozen=True, eq=False)

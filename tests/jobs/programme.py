@@ -15,6 +15,7 @@ from planner.problem import (
     JointWaypoint,
     LinearMotion,
     PlanningProblem,
+    PolylineMotion,
     PoseWaypoint,
     StopTransition,
     ThroughTransition,
@@ -90,6 +91,14 @@ class Programme:
         self._trace(on_circle(self.pose, via, pose, STEP * self.place.size))
         motion = CircularMotion(Pose(via))
         self._add(PoseWaypoint(pose=pose, motion=motion, limits=_speed(speed), **options))
+
+    def polyline(self, poses: list[Pose], blend: float, speed: float, **options: Any) -> None:
+        """By poses to the last of them in one motion, its corners cut within a share of the size of a job."""
+        motion = PolylineMotion(poses[:-1], blend * self.place.size)
+        for pose in poses:
+            self._time(float(np.linalg.norm(pose.position - self.pose.position)), speed, BlendTransition(motion.blend))
+            self._trace(on_line(self.pose, pose, STEP * self.place.size))
+        self._add(PoseWaypoint(pose=poses[-1], motion=motion, limits=_speed(speed), **options))
 
     def pass_last(self, transition: Transition) -> None:
         """Give the last waypoint a transition."""
