@@ -258,7 +258,8 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
             return problem.JointWaypoint.named(robot, waypoint.name, **common_fields)
         case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
-            return problem.PoseWaypoint(to_pose(waypoint.pose), Configuration(**asked), frame, **common_fields)
+            pose, named = to_pose(waypoint.pose), Configuration(**asked)
+            return problem.PoseWaypoint(pose, named, frame, waypoint.free, **common_fields)
         case waypoints.RelativeWaypoint():
             return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
 

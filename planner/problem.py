@@ -264,6 +264,10 @@ class JointWaypoint(Waypoint):
         return cls(robot.named_positions[position_name], position_name, **more)
 
 
+Free = Literal["rotation_z"]
+"""What of a pose is left open: the turn about the tool's own z axis, as of a drill or a round nozzle."""
+
+
 @dataclass(frozen=True)
 class PoseWaypoint(Waypoint):
     """A waypoint given by a pose of the tool.
@@ -272,11 +276,15 @@ class PoseWaypoint(Waypoint):
         pose: In the base frame, or in `frame`; without a rotation, any orientation will do.
         configuration: The sides on which shoulder, elbow and wrist are to be; those that are None are free.
         frame: Pose in the base frame of the work object that `pose` is given in; None: the base frame.
+        free: What of the pose is left open; None: nothing. Of all turns that is taken whose posture is nearest to the
+            posture before, in time at the joints' full speed; the way to that posture starts like the whole way, and
+            goes on from waypoint to waypoint.
     """
 
     pose: Pose
     configuration: Configuration = Configuration()
     frame: Pose | None = None
+    free: Free | None = None
 
     @property
     def pose_in_base(self) -> Pose:

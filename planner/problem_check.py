@@ -75,6 +75,8 @@ def waypoint_faults(
                 if part not in known:
                     has = f"the configurations of {robot.id} are named by {' and '.join(known) or 'nothing'}"
                     yield ("waypoints", i, "configuration", part), f"{has}, not by the {part}"
+        if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and waypoint.pose.rotation is None:
+            yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
     if options.reference is not None and len(options.reference) != robot.dof:

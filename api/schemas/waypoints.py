@@ -270,6 +270,10 @@ class PoseWaypoint(WaypointBase):
     frame: FrameName | None = None
     """The name of the frame that the pose, and the `via` or `poses` of a motion to it, are in: one of the request's
     `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""
+    free: Literal["rotation_z"] | None = None
+    """What of the pose is left open; null or omitted: nothing. `rotation_z`: the turn about the tool's own z axis, as
+    of a drill or a round nozzle. Of all turns that is taken whose posture is nearest to the one before, in time at the
+    joints' full speed; motions to and from this waypoint are as if it had been asked, and the answer has its pose."""
     configuration: Configuration | None = None
     """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
     omitted: any, chosen so that the way through the whole list is shortest."""

@@ -13,6 +13,7 @@ from planner.dynamics import SegmentDynamics
 from planner.limits import counted_velocity
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
+from planner.waypoints.free_rotations import with_chosen_rotations
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
 if TYPE_CHECKING:
@@ -155,6 +156,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     dynamics = dynamics_of(problem)
     robot = dynamics.robots[0]
     waypoints, options = within_limits(robot, problem.waypoints, problem.start_tolerance), problem.inverse_kinematics
+    waypoints = with_chosen_rotations(robot, waypoints, options)
     solved = solve_waypoints(robot, waypoints, options)
     limits = problem.segment_limits()
     durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]

@@ -15,6 +15,7 @@ from planner.kinematics.search import is_isolated
 from planner.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problem_check import waypoint_faults
 from planner.waypoints.configurations import configuration_error, solutions_in
+from planner.waypoints.free_rotations import with_chosen_rotations
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
 from planner.waypoints.targets import moved_pose, wanted_poses
 
@@ -83,7 +84,7 @@ def reachability(
     faults = list(waypoint_faults(robot, waypoints, options))
     if faults:
         raise InvalidProblem(faults)
-    waypoints = within_limits(robot, waypoints, START_TOLERANCE)
+    waypoints = with_chosen_rotations(robot, within_limits(robot, waypoints, START_TOLERANCE), options)
     wanted = wanted_poses(robot, waypoints)
     answers: list[Reachability] = []
     before: Pose | None = None

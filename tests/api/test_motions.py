@@ -164,3 +164,20 @@ def test_a_polyline_without_corners_or_without_a_blend_is_refused(
     refused = service.post("/v1/trajectories", request)
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["pointer"].startswith(pointer)
+
+
+def test_the_turn_of_a_drill_is_chosen_and_answered(service: RunningService) -> None:
+    """Its axis is the one asked; written as it is, the pose would turn the wrist by two radians and more."""
+    request = json.loads((ROOT / "examples" / "free_turn.json").read_text(encoding="utf-8"))
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    for waypoint in plan["waypoints"][1:3]:
+        axis = rotation_from_quaternion(np.array(waypoint["pose"]["orientation"]["xyzw"]))[:, 2]
+        assert axis == pytest.approx([0.0, 0.0, -1.0], abs=2e-6)
+        assert waypoint["orientation_error"] < 1e-6
+    assert np.abs(np.diff([waypoint["position"][5] for waypoint in plan["waypoints"]])).max() < 1.0
+    reach = {name: request[name] for name in ("robot", "waypoints")}
+    found = service.post("/v1/kinematics/reachability", reach).json()["waypoints"]
+    assert {one["status"] for one in found} == {"reachable"}
+    request["waypoints"][1]["pose"]["orientation"] = None
+    refused = service.post("/v1/trajectories", request)
+    assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/free"

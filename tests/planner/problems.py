@@ -17,6 +17,7 @@ from planner.problem import (
     AnyWaypoint,
     BlendTransition,
     CircularMotion,
+    Free,
     JointMotion,
     JointWaypoint,
     LinearMotion,
@@ -153,7 +154,9 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         )
         asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
         goal, frame = _near(home, robot, rng, reach), WORK_OBJECT if k % 2 == 0 else None
-        waypoints.append(PoseWaypoint(goal if frame is None else goal.to_frame(frame), asked, frame, motion=made))
+        free: Free | None = draw(st.sampled_from([None, None, "rotation_z"])) if robot.dof > 3 else None
+        pose = goal if frame is None else goal.to_frame(frame)
+        waypoints.append(PoseWaypoint(pose, asked, frame, free, motion=made))
         if k > 1:
             both_tool = not isinstance(before, JointMotion) and not isinstance(made, JointMotion)
             kinds = ["stop", "blend"] if both_tool else ["stop", "blend", "through"]

@@ -20,6 +20,7 @@ from planner.problem import (
     JointMotion,
     PlanningProblem,
     PolylineMotion,
+    PoseWaypoint,
     SplineMotion,
 )
 from planner.result import Plan
@@ -63,6 +64,12 @@ def _goes_where_it_should(result: Plan) -> None:
         for k, waypoint in enumerate(waypoints)
         if isinstance(waypoint.transition, BlendTransition)
     }
+    for waypoint, reached in zip(waypoints, solved, strict=True):
+        if isinstance(waypoint, PoseWaypoint) and waypoint.pose.rotation is not None:
+            away = waypoint.pose_in_base.rotation.T @ reached.pose.rotation  # type: ignore[union-attr]
+            assert np.abs(away - np.eye(3))[2 if waypoint.free else slice(None)].max() < 2e-6
+        if isinstance(waypoint, PoseWaypoint):
+            assert np.linalg.norm(reached.pose.position - waypoint.pose_in_base.position) < 2e-6
     for k, time in enumerate(trajectory.arrivals):
         q = trajectory.evaluate(np.array([time]), [0])[0][0]
         pin.framesForwardKinematics(robot.model, data, q)
@@ -83,7 +90,7 @@ def _goes_where_it_should(result: Plan) -> None:
             axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
             J = pin.getFrameJacobian(robot.model, data, robot.tool_frame_id, axes)[: 3 if robot.dof == 3 else 6]
             handedness.add(float(np.sign(np.linalg.det(J))))
-            start, end = solved[k - 1].pose, waypoint.pose_in_base  # type: ignore[union-attr]
+            start, end = solved[k - 1].pose, solved[k].pose
             if isinstance(waypoint.motion, PolylineMotion | SplineMotion):
                 poses = [start, *waypoint.motion.poses, end]
                 assert _from_curve(tool.translation, poses, waypoint.motion) <= 1.01e-4

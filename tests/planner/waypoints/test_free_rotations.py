@@ -1,0 +1,99 @@
+"""A turn about the tool's axis that is left open: the axis by Pinocchio, the nearest posture by a dense sweep."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.backends import Trapezoidal
+from planner.errors import InvalidProblem, UnreachableWaypoint
+from planner.kinematics.inverse import solution_layers
+from planner.kinematics.options import InverseKinematicsOptions
+from planner.paths import solve_path
+from planner.planning import plan
+from planner.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, RelativeWaypoint
+from planner.robots import Robot, catalogue_ids, load_robot
+from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_z
+from planner.waypoints.reachability import reachability
+from tests.jobs.tracing import tool_at
+
+ARMS = {"kuka_kr16_l6_2": (0.3, -1.2, 1.4, 0.2, 0.6, 0.1), "ur5": (0.0, -1.5, 1.6, -1.6, -1.5, 0.2)}
+PANDA = (0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5)
+
+
+def robot_of(arm: str) -> Robot:
+    if arm not in catalogue_ids():
+        pytest.skip("example-robot-data is not installed")
+    return load_robot(arm)
+
+
+def has_its_axis(robot: Robot, q: FloatArray, asked: Pose) -> None:
+    tool = tool_at(robot, q)
+    assert asked.rotation is not None
+    assert tool.rotation is not None
+    assert np.linalg.norm(tool.position - asked.position) < 2e-6
+    assert np.linalg.norm(tool.rotation[:, 2] - asked.rotation[:, 2]) < 2e-6
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("arm", ARMS)
+def test_no_turn_of_a_dense_sweep_leads_to_a_nearer_posture(arm: str, seed: int) -> None:
+    robot, rng = robot_of(arm), np.random.default_rng(seed)
+    start = np.array(ARMS[arm])
+    before = tool_at(robot, start)
+    turn = rotation_from_rpy(*rng.uniform(-0.4, 0.4, 2), rng.uniform(-3.0, 3.0))
+    asked = Pose(before.position + rng.uniform(-0.15, 0.15, 3), before.rotation @ turn)
+    goal = PoseWaypoint(asked, free="rotation_z")
+    reached = solve_path(PlanningProblem(robot, [JointWaypoint(start), goal])).waypoints[1]
+    has_its_axis(robot, reached.position, asked)
+    sweep = [Pose(asked.position, asked.rotation @ rotation_z(angle)) for angle in np.linspace(0.0, 2.0 * np.pi, 361)]
+    layers = solution_layers(robot, sweep, InverseKinematicsOptions(), start)
+    velocity = robot.limit("velocity")
+    nearest = min(float((np.abs(q - start) / velocity).max()) for layer in layers for q in layer)
+    taken = float((np.abs(reached.position - start) / velocity).max())
+    assert taken <= 1.02 * nearest + 1e-6  # beside the slowest joint a hundredth of all others counts
+
+
+def test_an_arm_with_seven_joints_and_a_pose_in_a_frame() -> None:
+    robot, start = robot_of("panda"), np.array(PANDA)
+    before = tool_at(robot, start)
+    frame = Pose.from_rpy([0.2, -0.1, 0.3], [0.1, 0.2, 0.3])
+    asked = Pose(before.position + np.array([0.0, 0.1, -0.05]), before.rotation @ rotation_from_rpy(0.1, 0.2, 2.0))
+    goal = PoseWaypoint(asked.to_frame(frame), frame=frame, free="rotation_z")
+    reached = solve_path(PlanningProblem(robot, [JointWaypoint(start), goal])).waypoints[1].position
+    has_its_axis(robot, reached, asked)
+    assert np.abs(reached - start).max() < 0.5  # and not two radians for the turn
+
+
+def test_lines_go_to_a_free_pose_and_on_from_it() -> None:
+    """A seam of a round tool that is programmed with any turns: the wrist hardly moves."""
+    robot = robot_of("kuka_kr16_l6_2")
+    start = np.array(ARMS["kuka_kr16_l6_2"])
+    before = tool_at(robot, start)
+    asked = [
+        Pose(before.position - np.array([0.0, 0.1 * k, 0.0]), before.rotation @ rotation_z(turn))
+        for k, turn in enumerate((2.0, -1.5, 3.0), 1)
+    ]
+    seam = [PoseWaypoint(pose, free="rotation_z", motion=LinearMotion()) for pose in asked]
+    up = RelativeWaypoint(CartesianMove((0.0, 0.0, 0.05)), "base", motion=LinearMotion())
+    made = plan(PlanningProblem(robot, [JointWaypoint(start), *seam, up]), Trapezoidal())
+    assert made.certificate.satisfied
+    for pose, q in zip(asked, made.path.positions[1:], strict=False):
+        has_its_axis(robot, q, pose)
+    assert np.ptp(made.path.positions[:, 5]) < 0.5
+    turned = plan(
+        PlanningProblem(robot, [JointWaypoint(start), *(PoseWaypoint(pose) for pose in asked)]), Trapezoidal()
+    )
+    assert made.problem.waypoints[1].free == "rotation_z"
+    assert np.ptp(turned.path.positions[:, 5]) > 2.0
+
+
+def test_what_cannot_be_reached_at_any_turn_and_what_has_no_axis() -> None:
+    robot = robot_of("kuka_kr16_l6_2")
+    far = PoseWaypoint(Pose([5.0, 0.0, 0.5], np.eye(3)), free="rotation_z")
+    with pytest.raises(UnreachableWaypoint):
+        plan(PlanningProblem(robot, [JointWaypoint(ARMS["kuka_kr16_l6_2"]), far]))
+    (found,) = reachability(robot, [far], InverseKinematicsOptions())
+    assert found.error is not None
+    with pytest.raises(InvalidProblem, match="no axis"):
+        plan(PlanningProblem(robot, [PoseWaypoint(Pose([1.0, 0.0, 0.5]), free="rotation_z")]))
