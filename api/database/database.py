@@ -10,6 +10,7 @@ from fcntl import LOCK_EX, flock
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
+import structlog
 from sqlalchemy import create_engine, event, make_url
 from sqlalchemy.exc import DBAPIError, OperationalError
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+log = structlog.get_logger()
 
 READING_THREADS = 2
 """The number of threads that read: so many answers to clients wait for the disk or the network at once."""
@@ -91,6 +94,7 @@ class Database:
             return await asyncio.get_running_loop().run_in_executor(threads, transaction)
         except DBAPIError as error:
             if isinstance(error, OperationalError) or error.connection_invalidated:
+                log.warning("database_unavailable", reason=str(error.orig).partition("\n")[0])
                 raise DatabaseUnavailable(
                     "the database does not answer; try again later", headers={"Retry-After": "5"}
                 ) from error

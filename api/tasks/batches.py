@@ -154,8 +154,9 @@ def plan_item(work: Work) -> Reply:
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
-        coarse = replace(export_options(request, definition), sample_period=solved.trajectory.duration)
-        sample(solved, coarse)  # what is included may be refused: torques without inertias
+        options = export_options(request, definition)
+        if "torque" in options.include:  # refused without inertias
+            sample(solved, replace(options, sample_period=solved.trajectory.duration))
         saved = save_plan(solved)
     ratios = [check.ratio for check in solved.certificate.checks if check.enforced and check.ratio is not None]
     figures = (solved.trajectory.duration, max(ratios, default=None))

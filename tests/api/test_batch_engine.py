@@ -1,0 +1,138 @@
+"""What works on batches, with a pool that is made up: whatever happens to the database, every item is done once."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from sqlalchemy import make_url
+
+from api.batches import engine as engine_module
+from api.batches.engine import Engine
+from api.batches.items import NewItem
+from api.database.batches import BatchBounds, append_items, begin_batch, cancel_batch, find_batch, open_batch
+from api.database.claims import results_behind
+from api.database.database import Database, sqlite_url
+from api.errors import DatabaseUnavailable, DeadlineExceeded
+from api.messages import Reply, Task
+from api.settings import Settings
+from tests.api.databases import PostgresServer, postgres
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+    from pathlib import Path
+
+__all__ = ["postgres"]
+ITEMS = 60
+
+
+@pytest.fixture(autouse=True)
+def _often(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("BEAT", "IDLE"):
+        monkeypatch.setattr(engine_module, name, 0.02)
+
+
+class MadeUpPool:
+    """Answers with what it is asked, after a while."""
+
+    most_behind = 2
+
+    def __init__(self) -> None:
+        self.asked: Counter[bytes] = Counter()
+        self.given_up = 0
+
+    async def run_behind(self, task: Task, kind: object, seconds: float) -> Reply:
+        try:
+            await asyncio.sleep(0.002)
+        except asyncio.CancelledError:
+            self.given_up += 1
+            raise
+        self.asked[task.body] += 1
+        if task.body == b"late":
+            raise DeadlineExceeded("too late")
+        return Reply(200, "", b"plan of " + task.body, result=(1.0, 0.5))
+
+
+async def batch_of(database: Database, *requests: bytes) -> tuple[int, str]:
+    arrival: Any = await database.write(begin_batch, "client", None, "arriving", BatchBounds(10, 10, 10**9))
+    await database.write(append_items, arrival.number, 0, [NewItem(request, None, 10.0) for request in requests])
+    await database.write(open_batch, arrival.number, "digest")
+    return arrival.number, arrival.id
+
+
+async def until(condition: Callable[[], Awaitable[bool]]) -> None:
+    async with asyncio.timeout(20.0):
+        while not await condition():
+            await asyncio.sleep(0.01)
+
+
+def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
+    url = make_url(postgres.new_database("goes_away")).set(drivername="postgresql+psycopg")
+
+    async def run() -> None:
+        database, pool = Database(url), MadeUpPool()
+        database.open()
+        engines = [Engine(database, pool, Settings()) for _ in range(2)]  # type: ignore[arg-type]
+        requests = [b"%d" % k for k in range(ITEMS)]
+        number, batch_id = await batch_of(database, *requests)
+        for engine in engines:
+            engine.start()
+
+        async def some() -> bool:
+            return bool(await database.read(results_behind, number, -1, 10, ended=False))
+
+        async def completed() -> bool:
+            try:
+                batch = await database.read(find_batch, batch_id)
+            except DatabaseUnavailable:
+                return False
+            return batch is not None and batch.status == "completed"
+
+        await until(some)
+        await asyncio.to_thread(postgres.stop)
+        await asyncio.sleep(0.1)
+        await asyncio.to_thread(postgres.start)
+        await until(completed)
+        for engine in engines:
+            await engine.stop()
+        results = await database.read(results_behind, number, -1, 1000, ended=True)
+        assert [result.position for result in results] == list(range(ITEMS))
+        assert [result.result for result in results] == [b"plan of " + request for request in requests]
+        assert set(pool.asked) == set(requests)
+        database.close()
+
+    asyncio.run(run())
+
+
+def test_what_does_not_end_well_is_a_result_too_and_what_is_cancelled_is_given_up(tmp_path: Path) -> None:
+    async def run() -> None:
+        database, pool = Database(sqlite_url(tmp_path)), MadeUpPool()
+        database.open()
+        engine = Engine(database, pool, Settings())  # type: ignore[arg-type]
+        number, batch_id = await batch_of(database, b"late", b"in time")
+        other, _ = await batch_of(database, *[b"%d" % k for k in range(2000)])
+        engine.start()
+
+        async def completed() -> bool:
+            batch = await database.read(find_batch, batch_id)
+            return batch is not None and batch.status == "completed"
+
+        await until(completed)
+        late, in_time = await database.read(results_behind, number, -1, 10, ended=True)
+        assert (late.outcome, in_time.outcome) == ("deadline_exceeded", "planned")
+        await until(lambda: _true(sum(pool.asked.values()) > 100))
+        await database.write(cancel_batch, other)  # as another service would
+        await until(lambda: _true(pool.given_up > 0))
+        done = sum(pool.asked.values())
+        await asyncio.sleep(0.1)
+        assert sum(pool.asked.values()) <= done + 2 * pool.most_behind
+        await engine.stop()
+        database.close()
+
+    asyncio.run(run())
+
+
+async def _true(value: bool) -> bool:
+    return value
