@@ -82,8 +82,10 @@ if TYPE_CHECKING:
     from planner.operations import JointState as JointState
     from planner.operations import Junction as Junction
     from planner.operations import ResampledTrajectory as ResampledTrajectory
+    from planner.operations import RetimedTrajectory as RetimedTrajectory
     from planner.operations import join_trajectories as join_trajectories
     from planner.operations import resample_trajectory as resample_trajectory
+    from planner.operations import retime_trajectory as retime_trajectory
     from planner.operations import reverse_trajectory as reverse_trajectory
     from planner.operations import slice_trajectory as slice_trajectory
     from planner.operations import stop_joints as stop_joints
@@ -189,8 +191,10 @@ _NAMES = {
         "JointState",
         "Junction",
         "ResampledTrajectory",
+        "RetimedTrajectory",
         "join_trajectories",
         "resample_trajectory",
+        "retime_trajectory",
         "reverse_trajectory",
         "slice_trajectory",
         "stop_joints",

@@ -119,7 +119,7 @@ class PlanRequest(TrajectoryRequest):
     """What to plan: a robot, its waypoints, limits and options."""
 
     backend: Backend = Field(
-        default_factory=lambda: _default_backend(), description="What puts time on the path; omitted: the cubic."
+        default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
     )
 
 
@@ -130,7 +130,8 @@ class CompareRequest(TrajectoryRequest):
     """The back ends, each of which plans by itself; the results come in this order."""
 
 
-def _default_backend() -> Any:
+def default_backend() -> Any:
+    """Make the back end of a request that names none: the cubic."""
     return backend_schemas()["cubic"](kind="cubic")  # type: ignore[call-arg] # made by create_model
 
 

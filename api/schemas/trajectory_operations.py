@@ -1,4 +1,4 @@
-"""Requests and answers of the operations on trajectories: stop, reverse, slice, join, resample."""
+"""Requests and answers of the operations on trajectories: retime, stop, reverse, slice, join, resample."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from api.schemas.answers import (  # noqa: TC001 - pydantic evaluates the annota
     PlanWarning,
     Samples,
 )
+from api.schemas.backends import Backend  # noqa: TC001
 from api.schemas.common import (
     DEFAULT_DEADLINE,
     LARGEST,
@@ -27,7 +28,7 @@ from api.schemas.common import (
     RobotId,
     Schema,
 )
-from api.schemas.requests import MOST_ROWS, GivenTrajectory
+from api.schemas.requests import MOST_ROWS, GivenTrajectory, default_backend
 
 Quantity = TypeAliasType(
     "Quantity",
@@ -132,6 +133,23 @@ class ResampleRequest(EditRequest):
     increasing."""
 
 
+class RetimeRequest(OperationRequest):
+    """A dense list of joint positions, or a trajectory of any origin, to put time on; from rest to rest."""
+
+    points: Annotated[list[JointVector], Field(min_length=1, max_length=20_000, fail_fast=True)] | None = None
+    """The joint positions, shape (points, joints), rad or m; repeated points count once."""
+    trajectory: GivenTrajectory | None = None
+    """A trajectory in place of points: the positions of its samples, or 2,000 positions along its polynomials."""
+    backend: Backend = Field(
+        default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
+    )
+    max_deviation: Annotated[float, Field(ge=1e-6, le=1.0)] = 1e-3
+    """How far a joint may be from the points and the straight lines between them, rad or m. Noise that is smaller
+    vanishes, and corners are rounded; noise that is larger has to be followed, which is slow."""
+    sample_period: SamplePeriod = 0.01
+    """The time between two rows of the answer, s."""
+
+
 class GivenJointState(Schema):
     """The motion of all joints at one time."""
 
@@ -196,6 +214,15 @@ class OperationAnswer(Answer):
     limits; when included."""
     warnings: list[PlanWarning]
     """What to know about the trajectory all the same; usually nothing."""
+
+
+class RetimeAnswer(OperationAnswer):
+    """A list of joint positions with time on it."""
+
+    backend: str
+    """The kind of the back end that was asked for."""
+    deviation: float
+    """The largest distance of a joint from the points and the straight lines between them, rad or m."""
 
 
 class JunctionAnswer(Answer):

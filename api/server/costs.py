@@ -21,7 +21,7 @@ GAIN_OF_THE_MEAN, GAIN_OF_THE_DEVIATION = 1.0 / 8.0, 1.0 / 4.0
 KNOWN_FAMILIES = 512
 """The number of families of requests whose times are kept; those that came last go first."""
 
-ROWS = ("waypoints", "poses", "positions")
+ROWS = ("waypoints", "poses", "positions", "points")
 """The fields whose length says how much a request asks."""
 
 PATHS_OF_THE_TOOL = ("linear", "circular", "polyline", "spline")

@@ -1,4 +1,4 @@
-"""Operations on trajectories of any origin: stop, reverse, slice, join, resample."""
+"""Operations on trajectories of any origin: retime, stop, reverse, slice, join, resample."""
 
 from __future__ import annotations
 
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 DEFAULT_PERIOD = 0.01
 """The time between two rows of an answer that asks for neither a period nor times, s."""
+
+
+POINTS_OF_POLYNOMIALS = 2000
+"""The number of positions along polynomials that are timed."""
 
 
 def reverse_trajectory(work: Work) -> Reply:
@@ -56,6 +60,32 @@ def join_trajectories(work: Work) -> Reply:
         return join_trajectories(robot, trajectories, tolerance=request.tolerance, **_kept(request))
 
     return _answer(work, schemas.JoinRequest, run)
+
+
+def retime_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/retime."""
+    return _answer(work, schemas.RetimeRequest, _retime)
+
+
+def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory:
+    """Put time on points, or on the positions of a trajectory."""
+    import numpy as np
+
+    from api.conversion import to_backend, to_limits, to_matrix
+    from api.given_trajectories import to_trajectory
+    from planner.errors import InvalidProblem
+    from planner.operations import retime_trajectory
+
+    if (request.points is None) == (request.trajectory is None):
+        raise InvalidProblem([(("points",), "either points or a trajectory are needed")])
+    if request.points is not None:
+        points = to_matrix(request.points, robot.dof, ("points",))
+    elif request.trajectory is not None:
+        interpolation, trajectory = to_trajectory(request.trajectory, robot, ("trajectory",))
+        even = np.linspace(0.0, trajectory.duration, POINTS_OF_POLYNOMIALS)
+        (points,) = trajectory.evaluate(even if interpolation == "polynomials" else trajectory.breakpoints, [0])
+    backend, limits = to_backend(request.backend), to_limits(request.limits)
+    return retime_trajectory(robot, points, backend, max_deviation=request.max_deviation, limits=limits)
 
 
 def stop_trajectory(work: Work) -> Reply:
@@ -166,6 +196,25 @@ CODES = (*BODY_CODES, "unknown_robot", "missing_dynamics", "limits_unsatisfiable
 """Codes of the problem documents that may be the answer to an operation instead."""
 
 OPERATIONS = (
+    Operation(
+        id="retime_trajectory",
+        method="POST",
+        path="/v1/trajectories/retime",
+        tag="trajectories",
+        summary="Put time on a dense list of joint positions, smoothed within a tolerance.",
+        run=retime_trajectory,
+        request=schemas.RetimeRequest,
+        answer=schemas.RetimeAnswer,
+        codes=(*CODES, "joint_position_limit", "infeasible_duration"),
+        examples={
+            "four_points": {
+                "robot": "three_dof_arm",
+                "points": [[0.1, 0.2, 0.3], [0.15, 0.2, 0.25], [0.2, 0.25, 0.2], [0.2, 0.3, 0.2]],
+                "backend": {"kind": "toppra"},
+                "max_deviation": 0.01,
+            },
+        },
+    ),
     Operation(
         id="stop_trajectory",
         method="POST",

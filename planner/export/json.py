@@ -13,7 +13,7 @@ from planner.export.base import ExportOptions, Format, sample, sample_at
 from planner.guarantees import end_states
 from planner.kinematics import configurations, manipulability
 from planner.limits import segment_limits
-from planner.operations import JoinedTrajectory
+from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.operations.certified import own_ends
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
@@ -124,6 +124,8 @@ def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Coll
         "certificate": done.certificate.as_dict(),
         "warnings": [vars(warning) for warning in done.warnings],
     }
+    if isinstance(done, RetimedTrajectory):
+        answer |= {"backend": done.backend.kind, "deviation": done.deviation}
     if isinstance(done, JoinedTrajectory):
         answer["junctions"] = [vars(junction) for junction in done.junctions]
     if "polynomials" in include:

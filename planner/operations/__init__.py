@@ -10,6 +10,7 @@ from planner.operations.editing import (
     reverse_trajectory,
     slice_trajectory,
 )
+from planner.operations.retiming import RetimedTrajectory, retime_trajectory
 from planner.operations.stopping import stop_joints
 from planner.operations.stopping_on_path import stop_on_path
 
@@ -19,8 +20,10 @@ __all__ = [
     "JointState",
     "Junction",
     "ResampledTrajectory",
+    "RetimedTrajectory",
     "join_trajectories",
     "resample_trajectory",
+    "retime_trajectory",
     "reverse_trajectory",
     "slice_trajectory",
     "stop_joints",

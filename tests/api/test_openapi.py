@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 CONTRACT = {
     ("post", "/v1/trajectories"): "plan_trajectory",
     ("post", "/v1/trajectories/validate"): "validate_trajectory",
+    ("post", "/v1/trajectories/retime"): "retime_trajectory",
     ("post", "/v1/trajectories/stop"): "stop_trajectory",
     ("post", "/v1/trajectories/reverse"): "reverse_trajectory",
     ("post", "/v1/trajectories/slice"): "slice_trajectory",

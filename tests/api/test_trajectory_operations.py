@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from api.schemas.answers import PlanAnswer
-from api.schemas.trajectory_operations import JoinAnswer, OperationAnswer
+from api.schemas.trajectory_operations import JoinAnswer, OperationAnswer, RetimeAnswer
 from tests.api.answers import checked
 from tests.api.requests import joint
 from tests.locations import ROOT
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tests.api.conftest import RunningService
 
 OPERATIONS = ROOT / "examples" / "operations"
-ANSWERS = {"join": JoinAnswer}
+ANSWERS = {"join": JoinAnswer, "retime": RetimeAnswer}
 ROBOT = {"robot": "kuka_kr16_l6_2"}
 
 
@@ -89,6 +89,14 @@ def test_a_plan_is_stopped_and_so_is_a_state(service: RunningService, plan: dict
     assert (problem["code"], problem["joint"]) == ("joint_position_limit", "joint_a1")
 
 
+def test_a_plan_is_timed_again(service: RunningService, plan: dict[str, Any]) -> None:
+    for trajectory in given(plan)["trajectory"], {"samples": {k: plan["samples"][k] for k in ("time", "position")}}:
+        again = post(service, "retime", {"trajectory": trajectory, "backend": {"kind": "ruckig"}})
+        assert again["deviation"] <= 1e-3
+        assert again["duration"] == pytest.approx(plan["duration"], rel=0.03)
+        assert again["final"]["position"] == pytest.approx(plan["samples"]["position"][-1])
+
+
 def test_samples_are_run_by_the_interpolation_that_is_named(service: RunningService) -> None:
     samples = {"time": [0.0, 1.0], "position": [[0.0] * 6, [0.1] * 6], "velocity": [[0.0] * 6] * 2}
     for law, middle in (("linear", 0.025), ("cubic", 0.1 * (3 / 16 - 2 / 64))):
@@ -108,6 +116,9 @@ def test_what_is_wrong_is_said_where_it_is(service: RunningService, plan: dict[s
         ("reverse", {"trajectory": {"samples": standing}}, "/trajectory/samples/time/1"),
         ("reverse", {"trajectory": {}}, "/trajectory/polynomials"),
         ("resample", {"trajectory": polynomials, "times": [0.2, 0.1]}, "/times/1"),
+        ("retime", {}, "/points"),
+        ("retime", {"points": [[0] * 6, [0] * 5]}, "/points/1"),
+        ("retime", {"points": [[0] * 6], "backend": {"kind": "min_effort"}}, "/backend/kind"),
         ("stop", {}, "/state"),
         ("stop", {"trajectory": polynomials}, "/time"),
         ("stop", {"trajectory": polynomials, "time": 99.0}, "/time"),

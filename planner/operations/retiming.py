@@ -1,0 +1,190 @@
+"""Time put on a dense list of joint positions: smoothed within a tolerance, timed by any back end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.base import enforced
+from planner.backends.shared.assembly import assemble
+from planner.backends.splines.cubic import Cubic
+from planner.errors import InvalidProblem, JointPositionLimit
+from planner.fields import BACK_END, KIND
+from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions
+from planner.limits import Limits, counted_velocity
+from planner.operations.certified import CertifiedTrajectory, certified
+from planner.operations.smoothing import smooth_curve_near
+from planner.paths import JointPath, solve_path
+from planner.paths.runs import Run
+from planner.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition
+from planner.problem_check import check_problem
+from planner.tolerances import POSITION_TOLERANCE
+from planner.tool_motions.position_limits import first_beyond
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from planner.backends import BackEnd
+    from planner.polynomials import PiecewisePolynomial
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+MAX_DEVIATION = 1e-3
+"""Distance of a joint from the points, rad or m, that is allowed unless another is asked: a millimetre at the end of an
+arm of 1 m."""
+
+SHARE_OF_TIMING = 0.05
+"""Share of this distance that timing may use up."""
+
+MOST_KNOTS = 16
+"""Number of intervals, at most, on each of which a back end chooses a speed; those without intervals do not count."""
+
+STRAIGHT = 1e-9
+"""Second derivative by the curve's length of 1, rad or m, below which a curve of one piece is a straight motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class RetimedTrajectory(CertifiedTrajectory):
+    """A list of joint positions with time on it.
+
+    Attributes:
+        backend: What put time on it.
+        deviation: The largest distance of a joint from the points and the chords between them, rad or m.
+    """
+
+    backend: BackEnd
+    deviation: float
+
+
+def retime_trajectory(
+    robot: Robot,
+    points: ArrayLike,
+    backend: BackEnd = Cubic(),
+    *,
+    max_deviation: float = MAX_DEVIATION,
+    limits: Limits = Limits(),
+) -> RetimedTrajectory:
+    """Put time on a dense list of joint positions, from rest to rest.
+
+    The points are smoothed first: the path is the stiffest curve found from which no joint is farther from the points,
+    and from the chords between them, than is allowed. Noise that is smaller vanishes, and corners are rounded.
+
+    Args:
+        robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
+        points: (N, joints), rad or m, of any origin; repeated points count once.
+        backend: What puts time on the path.
+        max_deviation: How far a joint may be from the points and the chords between them, rad or m.
+        limits: Limits that are asked besides, no wider than the robot's.
+
+    Raises:
+        InvalidProblem: Points of another shape, numbers that are none, limits wider than the robot's, a back end that
+            does not keep to a curve.
+        JointPositionLimit: A point, or the curve between points, is beyond a joint's position limits.
+        LimitsUnsatisfiable: No duration keeps the limits.
+    """
+    path, deviation = _path(robot, np.asarray(points, dtype=np.float64), backend, max_deviation, limits)
+    trajectory = backend.parametrize(path) if len(path.moving) else assemble(path, [])
+    done = certified(robot, replace(trajectory, warnings=()), limits, enforced(backend))
+    warnings = (*done.warnings, *trajectory.warnings)
+    return RetimedTrajectory(**vars(done) | {"warnings": warnings}, backend=backend, deviation=deviation)
+
+
+def _path(
+    robot: Robot, points: np.ndarray, backend: BackEnd, max_deviation: float, limits: Limits
+) -> tuple[JointPath, float]:
+    """The path along a smooth curve near the points, and how far it is from them."""
+    if points.ndim != 2 or len(points) < 1 or points.shape[1] != robot.dof:
+        shape = " x ".join(map(str, points.shape))
+        message = f"{shape} values: rows of the {robot.dof} joints of {robot.id} are needed"
+        raise InvalidProblem([(("points",), message)])
+    if not np.isfinite(points).all():
+        raise InvalidProblem([(("points",), "not all of them are numbers")])
+    if not 0.0 < max_deviation < np.inf:
+        raise InvalidProblem([(("max_deviation",), "must be greater than 0")])
+    problem = PlanningProblem(robot, _waypoints(points[[0, -1]]), limits=limits, start_tolerance=0.0)
+    check_problem(problem, backend)
+    _refuse_other_ways(backend, robot.dof)
+    velocity = counted_velocity(problem.segment_limits().velocity[0])
+    smooth = smooth_curve_near(points, velocity, max_deviation)
+    if smooth is None:
+        still = replace(problem, waypoints=_waypoints(points[[0, 0]]))
+        return solve_path(still), float(np.abs(points - points[0]).max())
+    curve = smooth.curve
+    _refuse_beyond(robot, curve)
+    if len(curve.lengths) == 1 and _is_straight(curve) and _keeps_straight_lines(backend):
+        return solve_path(problem), smooth.deviation
+    timing = SHARE_OF_TIMING * max_deviation
+    knots = np.array([0, len(curve.lengths)])
+    if np.abs(points[0] - points[-1]).max() <= POSITION_TOLERANCE:  # between two waypoints there is to be a way
+        at = curve.evaluate(curve.breakpoints, [0])[0]
+        knots = np.insert(knots, 1, int(np.abs(at - at[0]).max(axis=1).argmax()))
+    solved = solve_path(replace(problem, waypoints=_waypoints(curve.evaluate(curve.breakpoints[knots], [0])[0])))
+    return _along(solved, curve, knots, timing), smooth.deviation + timing
+
+
+def _waypoints(positions: FloatArray) -> tuple[JointWaypoint, ...]:
+    """Waypoints at joint positions (N, joints), which are passed but for the ends."""
+    last = len(positions) - 1
+    return tuple(
+        JointWaypoint(tuple(position), transition=ThroughTransition() if 0 < k < last else StopTransition())
+        for k, position in enumerate(positions.tolist())
+    )
+
+
+def _refuse_other_ways(backend: BackEnd, joints: int) -> None:
+    """Refuse back ends that find a way of their own, or are asked for motion at the ends: it is from rest to rest.
+
+    Raises:
+        InvalidProblem: Naming the options.
+    """
+    kind = backend.kind
+    if leaves_straight_motions(backend):
+        message = f"{kind} finds a way of its own between waypoints: points need one that keeps to a curve"
+        raise InvalidProblem([((BACK_END, KIND), message)])
+    ends = end_states(backend, joints)
+    if ends.starts_moving or ends.ends_moving:
+        asked = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
+        raise InvalidProblem([((BACK_END, name), "points are timed from rest to rest") for name in asked])
+
+
+def _keeps_straight_lines(backend: BackEnd) -> bool:
+    """Whether a back end moves the joints straight from rest to rest by itself."""
+    return getattr(backend, "synchronization", "phase") == "phase"
+
+
+def _is_straight(curve: PiecewisePolynomial) -> bool:
+    bends = np.abs(curve.coefficients[0, :, 2:]) * curve.lengths[0] ** np.arange(2, curve.coefficients.shape[2])
+    return bool(bends.max() <= STRAIGHT)
+
+
+def _along(path: JointPath, curve: PiecewisePolynomial, waypoint_knots: np.ndarray, tolerance: float) -> JointPath:
+    """A path with a run along a curve, which lets a back end choose its speed on parts of it."""
+    pieces, segments = len(curve.lengths), np.arange(len(waypoint_knots) - 1)
+    knots = np.unique(np.linspace(0, pieces, min(pieces, MOST_KNOTS) + 1).round().astype(int))
+    run = Run(
+        segments=segments,
+        curve=curve.of_segments(np.repeat(segments, np.diff(waypoint_knots))),
+        waypoint_knots=waypoint_knots,
+        blend_knots=knots[1:-1],
+        is_spline=False,
+        tolerance=tolerance,
+    )
+    return replace(path, runs=(run,))
+
+
+def _refuse_beyond(robot: Robot, curve: PiecewisePolynomial) -> None:
+    """Refuse a curve that leaves the position limits.
+
+    Raises:
+        JointPositionLimit: Naming the joint.
+    """
+    beyond = first_beyond(robot, curve)
+    if beyond is None:
+        return
+    _, position, joint = beyond
+    own, value = robot.joints[joint], float(position[joint])
+    limit = own.lower if value < (own.lower + own.upper) / 2.0 else own.upper
+    message = f"the curve near the points takes {own.name} to {value:.6g}, beyond its position limit {limit:.6g}"
+    raise JointPositionLimit(message, joint=own.name, value=value, limit=limit)
