@@ -71,6 +71,7 @@ class Database:
             self._temporary = Path(tempfile.mkdtemp(prefix="planner-"))
             url = sqlite_url(self._temporary)
         self.engine = make_engine(url)
+        self._reading = self.engine.execution_options(reads=True)
         upgrade(self.engine)
 
     async def read(self, work: Callable[Concatenate[Connection, P], T], *arguments: P.args, **options: P.kwargs) -> T:
@@ -87,7 +88,7 @@ class Database:
 
     async def _run(self, threads: ThreadPoolExecutor, reads: bool, work: Callable[[Connection], T]) -> T:
         def transaction() -> T:
-            with self.engine.execution_options(reads=reads).begin() as connection:
+            with (self._reading if reads else self.engine).begin() as connection:
                 return work(connection)
 
         try:

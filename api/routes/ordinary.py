@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from dataclasses import dataclass, field
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 import orjson
@@ -86,12 +87,14 @@ class Asked:
         body: The body as it came.
         document: The body as JSON, which need not follow any schema.
         deadline: The time that the answer may take from the arrival of the request, s.
+        named: The id of the robot to use, or to derive another `from`; None: there is none.
         robot: What the worker needs to know of an uploaded robot: the one to use, or to derive another `from`.
     """
 
     body: bytes = b""
     document: Mapping[str, Any] = field(default_factory=dict)
     deadline: float = DEFAULT_DEADLINE
+    named: str | None = None
     robot: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -101,12 +104,15 @@ async def look_at_body(request: Request) -> Asked:
     body = await _read_body(request)
     document = _parse(body, service.settings.max_body_bytes)
     named = document.get("robot", document.get("from"))
-    content = await service.database.read(find_robot, named) if isinstance(named, str) else None
+    named = named if isinstance(named, str) else None
+    content = None
+    if named is not None and named not in service.catalogue:
+        content = await service.database.read(find_robot, named)
     robot = {} if content is None else {"definition": content.definition}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it
-    return Asked(body, document, min(deadline, service.settings.max_deadline), robot)
+    return Asked(body, document, min(deadline, service.settings.max_deadline), named, robot)
 
 
 NOTHING_ASKED = Asked()
@@ -139,6 +145,8 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
     finally:
         hang_up.cancel()
         work.cancel()
+    if asked.named is not None and not asked.robot and reply.status < HTTPStatus.MULTIPLE_CHOICES:
+        service_of(request).catalogue.add(asked.named)
     request.state.timings = dict(reply.timings)
     if reply.failure is not None:
         log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)

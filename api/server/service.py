@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -21,9 +21,12 @@ class Service:
         pool: The worker processes.
         database: What outlives a request: robots and batches.
         engine: What works on batches.
+        catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
+            which they need no definition is one, and no added robot can have its id: the database need not be asked.
     """
 
     settings: Settings
     pool: WorkerPool
     database: Database
     engine: Engine
+    catalogue: set[str] = field(default_factory=set)

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
+from fastapi import Request
 from sqlalchemy import delete, func, inspect, make_url, select, text
 from typer.testing import CliRunner
 
@@ -20,7 +24,10 @@ from api.database.migrate import DatabaseTooNew, is_current, upgrade
 from api.database.robots import RobotBounds, add_robot, delete_robot, find_robot, robots_behind
 from api.database.tables import metadata, robot_contents, robots
 from api.errors import DatabaseUnavailable
+from api.messages import Reply
 from api.robot_content import RobotContent
+from api.routes.ordinary import run_with_body
+from api.server.traffic import Traffic
 from api.settings import Settings
 from tests.api.databases import PostgresServer, engine, postgres
 
@@ -186,3 +193,38 @@ def test_the_bytes_of_all_robots_are_bounded(connection: Connection) -> None:
 def test_settings_keep_the_password_to_themselves() -> None:
     settings = Settings(database_url="postgresql://me:secret@somewhere/planner")  # type: ignore[arg-type]
     assert "secret" not in repr(settings)
+
+
+def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
+    asked: list[str] = []
+
+    class MadeUpDatabase:
+        async def read(self, work: Any, robot_id: str) -> None:
+            asked.append(robot_id)
+
+    class MadeUpPool:
+        async def run(self, task: Any, kind: Any, hold: Any) -> Reply:
+            return Reply(200 if b"ur5e" in task.body else 404, "application/json", b"")
+
+    service = SimpleNamespace(
+        settings=Settings(), database=MadeUpDatabase(), pool=MadeUpPool(), catalogue=set[str](), engine=None
+    )
+
+    async def post(robot_id: str) -> None:
+        body = [{"type": "http.request", "body": json.dumps({"robot": robot_id}).encode(), "more_body": False}]
+
+        async def receive() -> Any:
+            return body.pop() if body else await asyncio.sleep(10.0)
+
+        app = SimpleNamespace(state=SimpleNamespace(service=service))
+        state = {"share": Traffic(10**6).share(), "arrived": time.monotonic()}
+        scope = {"type": "http", "method": "POST", "path": "/", "headers": [], "app": app, "state": state}
+        await run_with_body(Request(scope, receive), "plan_trajectory")
+
+    async def three_times() -> None:
+        for _ in range(3):
+            await post("ur5e")
+            await post("nobody")
+
+    asyncio.run(three_times())
+    assert asked == ["ur5e", "nobody", "nobody", "nobody"]
