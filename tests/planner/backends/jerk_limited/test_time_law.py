@@ -197,13 +197,32 @@ def fine_optimum(path: JointPath, run: Run, count: int) -> float:
 
 @pytest.mark.parametrize(
     ("robot_id", "kind", "seed", "count"),
-    [("three_dof_arm", "linear", 1, 400), ("date_sorting_arm", "blend", 2, 200), ("three_dof_arm", "through", 3, 200)],
+    [
+        ("three_dof_arm", "linear", 3, 100),
+        ("three_dof_arm", "linear", 5, 100),
+        ("date_sorting_arm", "blend", 2, 200),
+        ("three_dof_arm", "through", 3, 200),
+    ],
 )
 def test_a_curve_is_as_fast_as_an_independent_optimum(robot_id: str, kind: str, seed: int, count: int) -> None:
     path, run = random_run(robot_id, kind, seed)
     optimum = fine_optimum(path, run, count)
     duration = time_run(path, run).lengths.sum()
     assert 0.99 * optimum <= duration <= 1.01 * optimum
+
+
+@pytest.mark.parametrize(("seed", "known"), [(1, 1.6136), (5, 1.6301)])
+def test_blended_lines_are_as_fast_as_on_a_grid_of_more_pieces(seed: int, known: float) -> None:
+    """They took 1.7 and 1.9 % more than what is known, s, when the first pieces of the law were too few."""
+    moves = np.random.default_rng(seed).uniform(0.04, 0.08, (5, 3)) * [[-1.0], [1.0], [-1.0], [1.0], [-1.0]]
+    lines: list[AnyWaypoint] = [
+        RelativeWaypoint(CartesianMove((x, y, z)), "base", motion=LinearMotion(), transition=BlendTransition(0.015))
+        for x, y, z in moves.tolist()
+    ]
+    lines[-1] = replace(lines[-1], transition=StopTransition())
+    home = JointWaypoint(position=(0.0, -1.5, 1.5, 0.0, 0.8, 0.0))
+    path, run = first_run(load_robot("kuka_kr16_l6_2"), [home, *lines])
+    assert time_run(path, run).lengths.sum() <= known
 
 
 @pytest.mark.parametrize("kind", ["linear", "blend", "through"])
