@@ -101,6 +101,7 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
     from api.given_trajectories import to_trajectory
     from planner.errors import InvalidProblem
     from planner.operations import JointState, stop_joints, stop_on_path
+    from planner.operations.certified import bounded_quantities
 
     given, state, time = request.trajectory, request.state, request.time
     if (given is None) == (state is None):
@@ -114,7 +115,9 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
         if time > trajectory.duration:
             message = f"{time:g} s is not within the trajectory, which takes {trajectory.duration:g} s"
             raise InvalidProblem([(("time",), message)])
-        return stop_joints(robot, JointState(*trajectory.evaluate(time)), **_kept(request))
+        kept = _kept(request)
+        enforced = bounded_quantities([trajectory]) if request.enforced is None else request.enforced
+        return stop_joints(robot, JointState(*trajectory.evaluate(time)), **kept | {"enforced": enforced})
     assert state is not None  # noqa: S101 - or there was a trajectory
     if request.mode == "on_path":
         raise InvalidProblem([(("trajectory",), "to stop on a path takes a trajectory")])

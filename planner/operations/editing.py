@@ -163,8 +163,9 @@ def _between(trajectory: Trajectory, start: float, end: float) -> Trajectory:
     first = int(trajectory.locate(np.array([start]))[0][0])
     segments = trajectory.segments[first : first + len(part.lengths)]
     waypoints = slice(int(segments[0]), int(segments[-1]) + 2)
+    duration = float(part.breakpoints[-1])  # end - start, but for rounding
     arrivals, departures = (
-        np.clip(times[waypoints], start, end) - start for times in (trajectory.arrivals, trajectory.departures)
+        np.clip(times[waypoints] - start, 0.0, duration) for times in (trajectory.arrivals, trajectory.departures)
     )
     return replace(
         trajectory,

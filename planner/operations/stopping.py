@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -81,7 +82,8 @@ def stop_joints(
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
         state: What it does when the stop begins.
         limits: Limits that are asked besides, no wider than the robot's.
-        enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: all, that of jerk where it has one.
+        enforced: The quantities of `QUANTITIES` whose limits are to be kept; None: all, that of jerk where each joint
+            has one. Without the jerk accelerations may jump, from that of the state on.
 
     Raises:
         InvalidProblem: Other numbers of joints than the robot's, or limits wider than the robot's.
@@ -91,8 +93,10 @@ def stop_joints(
     _check_state(robot, state, limits)
     own = segment_limits(robot, limits, (None,))
     _refuse_broken_state(robot, state, own)
-    jumps = not np.isfinite(own.jerk).all()
-    kept = frozenset(QUANTITIES) - ({"jerk"} if jumps else set()) if enforced is None else frozenset(enforced)
+    unlimited = set() if np.isfinite(own.jerk).all() else {"jerk"}
+    kept = frozenset(QUANTITIES) - unlimited if enforced is None else frozenset(enforced)
+    if "jerk" not in kept:
+        own = replace(own, jerk=np.full_like(own.jerk, np.inf))
     still = np.zeros(robot.dof)
     ends = EndStates(state.velocity, state.acceleration, still)
 

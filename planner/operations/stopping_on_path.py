@@ -191,12 +191,13 @@ def _fastest(
     order = 2 if "jerk" in kept and np.isfinite(limits.jerk).all() else 1
     law, bounds = _Law.of_order(order), _Bounds(robot, rest, limits, kept, margin)
     least, found = 0.0, None
+    longest = (1.0 if bounds.ends_at_rest else 2.0) * rest.duration
     duration = min(rest.duration, bounds.guess)
     for _ in range(MOST_DOUBLINGS):
         found = _constants(law, bounds, duration, None)
-        if found is not None or duration >= 2.0 * rest.duration:
+        if found is not None or duration >= longest:
             break
-        least, duration = duration, 2.0 * duration
+        least, duration = duration, min(2.0 * duration, longest)
     if found is None:
         return None
     most = duration
