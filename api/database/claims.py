@@ -10,7 +10,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from sqlalchemy import bindparam, delete, insert, or_, select, update
+from sqlalchemy import bindparam, delete, func, insert, or_, select, update
 
 from api.batches.items import Result
 from api.database.batches import ENGINE_TIMEOUT
@@ -26,6 +26,10 @@ RATE_MEMORY = 10.0
 
 MOST_BATCHES_AT_ONCE = 8
 """The most batches that share what is claimed, those that came first."""
+
+
+MOST_BYTES = 8 * 2**20
+"""The most bytes of results that are read at once: those of some hundred plans, or a few of the longest."""
 
 
 class Claimed(NamedTuple):
@@ -152,18 +156,27 @@ def leave(connection: Connection, engine: str) -> None:
     connection.execute(delete(engines).where(engines.c.id == engine))
 
 
-def results_behind(connection: Connection, number: int, position: int, limit: int, ended: bool) -> list[Result]:
-    """Read what came of items behind a position, in order.
+def results_behind(
+    connection: Connection, number: int, position: int, limit: int, ended: bool
+) -> tuple[list[Result], bool]:
+    """Read what came of items behind a position, in order, and tell whether there is more to be read now.
 
-    Of a batch that has not ended that is up to the first item that is not done, so that who reads on misses none.
+    Of a batch that has not ended that is up to the first item that is not done, so that who reads on misses none. No
+    more is read than `MOST_BYTES`, but for the first: some plans have a few kB, others a hundred times that.
     """
-    columns = (items.c[name] for name in Result._fields)
-    query = select(*columns).where(items.c.batch == number, items.c.position > position)
+    behind = (items.c.batch == number) & (items.c.position > position)
     if ended:
-        query = query.where(items.c.outcome.is_not(None))
-    found = []
-    for row in connection.execute(query.order_by(items.c.position).limit(limit)):
+        behind &= items.c.outcome.is_not(None)
+    sizes = select(items.c.position, items.c.outcome, func.length(items.c.result).label("size")).where(behind)
+    last, count, size, has_more = position, 0, 0, False
+    for row in connection.execute(sizes.order_by(items.c.position).limit(limit + 1)):
         if row.outcome is None:
             break
-        found.append(Result(*row))
-    return found
+        size += row.size
+        has_more = count == limit or (count > 0 and size > MOST_BYTES)
+        if has_more:
+            break
+        last, count = row.position, count + 1
+    columns = (items.c[name] for name in Result._fields)
+    found = select(*columns).where(behind, items.c.position <= last).order_by(items.c.position)
+    return [Result(*row) for row in connection.execute(found)], has_more

@@ -97,9 +97,8 @@ async def get_batch_results(request: Request) -> Response:
     cursor = request.query_params.get("cursor")
     behind = -1 if cursor is None else _number(cursor)
     batch = await _batch(service, request.path_params["id"])
-    found = await _results(service, batch, behind, limit + 1)
-    is_last = batch.status != "running" and len(found) <= limit
-    page = found[:limit]
+    page, has_more = await _results(service, batch, behind, limit)
+    is_last = batch.status != "running" and not has_more
     arguments: dict[str, Any] = {"results": page, "form": form, "lines": False, "last": is_last, "behind": behind}
     arguments["definitions"] = await _definitions(service, page)
     return respond(await run(request, RENDER_RESULTS, **arguments))
@@ -120,13 +119,13 @@ async def _lines_of(request: Request, service: Service, batch: BatchRecord, form
     behind = -1
     while not request.scope["state"].get("stopping"):
         batch = await _batch(service, batch.id)
-        found = await _results(service, batch, behind, RESULTS_AT_ONCE)
+        found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
         while found:
             reply = await _rendered(service, found, form, request.url.path)
             yield reply.body
             behind, found = found[reply.result - 1].position, found[reply.result :]
             if not found:
-                found = await _results(service, batch, behind, RESULTS_AT_ONCE)
+                found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
         if batch.status != "running":
             return
         await asyncio.sleep(LOOK)
@@ -203,7 +202,7 @@ async def _described(service: Service, batch: BatchRecord) -> dict[str, Any]:
     return described(batch, await service.database.read(batches.outcomes_of, batch.number))
 
 
-async def _results(service: Service, batch: BatchRecord, behind: int, limit: int) -> list[Result]:
+async def _results(service: Service, batch: BatchRecord, behind: int, limit: int) -> tuple[list[Result], bool]:
     return await service.database.read(
         claims.results_behind, batch.number, behind, limit, ended=batch.status != "running"
     )

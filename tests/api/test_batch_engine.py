@@ -41,14 +41,9 @@ class MadeUpPool:
 
     def __init__(self) -> None:
         self.asked: Counter[bytes] = Counter()
-        self.given_up = 0
 
     async def run_behind(self, task: Task, kind: object, seconds: float) -> Reply:
-        try:
-            await asyncio.sleep(0.002)
-        except asyncio.CancelledError:
-            self.given_up += 1
-            raise
+        await asyncio.sleep(0.002)
         self.asked[task.body] += 1
         if task.body == b"late":
             raise DeadlineExceeded("too late")
@@ -81,7 +76,7 @@ def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
             engine.start()
 
         async def some() -> bool:
-            return bool(await database.read(results_behind, number, -1, 10, ended=False))
+            return bool((await database.read(results_behind, number, -1, 10, ended=False))[0])
 
         async def completed() -> bool:
             try:
@@ -97,7 +92,7 @@ def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
         await until(completed)
         for engine in engines:
             await engine.stop()
-        results = await database.read(results_behind, number, -1, 1000, ended=True)
+        results, _ = await database.read(results_behind, number, -1, 1000, ended=True)
         assert [result.position for result in results] == list(range(ITEMS))
         assert [result.result for result in results] == [b"plan of " + request for request in requests]
         assert set(pool.asked) == set(requests)
@@ -120,14 +115,14 @@ def test_what_does_not_end_well_is_a_result_too_and_what_is_cancelled_is_given_u
             return batch is not None and batch.status == "completed"
 
         await until(completed)
-        late, in_time = await database.read(results_behind, number, -1, 10, ended=True)
+        (late, in_time), _ = await database.read(results_behind, number, -1, 10, ended=True)
         assert (late.outcome, in_time.outcome) == ("deadline_exceeded", "planned")
         await until(lambda: _true(sum(pool.asked.values()) > 100))
         await database.write(cancel_batch, other)  # as another service would
-        await until(lambda: _true(pool.given_up > 0))
+        await asyncio.sleep(0.3)
         done = sum(pool.asked.values())
         await asyncio.sleep(0.1)
-        assert sum(pool.asked.values()) <= done + 2 * pool.most_behind
+        assert sum(pool.asked.values()) == done < 2000
         await engine.stop()
         database.close()
 

@@ -22,7 +22,7 @@ from api.database.batches import (
     open_batch,
     outcomes_of,
 )
-from api.database.claims import Outcome, beat, claim, definition_of, ended, leave, results_behind, settle
+from api.database.claims import MOST_BYTES, Outcome, beat, claim, definition_of, ended, leave, results_behind, settle
 from api.database.robots import RobotBounds, add_robot, delete_robot
 from api.database.tables import batches, engines, items, robot_contents, robots
 from api.robot_content import RobotContent
@@ -91,7 +91,7 @@ def test_what_came_of_an_item_is_written_once(connection: Connection) -> None:
     arrival = arrived(connection, 2)
     settle(connection, done(arrival, 1, result=b"first"))
     settle(connection, done(arrival, 0, 1, result=b"second"))
-    results = results_behind(connection, arrival.number, -1, 10, ended=False)
+    results, _ = results_behind(connection, arrival.number, -1, 10, ended=False)
     assert [(result.position, result.result) for result in results] == [(0, b"second"), (1, b"first")]
 
 
@@ -101,7 +101,8 @@ def test_results_of_a_running_batch_end_before_the_first_that_is_missing(connect
     def positions(behind: int = -1) -> list[int]:
         batch = find_batch(connection, arrival.id)
         assert batch is not None
-        found = results_behind(connection, arrival.number, behind, 10, ended=batch.status != "running")
+        found, has_more = results_behind(connection, arrival.number, behind, 10, ended=batch.status != "running")
+        assert not has_more
         return [result.position for result in found]
 
     settle(connection, done(arrival, 0, 1, 3))
@@ -110,6 +111,18 @@ def test_results_of_a_running_batch_end_before_the_first_that_is_missing(connect
     cancel_batch(connection, arrival.number)
     settle(connection, done(arrival, 2))  # too late
     assert positions() == [0, 1, 3]
+
+
+def test_no_more_than_so_many_bytes_are_read_at_once(connection: Connection) -> None:
+    arrival = arrived(connection, 5)
+    settle(connection, done(arrival, 0, result=b"x" * (MOST_BYTES + 1)) + done(arrival, 1, 2, 3, 4, result=b"xxx"))
+    pages = [results_behind(connection, arrival.number, behind, 2, ended=True) for behind in (-1, 0, 2, 3)]
+    assert [([result.position for result in page], has_more) for page, has_more in pages] == [
+        ([0], True),
+        ([1, 2], True),
+        ([3, 4], False),
+        ([4], False),
+    ]
 
 
 def test_a_batch_counts_its_outcomes_and_is_completed_by_the_last(connection: Connection) -> None:
@@ -196,7 +209,7 @@ def test_services_that_work_at_once_do_every_item_once(engine: Engine) -> None:
         claimed = list(threads.map(work, "abcd"))
     assert sorted(position for positions in claimed for position in positions) == list(range(200))
     with engine.begin() as connection:
-        results = results_behind(connection, arrival.number, -1, 1000, ended=True)
+        results, _ = results_behind(connection, arrival.number, -1, 1000, ended=True)
         assert [result.position for result in results] == list(range(200))
         batch = find_batch(connection, arrival.id)
         assert batch is not None and batch.status == "completed"
