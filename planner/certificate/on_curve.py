@@ -1,55 +1,61 @@
-"""The parameters of a polyline or spline of the tool at which the samples of a trajectory are, about."""
+"""The parameters of a followed path of the tool at which the samples of a trajectory are: by their joint positions.
+
+Whatever they are, the distance of the tool from the path at a parameter is no less than that from the whole path.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
-    from planner.tool_motions.polylines import Polyline
-    from planner.tool_motions.pose_splines import PoseSpline
 
 LOOKS = 16
-"""Number of points on each piece of a polyline or spline that the first and the last sample are looked for at."""
+"""Number of chords that stand for each piece of a curve until the parameters are refined."""
+
+STEPS = 6
+"""Number of Gauss-Newton steps towards the nearest point on the curve: its pieces hardly bend."""
+
+ON_CURVE = 1e-5
+"""Distance of a sample from the curve, rad or m, up to which its parameter is found: time takes joints 1e-6 off it."""
+
+ROWS = 1024
+"""Number of samples that are compared with the whole curve at once, which bounds the memory that it takes."""
+
+TINY = 1e-300
+"""Square of a slope, rad^2 or m^2, by which nothing is divided: there the curve stands still."""
 
 
-@dataclass(frozen=True, eq=False)
-class OnCurve:
-    """A polyline or spline, whose parameter goes evenly with its length, at samples in order along it.
+def parameters_on(curve: PiecewisePolynomial, samples: FloatArray) -> FloatArray:
+    """Find the parameters (N,) of samples (N, joints) on a curve.
 
-    Attributes:
-        curve: The path itself.
-        guesses: (N,), the parameters at which the samples are, about: by the length of the way that the tool has gone.
+    The first guess is by how far the joints have travelled, as if the samples went from end to end. Where they do not,
+    because an end of the curve is blended, the nearest point of the whole curve is taken.
+
+    Args:
+        curve: Joint positions over u from 0 to 1.
+        samples: Joint positions, in order.
     """
-
-    curve: Polyline | PoseSpline
-    guesses: FloatArray
-
-    @classmethod
-    def of(cls, curve: Polyline | PoseSpline, points: FloatArray, blended: np.ndarray) -> OnCurve:
-        """The curve with guesses for points (N, 3); where an end of it is blended, that is left out."""
-        first, last = (
-            end if not is_blended else _nearest_half(curve, point, end)
-            for end, point, is_blended in zip((0.0, 1.0), points[[0, -1]], blended, strict=True)
-        )
-        gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-        return cls(curve, first + (last - first) * gone / max(float(gone[-1]), np.finfo(float).tiny))
-
-    def nearest(self, _points: FloatArray) -> FloatArray:
-        """The parameters (N,) about where the samples are."""
-        return self.guesses
-
-    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at parameters (N,); None: none is asked."""
-        return self.curve.poses(u)
+    u = np.append((curve.breakpoints[:-1, None] + curve.lengths[:, None] * np.arange(LOOKS) / LOOKS).ravel(), 1.0)
+    (positions,) = curve.evaluate(u, [0])
+    gone, travel = (
+        np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))]) for q in (samples, positions)
+    )
+    found, away = _refined(curve, samples, np.interp(gone / max(float(gone[-1]), TINY) * travel[-1], travel, u))
+    missed = np.flatnonzero(away > ON_CURVE)
+    for rows in np.split(missed, range(ROWS, len(missed), ROWS)):
+        squares = (positions**2).sum(axis=1) - 2.0 * samples[rows] @ positions.T
+        found[rows] = _refined(curve, samples[rows], u[squares.argmin(axis=1)])[0]
+    return found
 
 
-def _nearest_half(curve: Polyline | PoseSpline, point: FloatArray, end: float) -> float:
-    """The parameter of a curve that is about nearest to a point (3,), in the half at one end of it."""
-    breakpoints = curve.breakpoints
-    looks = (breakpoints[:-1, None] + np.diff(breakpoints)[:, None] * np.arange(LOOKS) / LOOKS).ravel()
-    looks = looks[np.abs(looks - end) <= 0.5]
-    return float(looks[np.linalg.norm(curve.poses(looks)[0] - point, axis=1).argmin()])
+def _refined(curve: PiecewisePolynomial, samples: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The parameters (N,) nearest to samples (N, joints) from guesses (N,) on, and the distances (N,) from there."""
+    for _ in range(STEPS):
+        q, slope = curve.evaluate(u, [0, 1])
+        u = np.clip(u + ((samples - q) * slope).sum(axis=1) / np.maximum((slope * slope).sum(axis=1), TINY), 0.0, 1.0)
+    away: FloatArray = np.linalg.norm(samples - curve.evaluate(u, [0])[0], axis=1)
+    return u, away

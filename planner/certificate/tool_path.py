@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.certificate.checks import Check
-from planner.certificate.on_curve import OnCurve
+from planner.certificate.on_curve import parameters_on
 from planner.kinematics.forward import tool_poses
 from planner.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
 from planner.tool_motions.polylines import Polyline
@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 
 STEPS = 2
 """Number of Gauss-Newton steps towards the nearest point on a path."""
-
-CURVE_STEPS = 5
-"""The same on a polyline or spline, where the first guess is less near."""
 
 AHEAD = 1e-4
 """Step of the difference quotients for that, as a share of the path."""
@@ -117,7 +114,7 @@ def _deviations(
     segments, times, positions, rotations = segments[kept], times[kept], positions[kept], rotations[kept]
     kinds: dict[tuple[type, bool], dict[int, _Line | _Circle]] = {}
     curves = {
-        segment: motion.path
+        segment: (motion, motion.path)
         for segment in with_tool
         if (motion := solved[segment + 1].tool_motion) and isinstance(motion.path, Polyline | PoseSpline)
     }
@@ -125,12 +122,13 @@ def _deviations(
         path = _path(waypoints[segment + 1], solved[segment], solved[segment + 1])
         kinds.setdefault((type(path), path.start is None), {})[segment] = path
     tolerances = _tolerances(waypoints)
-    for segment, curve in curves.items():
+    for segment, (motion, curve) in curves.items():
         own = np.flatnonzero(segments == segment)
         if len(own):
+            joints = trajectory.evaluate(times[own], [0])[0]
+            u = parameters_on(motion.curve, joints)
             allowed = np.broadcast_to(tolerances[segment + 1], (len(own), 2))
-            on_curve = OnCurve.of(curve, positions[own], radii[[segment, segment + 1]] > 0.0)
-            found = _distances(on_curve, positions[own], rotations[own], allowed, CURVE_STEPS)
+            found = _misses(*curve.poses(u), positions[own], rotations[own])
             yield from _path_deviations(*found, allowed, times[own])
     for paths in kinds.values():
         own = np.flatnonzero(np.isin(segments, list(paths)))
@@ -187,11 +185,7 @@ def _tool_poses(
 
 
 def _distances(
-    path: _Line | _Circle | OnCurve,
-    positions: FloatArray,
-    rotations: FloatArray,
-    tolerances: FloatArray,
-    steps: int = STEPS,
+    path: _Line | _Circle, positions: FloatArray, rotations: FloatArray, tolerances: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
     """Distances (N,), m, and angles (N,), rad, of the tool from the points of its paths that are nearest by tolerances.
 
@@ -202,7 +196,6 @@ def _distances(
         positions: Positions (N, 3) of the tool, m.
         rotations: Rotations (N, 3, 3) of the tool.
         tolerances: Tolerances (N, 2), m and rad.
-        steps: Number of steps of the method.
     """
 
     def missed(u: FloatArray) -> FloatArray:
@@ -214,15 +207,21 @@ def _distances(
         return np.hstack(parts)
 
     u = path.nearest(positions)
-    for _ in range(steps):
+    for _ in range(STEPS):
         here, ahead = missed(u), missed(u + AHEAD)
         slope = (ahead - here) / AHEAD
         squared = (slope**2).sum(axis=1)
         step = (slope * here).sum(axis=1) / np.where(squared > 0.0, squared, 1.0)
         u = np.where(squared > 0.0, np.clip(u - step, 0.0, 1.0), u)
-    position, rotation = path.poses(u)
-    distances: FloatArray = np.linalg.norm(position - positions, axis=1)
-    return distances, None if rotation is None else _angles(rotation.transpose(0, 2, 1) @ rotations)
+    return _misses(*path.poses(u), positions, rotations)
+
+
+def _misses(
+    asked: FloatArray, turned: FloatArray | None, positions: FloatArray, rotations: FloatArray
+) -> tuple[FloatArray, FloatArray | None]:
+    """Distances (N,), m, and angles (N,), rad, of the tool from positions (N, 3) and rotations (N, 3, 3) asked."""
+    distances: FloatArray = np.linalg.norm(asked - positions, axis=1)
+    return distances, None if turned is None else _angles(turned.transpose(0, 2, 1) @ rotations)
 
 
 @dataclass(frozen=True, eq=False)

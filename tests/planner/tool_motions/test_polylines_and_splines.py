@@ -275,3 +275,21 @@ def test_a_polyline_between_blends_goes_on_at_speed() -> None:
     assert len(run.path_knots) == 8  # two for each corner
     velocities = made.trajectory.evaluate(made.trajectory.arrivals[1:3], [1])[0]
     assert (np.abs(velocities).max(axis=1) > 0.01).all()
+
+
+@pytest.mark.parametrize(("size", "radius"), [(3e-4, None), (3e-4, 2e-4), (0.05, 0.03), (0.05, None)])
+def test_ways_that_wander_about_their_ends_are_certified(size: float, radius: float | None) -> None:
+    """By distance alone the tool might be anywhere on a way as small as its tolerance, or as a blend."""
+    robot, rng = load_robot("kuka_kr16_l6_2"), np.random.default_rng(7)
+    home = tool_at(robot, HOME)
+    for make in MOTIONS.values():
+        poses = [
+            Pose(home.position + size * rng.uniform(-1.0, 1.0, 3), home.rotation @ rotation_from_rpy(*turn))
+            for turn in rng.uniform(-0.3, 0.3, (8, 3))
+        ]
+        ways: list[AnyWaypoint] = [JointWaypoint(HOME), PoseWaypoint(poses[-2], motion=make(poses[:-2]))]
+        if radius is not None:
+            ways[1] = PoseWaypoint(poses[-2], motion=make(poses[:-2]), transition=BlendTransition(radius))
+            ways.append(PoseWaypoint(poses[-1], motion=LinearMotion()))
+        checks = plan(PlanningProblem(robot, ways), Trapezoidal()).certificate.checks
+        assert max(check.ratio for check in checks if check.quantity.startswith("path_")) < 0.5  # type: ignore[type-var]
