@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from planner.trajectory import Trajectory
 
 INTERVALS = 20
-"""Number of intervals of time on which the highest derivative is constant: on a straight line the stop is slower than
-the fastest by 1 % or so."""
+"""Number of intervals of time on which the highest derivative is constant: on straight lines with jerk limits the stop
+is slower than Ruckig's velocity interface by up to 6 % (0.325 s for 0.305 s)."""
 
 PROBES = np.array([0.0, 0.5, 1.0])
 """Shares of each interval at which limits are held."""
 
 FREE = 0.25
-"""Share of the duration over which this half grows from nothing."""
+"""Share of the duration over which half of the margin grows from nothing where the trajectory uses all of a limit."""
 
 GROWTH = np.minimum((np.arange(INTERVALS)[:, None] + PROBES).reshape(-1, 1) / INTERVALS / FREE, 1.0)
-"""This growth at all probes (points, 1)."""
+"""Share of that half which is left free at each probe (points, 1)."""
 
 
 class Term(NamedTuple):

@@ -74,7 +74,7 @@ def stop_on_path(
     limits: Limits = Limits(),
     enforced: Collection[str] | None = None,
 ) -> CertifiedTrajectory:
-    """Stop a trajectory on its own path, as fast as the limits let it.
+    """Stop a trajectory on its own path, as fast as the limits let it but for some percent.
 
     The answer begins in the trajectory's state at that time. Where no faster one is found, the stop is that at the end
     of the trajectory, and the warning `stops_at_the_end` says so: where one joint after the other uses all of its jerk
