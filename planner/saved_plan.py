@@ -76,7 +76,7 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
 
 
 def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:
-    """The path with its waypoints as they were solved, and without its curves."""
+    """Return the path with its waypoints as they were solved, and without its curves."""
     rows = zip(
         saved["waypoints"],
         _unpacked(saved["positions"]),
@@ -105,7 +105,7 @@ def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:
 
 
 def _packed(values: np.ndarray) -> tuple[tuple[int, ...], bytes]:
-    """The shape and the bytes of an array, byte by byte of its numbers: so they compress best."""
+    """Return the shape and the bytes of an array, byte by byte of its numbers: so they compress best."""
     values = np.ascontiguousarray(values, dtype=np.int64 if values.dtype.kind == "i" else np.float64)
     return values.shape, values.view(np.uint8).reshape(-1, 8).T.tobytes()
 

@@ -138,7 +138,7 @@ def _sampled(plan: Plan, segment: int) -> _Samples:
 
 
 def _slow_part(plan: Plan, segment: int, limit: float, samples: _Samples, first: int, last: int) -> SlowPart:
-    """What there is to say of samples `first` to before `last`."""
+    """Return what there is to say of samples `first` to before `last`."""
     speeds = samples.speeds[first:last]
     lowest = float(speeds.min())
     slowest = samples.of(first + np.flatnonzero(speeds <= lowest + SLOWEST_PART * (limit - lowest)))

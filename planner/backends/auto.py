@@ -36,7 +36,7 @@ class Auto:
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The trajectory of the back end chosen, with a warning that says which and why."""
+        """Return the trajectory of the back end chosen, with a warning that says which and why."""
         refusals: list[PlanningError] = []
         for backends, reason in _choices(path):
             plans: dict[str, Trajectory] = {}
@@ -58,7 +58,7 @@ class Auto:
 
 
 def _shortfall(refusal: PlanningError) -> float:
-    """The factor by which a duration is too short; infinite where that is not what is wrong."""
+    """Return the factor by which a duration is too short; infinite where that is not what is wrong."""
     if isinstance(refusal, InfeasibleDuration) and refusal.value and refusal.limit:
         return refusal.limit / refusal.value
     return float("inf")

@@ -43,10 +43,10 @@ class Searching(Protocol):
     """A back end that begins with a motion within all limits, where it finds one at once, and searches for a better."""
 
     def without_search(self) -> BackEnd:
-        """The back end that returns the motion to begin with: what it plans, the searching one plans, too."""
+        """Return the back end that returns the motion to begin with: what it plans, the searching one plans, too."""
         ...
 
 
 def enforced(backend: BackEnd) -> frozenset[str]:
-    """The quantities whose limits the back end keeps."""
+    """Return the quantities whose limits the back end keeps."""
     return frozenset(quantity for quantity in QUANTITIES if backend.guarantees[quantity] is Guarantee.HARD)

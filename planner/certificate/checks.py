@@ -62,5 +62,5 @@ class Certificate:
     checks: tuple[Check, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """The certificate in plain values, ready for JSON."""
+        """Return the certificate in plain values, ready for JSON."""
         return {**vars(self), "checks": [vars(check) for check in self.checks]}

@@ -71,7 +71,7 @@ def certify_joint_motions(
 
 
 def _check(quantity: str, joint: str | None, found: tuple[float, float], limit: float | None, stops: bool) -> Check:
-    """The check of a segment where the largest distance and its time were found, from stop to stop or not."""
+    """Return the check of a segment where the largest distance and its time were found, from stop to stop or not."""
     away, time = found
     return Check(
         quantity=quantity,

@@ -79,7 +79,7 @@ def certificate_of(
 
 
 def continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:
-    """The highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none.
+    """Return the highest k such that derivatives 0 to k are continuous, with what is asked before and after; -1: none.
 
     Args:
         derivatives: The `DERIVATIVES` of a trajectory.
@@ -107,7 +107,7 @@ def _polynomial_checks(
     enforced: Mapping[str, bool],
     smooth: int,
 ) -> list[Check]:
-    """The checks of the joints' positions and of their derivatives, by exact extrema."""
+    """Return the checks of the joints' positions and of their derivatives, by exact extrema."""
     limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)
     lower, upper = np.where(limited, limits.lower, 0.0), np.where(limited, limits.upper, 0.0)
     half = np.maximum((upper - lower) / 2.0, POSITION_TOLERANCE)  # of a joint without room to move in: rounding
@@ -147,7 +147,7 @@ def _sampled_checks(
     limits: SegmentLimits,
     enforced: Mapping[str, bool],
 ) -> list[Check]:
-    """The checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
+    """Give the checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
     robot = dynamics.robots[0]
     limited = [quantity for quantity in SAMPLED if np.isfinite(getattr(limits, quantity)).any()]
     if not dynamics.has_dynamics and "torque" in limited:
@@ -160,7 +160,7 @@ def _sampled_checks(
     bounds = np.hstack([getattr(limits, quantity)[segments].reshape(len(segments), -1) for quantity in limited])
 
     def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
-        """The shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
+        """Return the shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
         q, dq, ddq = motion.evaluate(pieces, units)
         values: dict[str, FloatArray] = {}
         if torque:
@@ -195,7 +195,7 @@ def _sampled_checks(
 
 
 def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> Check:
-    """The check of torque, or that of holding still where the payload changes if that takes more of a limit.
+    """Return the check of torque, or that of holding still where the payload changes if that takes more of a limit.
 
     While the robot rests there, its limits are those of the segment before, its payload that of either segment.
     """

@@ -151,12 +151,12 @@ def interpolated(
 
 
 def interpolation_of(has_velocity: bool, has_acceleration: bool) -> Interpolation:
-    """What ROS 2's joint_trajectory_controller runs from samples with these columns beside positions."""
+    """Return what ROS 2's joint_trajectory_controller runs from samples with these columns beside positions."""
     return INTERPOLATIONS[has_velocity + (has_velocity and has_acceleration)]
 
 
 def guarantees_of(interpolation: Interpolation) -> dict[str, Guarantee]:
-    """What an interpolation has to keep."""
+    """Return what an interpolation has to keep."""
     reported = REPORTED_OF[interpolation]
     return {q: Guarantee.REPORTED if q in reported else Guarantee.HARD for q in QUANTITIES}
 
@@ -189,7 +189,7 @@ def _sample_faults(
 
 
 def interpolant(interpolation: Interpolation, lengths: FloatArray, derivatives: Sequence[FloatArray]) -> FloatArray:
-    """What a controller runs between samples: coefficients (N - 1, joints, order).
+    """Return what a controller runs between samples: coefficients (N - 1, joints, order).
 
     Args:
         interpolation: What it runs.

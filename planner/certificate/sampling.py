@@ -139,7 +139,7 @@ def worst_overshoot(
 
 
 def _on_segments(trajectory: Trajectory, lengths: FloatArray, coefficients: FloatArray) -> Trajectory:
-    """The interpolation, cut where the segments of the trajectory meet, so that each piece lies on one of them."""
+    """Give the interpolation, cut where the segments of the trajectory meet, so that each piece lies on one of them."""
     run = replace(trajectory, lengths=lengths, coefficients=coefficients, segments=np.zeros(len(lengths), dtype=int))
     meet = trajectory.breakpoints[1:-1][np.diff(trajectory.segments) != 0]
     pieces, since = run.locate(meet)

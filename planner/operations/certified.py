@@ -123,7 +123,7 @@ def refuse_other_joints(robot: Robot, trajectories: Sequence[Trajectory]) -> Non
 
 
 def own_ends(trajectory: Trajectory) -> EndStates:
-    """The motion at the ends of a trajectory as that before it and after it; at rest there is no acceleration."""
+    """Give the motion at the ends of a trajectory as that before it and after it; at rest there is no acceleration."""
     (v0, v1), (a0, a1) = trajectory.evaluate(np.array([0.0, trajectory.duration]), [1, 2])
     least = CONTINUITY_TOLERANCE * largest_speed(trajectory)
     (v0, a0), (v1, a1) = (
@@ -133,13 +133,13 @@ def own_ends(trajectory: Trajectory) -> EndStates:
 
 
 def largest_speed(trajectory: Trajectory) -> float:
-    """A bound on the speed of any joint, rad/s or m/s, that is near to it where the pieces are short."""
+    """Return a bound on the speed of any joint, rad/s or m/s, that is near to it where the pieces are short."""
     rates = differentiate(trajectory.coefficients)
     return float(np.abs(rates * powers(trajectory.lengths[:, None], rates.shape[2])).sum(axis=2).max())
 
 
 def bounded_quantities(trajectories: Sequence[Trajectory]) -> frozenset[str]:
-    """The quantities that are bounded in all of some trajectories: a quantity that jumps bounds no derivative.
+    """Return the quantities that are bounded in all of some trajectories: a quantity that jumps bounds no derivative.
 
     Raises:
         InvalidProblem: A position jumps, which no robot can do.
@@ -151,12 +151,12 @@ def bounded_quantities(trajectories: Sequence[Trajectory]) -> frozenset[str]:
 
 
 def own_continuity(trajectory: Trajectory) -> int:
-    """The order of the highest derivative that is continuous, with the motion at the ends as that before and after."""
+    """Return the order of the highest continuous derivative, the motion at the ends going on before and after."""
     return continuity(derivatives_on_unit_time(trajectory, DERIVATIVES), own_ends(trajectory))
 
 
 def _end_warnings(robot: Robot, ends: EndStates) -> Iterator[PlanWarning]:
-    """What is said of a trajectory that begins or ends in motion."""
+    """Return what is said of a trajectory that begins or ends in motion."""
     for verb, velocity in (("starts", ends.initial_velocity), ("ends", ends.final_velocity)):
         if velocity.any():
             joint = int(np.abs(velocity).argmax())

@@ -152,13 +152,13 @@ def slice_trajectory(
 
 
 def _at_breakpoint(trajectory: Trajectory, time: float) -> float:
-    """A time, or the breakpoint that it only differs from by rounding: no piece becomes all rounding."""
+    """Return a time, or the breakpoint that it only differs from by rounding: no piece becomes all rounding."""
     nearest = float(trajectory.breakpoints[np.abs(trajectory.breakpoints - time).argmin()])
     return nearest if abs(nearest - time) <= NEGLIGIBLE_SHARE * trajectory.duration else time
 
 
 def _between(trajectory: Trajectory, start: float, end: float) -> Trajectory:
-    """The part of a trajectory between two times, with the waypoints of the segments that it is on."""
+    """Return the part of a trajectory between two times, with the waypoints of the segments that it is on."""
     part = trajectory.between(start, end)
     first = int(trajectory.locate(np.array([start]))[0][0])
     segments = trajectory.segments[first : first + len(part.lengths)]
@@ -240,7 +240,7 @@ def _refuse_gap(robot: Robot, index: int, quantity: str, begins: FloatArray, gap
 
 
 def _one_after_the_other(trajectories: Sequence[Trajectory], starts: Sequence[float]) -> Trajectory:
-    """The whole of trajectories that meet; the last waypoint of one is the first of the next."""
+    """Return the whole of trajectories that meet; the last waypoint of one is the first of the next."""
     counts = [len(trajectory.arrivals) - 1 for trajectory in trajectories]
     numbered = [
         replace(trajectory, segments=trajectory.segments + before)

@@ -94,7 +94,7 @@ def retime_trajectory(
 def _path(
     robot: Robot, points: np.ndarray, backend: BackEnd, max_deviation: float, limits: Limits
 ) -> tuple[JointPath, float]:
-    """The path along a smooth curve near the points, and how far it is from them."""
+    """Return the path along a smooth curve near the points, and how far it is from them."""
     if points.ndim != 2 or len(points) < 1 or points.shape[1] != robot.dof:
         shape = " x ".join(map(str, points.shape))
         message = f"{shape} values: rows of the {robot.dof} joints of {robot.id} are needed"
@@ -160,7 +160,7 @@ def _is_straight(curve: PiecewisePolynomial) -> bool:
 
 
 def _along(path: JointPath, curve: PiecewisePolynomial, waypoint_knots: np.ndarray, tolerance: float) -> JointPath:
-    """A path with a run along a curve, which lets a back end choose its speed on parts of it."""
+    """Return a path with a run along a curve, which lets a back end choose its speed on parts of it."""
     pieces, segments = len(curve.lengths), np.arange(len(waypoint_knots) - 1)
     knots = np.unique(np.linspace(0, pieces, min(pieces, MOST_KNOTS) + 1).round().astype(int))
     run = Run(

@@ -81,7 +81,7 @@ def smooth_curve_near(points: FloatArray, scales: FloatArray, most: float) -> Sm
 
 
 def _distinct(points: FloatArray, apart: float) -> np.ndarray:
-    """The indices of points that are apart from the one before; the first and the last stay where they are."""
+    """Return the indices of points that are apart from the one before; the first and the last stay where they are."""
     kept = [0]
     for k, point in enumerate(points):
         if np.abs(point - points[kept[-1]]).max() > apart:
@@ -115,24 +115,24 @@ class _Polyline:
         return self.knots[:-1, None] + np.diff(self.knots)[:, None] * PROBES
 
     def distances(self, curve: PiecewisePolynomial) -> FloatArray:
-        """The largest distance (N - 1,) of a joint of a curve from each chord, at its start and between its ends."""
+        """Return largest distance (N - 1,) of a joint of a curve from each chord, at its start and between its ends."""
         u = np.column_stack([self.knots[:-1], self.probes()])
         away = np.abs(curve.evaluate(u.ravel(), [0])[0] - self.at(u.ravel())).max(axis=1)
         largest: FloatArray = away.reshape(u.shape).max(axis=1)
         return largest
 
     def distance(self, curve: PiecewisePolynomial) -> float:
-        """The largest distance of a joint of a curve from the points and chords."""
+        """Return the largest distance of a joint of a curve from the points and chords."""
         return float(self.distances(curve).max())
 
     def with_middles(self, chords: np.ndarray) -> _Polyline:
-        """The same polyline with points in the middle of some chords (N - 1,)."""
+        """Return the same polyline with points in the middle of some chords (N - 1,)."""
         u = np.sort(np.concatenate([self.knots, (self.knots[:-1] + np.diff(self.knots) / 2.0)[chords]]))
         return _Polyline(u, self.at(u))
 
 
 def _stiffest(polyline: _Polyline, most: float) -> PiecewisePolynomial:
-    """The stiffest smoothing spline found that stays near the points and the chords."""
+    """Return the stiffest smoothing spline found that stays near the points and the chords."""
     line = polyline
     for _ in range(MOST_INSERTIONS):
         far = line.distances(_spline(line, np.ones(len(line.knots)), 0.0)) > most
@@ -155,14 +155,14 @@ def _stiffest(polyline: _Polyline, most: float) -> PiecewisePolynomial:
 
 
 def polyline_distances(line: _Polyline, curve: PiecewisePolynomial) -> FloatArray:
-    """The largest distance (N,) of a joint of a curve from each point and the chords beside it."""
+    """Return the largest distance (N,) of a joint of a curve from each point and the chords beside it."""
     of_chords = line.distances(curve)
     distances: FloatArray = np.maximum(np.append(of_chords, 0.0), np.append(0.0, of_chords))
     return distances
 
 
 def _spline(line: _Polyline, weights: FloatArray, stiffness: float) -> PiecewisePolynomial:
-    """The natural cubic smoothing spline, through the first point and the last.
+    """Return the natural cubic smoothing spline, through the first point and the last.
 
     With R and Q of Green and Silverman the second derivatives at the inner points solve
     (R + stiffness Q^T W^-1 Q) m = Q^T y; the curve is at y - stiffness W^-1 Q m.

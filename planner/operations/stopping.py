@@ -147,7 +147,7 @@ def _refuse_broken_state(robot: Robot, state: JointState, limits: SegmentLimits)
 
 
 def _gentleness(is_satisfied: Callable[[float], bool]) -> float:
-    """The largest share of acceleration and jerk limits found with which a stop keeps all limits; 1: none does."""
+    """Give the largest share of acceleration and jerk limits found with which a stop keeps all limits; 1: none does."""
     best, share = 0.0, 1.0
     while share >= GENTLEST:
         if is_satisfied(share):
@@ -164,7 +164,7 @@ def _gentleness(is_satisfied: Callable[[float], bool]) -> float:
 
 
 def _stop(robot: Robot, state: JointState, limits: SegmentLimits, share: float) -> Trajectory:
-    """The stop of all joints, each as fast as this share of its limits of acceleration and jerk lets it."""
+    """Return the stop of all joints, each as fast as this share of its limits of acceleration and jerk lets it."""
     motions = []
     for joint, (q, v, a) in enumerate(zip(state.position, state.velocity, state.acceleration, strict=True)):
         moves = v != 0.0 or a != 0.0
@@ -182,7 +182,7 @@ def _stop(robot: Robot, state: JointState, limits: SegmentLimits, share: float) 
 def _within(
     robot: Robot, joint: int, state: tuple[float, float, float], most: Braking, bounds: tuple[float, float]
 ) -> list[Phase]:
-    """The fastest stop of one joint that stays within its position limits.
+    """Return the fastest stop of one joint that stays within its position limits.
 
     It brakes for so long that the farthest place is the limit, and comes back from there.
     """
@@ -195,7 +195,7 @@ def _within(
     bound = side * (upper if side > 0.0 else lower)
 
     def after(time: float) -> list[Phase]:
-        """The stop that brakes for a time first, away from the limit; in the direction of it positions count."""
+        """Return the stop that brakes for a time first, away from the limit; in the direction of it positions count."""
         braking = _braking(mirrored, most, time)
         return [*braking, *_fastest(braking[-1].at(braking[-1].duration), most)]
 
@@ -214,7 +214,7 @@ def _within(
 
 
 def _fastest(state: tuple[float, float, float], most: Braking) -> list[Phase]:
-    """The fastest way to velocity and acceleration 0: acceleration to a peak, constant, and back to 0."""
+    """Return the fastest way to velocity and acceleration 0: acceleration to a peak, constant, and back to 0."""
     _, v, a = state
     peak_limit = max(most.acceleration, abs(a))
     if np.isinf(most.jerk):
@@ -243,7 +243,7 @@ def _braking(state: tuple[float, float, float], most: Braking, time: float) -> l
 
 
 def _time_to_turn(state: tuple[float, float, float], most: Braking) -> float:
-    """The time, s, until full braking has stopped a joint that moves upwards or is about to."""
+    """Return the time, s, until full braking has stopped a joint that moves upwards or is about to."""
     _, v, a = state
     if np.isinf(most.jerk):
         return max(v, 0.0) / most.acceleration
@@ -271,7 +271,7 @@ def _phases(
 
 
 def _range(phases: Sequence[Phase]) -> tuple[float, float]:
-    """The lowest and the highest position on the way: at ends of phases, or where the velocity vanishes."""
+    """Return the lowest and the highest position on the way: at ends of phases, or where the velocity vanishes."""
     found = []
     for phase in phases:
         _, v, a, j = phase[1:]
@@ -282,7 +282,7 @@ def _range(phases: Sequence[Phase]) -> tuple[float, float]:
 
 
 def _together(position: FloatArray, motions: Sequence[list[Phase]]) -> Trajectory:
-    """The motions of all joints on common breakpoints; a joint that has stopped rests."""
+    """Return the motions of all joints on common breakpoints; a joint that has stopped rests."""
     starts = [np.cumsum([0.0, *(phase.duration for phase in phases)]) for phases in motions]
     end = max(float(times[-1]) for times in starts)
     if end == 0.0:

@@ -78,7 +78,7 @@ class _Blends(NamedTuple):
     to_waypoint: np.ndarray
 
     def shorter(self, rows: np.ndarray) -> _Blends:
-        """Some of them (rows,) made shorter, but where they have to reach a waypoint."""
+        """Return some of them (rows,) made shorter, but where they have to reach a waypoint."""
         before, after = self.before.copy(), self.after.copy()
         before[rows] *= np.where(self.from_waypoint[rows], 1.0, SHRINK)
         after[rows] *= np.where(self.to_waypoint[rows], 1.0, SHRINK)
@@ -176,7 +176,7 @@ def _ways_within(
 
 
 def _blends(robot: Robot, curve: SegmentedPolynomial, corners: Corners, blends: _Blends) -> tuple[_Blends, FloatArray]:
-    """The blends that keep the tool within the radii.
+    """Return the blends that keep the tool within the radii.
 
     Args:
         robot: The robot, with its tool.
@@ -209,7 +209,7 @@ def _blends(robot: Robot, curve: SegmentedPolynomial, corners: Corners, blends: 
 
 
 def _distances(robot: Robot, positions: FloatArray, centers: FloatArray) -> FloatArray:
-    """The distances (corners, N), m, of the tool at positions (corners, N, joints) from the centers (corners, 3)."""
+    """Return distances (corners, N), m, of the tool at positions (corners, N, joints) from the centers (corners, 3)."""
     tools = tool_poses(robot, positions.reshape(-1, positions.shape[-1]))[0]
     distances: FloatArray = np.linalg.norm(tools.reshape(*positions.shape[:2], 3) - centers[:, None], axis=2)
     return distances
@@ -222,7 +222,7 @@ def _joined_with(
     blends: _Blends,
     coefficients: FloatArray,
 ) -> BlendedCurve:
-    """The curve with the blends in the place of its corners.
+    """Return the curve with the blends in the place of its corners.
 
     Args:
         curve: Joint positions.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def passing_error(waypoints: Sequence[int], segment: int, joint: str, value: float, limit: float) -> JointPositionLimit:
-    """The error where passing one of some waypoints without stopping takes a joint beyond its limit.
+    """Return the error where passing one of some waypoints without stopping takes a joint beyond its limit.
 
     Args:
         waypoints: Indices of the waypoints at the ends of the segment that are passed without stopping.

@@ -60,7 +60,7 @@ class StraightMotions:
     limits: SegmentLimits
 
     def of(self, rows: np.ndarray) -> StraightMotions:
-        """Some of them, by index or mask."""
+        """Return some of them, by index or mask."""
         arrays = (self.segments[rows], self.starts[rows], self.travels[rows], self.durations[rows])
         return StraightMotions(self.robot, self.dynamics, *arrays, self.limits.of(rows))
 
@@ -112,7 +112,7 @@ class JointPath:
         return np.flatnonzero(still)
 
     def positions_of(self, run: Run) -> FloatArray:
-        """The joint positions (segments + 1, joints) of the waypoints of a run, rad or m, each of them once."""
+        """Return the joint positions (segments + 1, joints) of the waypoints of a run, rad or m, each of them once."""
         positions: FloatArray = self.positions[np.append(run.segments, run.segments[-1] + 1)]
         return positions
 
@@ -187,7 +187,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:
-    """The robot with the payload that it carries on each segment, or at its only waypoint."""
+    """Return the robot with the payload that it carries on each segment, or at its only waypoint."""
     payloads = problem.payloads
     carried = [*payloads[: max(1, len(payloads) - 1)], payloads[-1]]
     distinct = [payload for i, payload in enumerate(carried) if payload not in carried[:i]]
@@ -196,14 +196,14 @@ def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:
 
 
 def _moving(solved: Sequence[SolvedWaypoint]) -> np.ndarray:
-    """Indices of the segments between joint positions that differ, or on which the tool goes around and comes back."""
+    """Return the segments between joint positions that differ, or on which the tool goes around and comes back."""
     pairs = enumerate(pairwise(solved))
     moving = [k for k, (start, end) in pairs if (start.position != end.position).any() or not is_joint_motion(end)]
     return np.array(moving, dtype=int)
 
 
 def _stops(transitions: Sequence[Transition]) -> list[int]:
-    """The numbers of the segments that begin at a stop."""
+    """Return the numbers of the segments that begin at a stop."""
     return [k for k, transition in enumerate(transitions, 1) if isinstance(transition, StopTransition)]
 
 

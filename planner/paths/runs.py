@@ -99,7 +99,7 @@ def is_joint_motion(end: SolvedWaypoint) -> bool:
 
 
 def travel_time(end: SolvedWaypoint, travel: FloatArray, speeds: FloatArray) -> float:
-    """The time, s, that the slowest joint takes at full speed for the way to a waypoint.
+    """Return the time, s, that the slowest joint takes at full speed for the way to a waypoint.
 
     Args:
         end: The waypoint.
@@ -111,7 +111,7 @@ def travel_time(end: SolvedWaypoint, travel: FloatArray, speeds: FloatArray) -> 
 
 
 def _steps(curve: PiecewisePolynomial) -> FloatArray:
-    """The travels (pieces, joints) from breakpoint to breakpoint."""
+    """Return the travels (pieces, joints) from breakpoint to breakpoint."""
     return np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)
 
 
@@ -144,7 +144,7 @@ def build_run(
     segments: np.ndarray,
     transitions: Sequence[Transition],
 ) -> Run:
-    """The curve of segments that are passed without stopping, from rest to rest.
+    """Return the curve of segments that are passed without stopping, from rest to rest.
 
     Args:
         robot: The robot, with its tool.
@@ -220,7 +220,7 @@ class _Builder:
             self.times[k] = curve.breakpoints[-1]
 
     def path_knots(self, curve: SegmentedPolynomial) -> np.ndarray:
-        """Indices of the breakpoints of a curve where a tool's path goes from one piece to the next.
+        """Return indices of the breakpoints of a curve where a tool's path goes from one piece to the next.
 
         They are known by their joint positions, which neither stretching nor cutting corners changes.
         """
@@ -228,7 +228,7 @@ class _Builder:
         return np.array([k for k, start in enumerate(starts) if tuple(start) in self.knots], dtype=int)
 
     def curves(self) -> list[PiecewisePolynomial]:
-        """The curve of each segment from the first to the last, in order.
+        """Return the curve of each segment from the first to the last, in order.
 
         Joint motions are straight; where a waypoint at their end is passed exactly, quintics. Between two of them each
         joint passes with the harmonic mean of its slopes, zero where it turns back, so that none overshoots (Fritsch
@@ -251,7 +251,7 @@ class _Builder:
         ]
 
     def _tool_motion(self, k: int, curve: PiecewisePolynomial) -> PiecewisePolynomial:
-        """A motion of the tool, as long as its joints take at full speed; one that continues another, at its pace."""
+        """Give a motion of the tool its joints' time at full speed as length; one that goes on, the pace so far."""
         last = k - 1
         while last > 0 and self.passed[last] and last in self.short:
             last -= 1
@@ -282,7 +282,7 @@ class _Builder:
 
 
 def _slopes_between(before: FloatArray, after: FloatArray) -> FloatArray:
-    """The slopes (N, joints) at waypoints between motions of these mean slopes."""
+    """Return the slopes (N, joints) at waypoints between motions of these mean slopes."""
     with np.errstate(divide="ignore", invalid="ignore"):
         harmonic = np.where(before * after > 0.0, 2.0 * before * after / (before + after), 0.0)
     steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))
@@ -311,7 +311,7 @@ def _joint_tolerance(waypoints: Sequence[AnyWaypoint]) -> float:
 
 
 def _tolerances(waypoint: AnyWaypoint) -> tuple[float, float]:
-    """The tolerances, m and rad, of the motion of the tool to a waypoint."""
+    """Return the tolerances, m and rad, of the motion of the tool to a waypoint."""
     motion = waypoint.motion
     assert isinstance(motion, CartesianMotion)  # noqa: S101 - asked of motions of the tool only
     return motion.tolerance_position, motion.tolerance_orientation

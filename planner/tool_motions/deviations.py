@@ -53,13 +53,13 @@ class Deviated:
         return self.path.breakpoints
 
     def pose(self, u: float) -> Pose:
-        """The pose at u."""
+        """Return the pose at u."""
         pose = self.path.pose(u)
         assert pose.rotation is not None  # noqa: S101 - none turns off from a path without rotations
         return Pose(pose.position, pin.exp3(self._share(u)[0] * self.turn) @ pose.rotation)
 
     def twist(self, u: float) -> FloatArray:
-        """The linear over the angular velocity (6,) by u, in the base's axes."""
+        """Return the linear over the angular velocity (6,) by u, in the base's axes."""
         share, rate = self._share(u)
         twist = self.path.twist(u).copy()
         twist[3:] = rate * self.turn + pin.exp3(share * self.turn) @ twist[3:]
@@ -71,14 +71,14 @@ class Deviated:
         return float(np.linalg.norm(self.turn))
 
     def _share(self, u: float) -> tuple[float, float]:
-        """The share w of the turn at u and its derivative: quintics 10 x^3 - 15 x^4 + 6 x^5 from either end."""
+        """Return the share w of the turn at u and its derivative: quintics 10 x^3 - 15 x^4 + 6 x^5 from either end."""
         length = self.most if u < self.most else self.most - 1.0
         x = min(max((u if u < self.most else u - 1.0) / length, 0.0), 1.0)
         return x**3 * (10.0 - 15.0 * x + 6.0 * x * x), 30.0 * (x * (1.0 - x)) ** 2 / length
 
 
 def through_singular_wrist(robot: Robot, path: PosePath, lost: Lost) -> Deviated | None:
-    """The path that goes right through the singularity of the wrist near the point where another one got lost.
+    """Return the path that goes right through the singularity of the wrist near the point where another one got lost.
 
     There axes 4 and 6 are parallel and the tool is where the path has it, turned by the least angle (Gauss-Newton in
     the other joints and u, the orientation in the sense of least squares).

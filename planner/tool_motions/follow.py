@@ -192,7 +192,7 @@ class Follower:
         self.drift = self.free @ (np.zeros(robot.dof) if end is None else end - start)
 
     def run(self) -> PiecewisePolynomial | Lost:
-        """The curve, or where it ended."""
+        """Return the curve, or where it ended."""
         first = self._with_derivatives(0.0, self.start)
         if first is None:
             return Lost(0.0, self.start, PiecewisePolynomial(np.empty(0), np.empty((0, self.robot.dof, 6))))
@@ -224,7 +224,7 @@ class Follower:
         return False
 
     def _next(self, last: _Knot, u: float) -> _Knot | None:
-        """The next knot; None: the step is too long, or no joint position leads on."""
+        """Return the next knot; None: the step is too long, or no joint position leads on."""
         h = u - last.u
         guess = last.q + h * last.first + 0.5 * h * h * last.second
         is_at_end = u == 1.0 and self.end is not None and np.abs(guess - self.end).max() < self.near_end
@@ -265,7 +265,7 @@ class Follower:
         return True
 
     def _solve(self, u: float, q: FloatArray) -> FloatArray | None:
-        """The joint position at u near `q`, by Newton's method."""
+        """Return the joint position at u near `q`, by Newton's method."""
         pose = self.path.pose(u)
         for _ in range(MOST_ITERATIONS):
             missing, J = self._missing(u, pose, q), self._augmented(q)
@@ -281,7 +281,7 @@ class Follower:
         return None
 
     def _missing(self, u: float, pose: Pose, q: FloatArray) -> FloatArray:
-        """The change of the tool, and in the null space, that q (joints,) is away from the path at u, from its pose."""
+        """Return how far q (joints,) is from the path at u: the change of the tool, and that in the null space."""
         here = tool_pose(self.robot, q)
         missing = np.zeros(self.rows + len(self.free))
         if len(self.free):
@@ -292,7 +292,7 @@ class Follower:
         return missing
 
     def _with_derivatives(self, u: float, q: FloatArray) -> _Knot | None:
-        """The knot at a solved joint position; None: a joint would have to jump."""
+        """Return the knot at a solved joint position; None: a joint would have to jump."""
         J = self._augmented(q)
         first = self._rate(u, q, J)
         if first is None:
@@ -311,7 +311,7 @@ class Follower:
         return _Knot(u, q, first, (after - before) / (2.0 * ahead), handedness(J))
 
     def _second_at_singularity(self, u: float, q: FloatArray, first: FloatArray) -> FloatArray | None:
-        """The second derivative (joints,) by u from joint positions solved where the arm is singular no more."""
+        """Return the second derivative (joints,) by u from joint positions solved where the arm is singular no more."""
         found = []
         for ahead in (-FAR_AHEAD, FAR_AHEAD):
             near = self._solve(u + ahead, q + ahead * first)
@@ -321,7 +321,7 @@ class Follower:
         return np.mean(found, axis=0) if found else None
 
     def _rate(self, u: float, q: FloatArray, J: FloatArray | None = None) -> FloatArray | None:
-        """The joints' derivative by u (joints,) at q; None: the tool goes where no joint can take it."""
+        """Return the joints' derivative by u (joints,) at q; None: the tool goes where no joint can take it."""
         J = self._augmented(q) if J is None else J
         change = self._change(u)
         rate, is_near_singularity = inverse_step(J, change, self.rank)
@@ -338,7 +338,7 @@ class Follower:
     def _with_idle_joints(
         self, u: float, q: FloatArray, rate: FloatArray, lost: FloatArray, idle: FloatArray
     ) -> FloatArray | None:
-        """The rate (joints,) at a singular posture with the part of the idle joints; None: no rate keeps to the path.
+        """Return the rate (joints,) at a singular posture, idle joints included; None: no rate keeps to the path.
 
         Args:
             u: Parameter of the path.
@@ -361,7 +361,7 @@ class Follower:
         return None
 
     def _jacobian_rate(self, q: FloatArray, rate: FloatArray) -> FloatArray:
-        """The change (rows, joints) of the Jacobian by u as the joints go at a rate (joints,)."""
+        """Return the change (rows, joints) of the Jacobian by u as the joints go at a rate (joints,)."""
         ahead = AHEAD / max(float(np.abs(rate).max()), AHEAD)
         rates: FloatArray = (self._augmented(q + ahead * rate) - self._augmented(q - ahead * rate)) / (2.0 * ahead)
         return rates

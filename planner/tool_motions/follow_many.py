@@ -193,7 +193,7 @@ class _Lines:
         return FollowedLines([PiecewisePolynomial(h[own], coefficients[own]) for own in pieces], self.ends[:count])
 
     def _solve(self, lines: np.ndarray, u: FloatArray, guesses: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """The joint positions (N, joints) at shares u (N,) of lines (N,) near guesses, and which were found."""
+        """Return the joint positions (N, joints) at shares u (N,) of lines (N,) near guesses, and which were found."""
         q = guesses.copy()
         for _ in range(MOST_ITERATIONS):
             missing, J = self._missing(lines, u, q)
@@ -205,7 +205,7 @@ class _Lines:
         return q, solved & fine
 
     def _missing(self, lines: np.ndarray, u: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The changes (N, joints) of tool and null space that q (N, joints) lacks, and the Jacobians of both."""
+        """Return the changes (N, joints) of tool and null space that q (N, joints) lacks, and the Jacobians of both."""
         reached, turned, J = self.screws.reach(q, self.point)
         parts = [self.origins[lines] + u[:, None] * self.ways[lines] - reached]
         if self.turns:
@@ -218,7 +218,7 @@ class _Lines:
         return np.concatenate([J[:, : self.rows], self.free[lines]], axis=1) if self.idle else J[:, : self.rows]
 
     def _with_derivatives(self, lines: np.ndarray, q: FloatArray) -> tuple[_States, np.ndarray]:
-        """The knots at solved joint positions (N, joints), and which of them (N,) are away from singularities.
+        """Return the knots at solved joint positions (N, joints), and which of them (N,) are away from singularities.
 
         The twist of a line is constant: q'' is that of its rates by the change of the Jacobian alone.
         """
@@ -248,7 +248,7 @@ class _Lines:
         return every
 
     def _travels(self, h: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """The most (N,) that a joint can travel on each piece: its polynomial's terms, without their signs."""
+        """Return the most (N,) that a joint can travel on each piece: its polynomial's terms, without their signs."""
         powers = h[:, None, None] ** np.arange(1, coefficients.shape[2])
         travels: FloatArray = (np.abs(coefficients[..., 1:]) * powers).sum(axis=2).max(axis=1)
         return travels
@@ -263,7 +263,7 @@ class _Lines:
 
 
 def _inverse(J: FloatArray, changes: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """The joint steps (N, joints) that make changes (N, joints), and which Jacobians are not near singular."""
+    """Return the joint steps (N, joints) that make changes (N, joints), and which Jacobians are not near singular."""
     probe = np.cos(np.arange(J.shape[1]))  # has a share in every direction
     right = np.stack([changes, np.broadcast_to(probe, changes.shape)], axis=2)
     steps: FloatArray = np.full(right.shape, np.inf)

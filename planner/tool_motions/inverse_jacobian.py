@@ -19,7 +19,7 @@ inverting a larger one, rounding moves a joint by less than 1e-8 rad."""
 
 
 def inverse_step(J: FloatArray, change: FloatArray, zero: float) -> tuple[FloatArray, bool]:
-    """The smallest joint step (joints,) that makes a small change of the tool, and whether J is all but singular.
+    """Give the smallest joint step (joints,) that makes a small change of the tool, and whether J is all but singular.
 
     How far the joints go for some other change, with a share in every direction, tells how near J is to singular.
     Singular values below the share `zero` of the largest are taken for none.
@@ -42,14 +42,14 @@ def _probe(joints: int) -> FloatArray:
 
 
 def handedness(J: FloatArray) -> float:
-    """The sign of the determinant, which changes from branch to branch; 0 where J is singular or not square."""
+    """Return the sign of the determinant, which changes from branch to branch; 0 where J is singular or not square."""
     if J.shape[0] != J.shape[1]:
         return 0.0
     return float(np.linalg.slogdet(J)[0])
 
 
 def null_space(J: FloatArray) -> FloatArray:
-    """An orthonormal basis (n, joints) of the null space; empty where the joints can only move the tool."""
+    """Return an orthonormal basis (n, joints) of the null space; empty where the joints can only move the tool."""
     _, values, directions = np.linalg.svd(J)
     basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]
     return basis

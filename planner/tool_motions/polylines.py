@@ -50,11 +50,11 @@ class _Straight:
     rate: FloatArray
 
     def positions(self, s: FloatArray) -> FloatArray:
-        """The positions (N, 3), m, after s (N,)."""
+        """Return the positions (N, 3), m, after s (N,)."""
         return self.origin + s[:, None] * self.direction
 
     def rotations(self, s: FloatArray) -> FloatArray:
-        """The rotations (N, 3, 3) after s (N,)."""
+        """Return the rotations (N, 3, 3) after s (N,)."""
         assert self.rotation is not None  # noqa: S101 - asked only where there are any
         vectors = s[:, None] * self.rate
         if len(s) == 1:  # ten times as fast
@@ -63,11 +63,11 @@ class _Straight:
         return rotations
 
     def direction_at(self, _s: float) -> FloatArray:
-        """The direction (3,) after s, unit."""
+        """Return the direction (3,) after s, unit."""
         return self.direction
 
     def angular_velocity(self, _s: float) -> FloatArray:
-        """The angular velocity (3,) after s, rad/m, in the base's axes: the axis of the turn stays where it is."""
+        """Give the angular velocity (3,) after s, rad/m, in the base's axes: the axis of the turn stays where it is."""
         assert self.rotation is not None  # noqa: S101 - asked only where there are any
         velocity: FloatArray = self.rotation @ self.rate
         return velocity
@@ -112,7 +112,7 @@ class _Corner:
         return cls(before, after, reach, angle, aside / max(sine, np.finfo(float).tiny), length)
 
     def positions(self, s: FloatArray) -> FloatArray:
-        """The positions (N, 3), m, after s (N,): the integral of the direction."""
+        """Return the positions (N, 3), m, after s (N,): the integral of the direction."""
         shares, weights = 0.5 * (GAUSS[0] + 1.0), 0.5 * GAUSS[1]
         angles = self.angle * _eased(s[:, None] / self.length * shares)
         ahead, aside = np.cos(angles) @ weights, np.sin(angles) @ weights
@@ -120,20 +120,20 @@ class _Corner:
         return start + (s * ahead)[:, None] * self.before.direction + (s * aside)[:, None] * self.side
 
     def rotations(self, s: FloatArray) -> FloatArray:
-        """The rotations (N, 3, 3) after s (N,)."""
+        """Return the rotations (N, 3, 3) after s (N,)."""
         first, last = self.before.rotations(s - self.reach), self.after.rotations(s + self.reach - self.length)
         turns = rotation_vectors(first.transpose(0, 2, 1) @ last)
         rotations: FloatArray = first @ rotations_from_vectors(_blended(s / self.length)[0][:, None] * turns)
         return rotations
 
     def direction_at(self, s: float) -> FloatArray:
-        """The direction (3,) after s, unit."""
+        """Return the direction (3,) after s, unit."""
         angle = self.angle * _eased(s / self.length)
         direction: FloatArray = np.cos(angle) * self.before.direction + np.sin(angle) * self.side
         return direction
 
     def angular_velocity(self, s: float) -> FloatArray:
-        """The angular velocity (3,) after s, rad/m, in the base's axes."""
+        """Return the angular velocity (3,) after s, rad/m, in the base's axes."""
         (first,) = self.before.rotations(np.array([s - self.reach]))
         (last,) = self.after.rotations(np.array([s + self.reach - self.length]))
         between = first.T @ last
@@ -158,7 +158,7 @@ class Polyline:
 
     @classmethod
     def through(cls, start: Pose, between: Sequence[Pose], end: Pose, blend: float) -> Polyline:
-        """The polyline from pose to pose.
+        """Return the polyline from pose to pose.
 
         Args:
             start: Where it begins.
@@ -211,12 +211,12 @@ class Polyline:
         return positions, rotations if self._turns else None
 
     def pose(self, u: float) -> Pose:
-        """The pose at u."""
+        """Return the pose at u."""
         positions, rotations = self.poses(np.array([u]))
         return Pose(positions[0], None if rotations is None else rotations[0])
 
     def twist(self, u: float) -> FloatArray:
-        """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
+        """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
         k = min(max(int(np.searchsorted(self.breakpoints, u, side="right")) - 1, 0), len(self.pieces) - 1)
         piece, whole = self.pieces[k], float(self._starts[-1])
         s = u * whole - float(self._starts[k])
@@ -230,17 +230,17 @@ class Polyline:
 
 
 def _eased(x: Number) -> Number:
-    """The share 3 x^2 - 2 x^3 of a turn."""
+    """Return the share 3 x^2 - 2 x^3 of a turn."""
     return x * x * (3.0 - 2.0 * x)
 
 
 def _blended(x: Number) -> tuple[Number, Number]:
-    """The share 10 x^3 - 15 x^4 + 6 x^5 and its derivative."""
+    """Return the share 10 x^3 - 15 x^4 + 6 x^5 and its derivative."""
     return x**3 * (10.0 - 15.0 * x + 6.0 * x * x), 30.0 * (x * (1.0 - x)) ** 2
 
 
 def _lines(poses: ViaPoses) -> list[_Straight]:
-    """The straight lines from pose to pose."""
+    """Return the straight lines from pose to pose."""
     lines = []
     for k, length in enumerate(poses.lengths.tolist()):
         direction = (poses.positions[k + 1] - poses.positions[k]) / length
@@ -253,11 +253,11 @@ def _lines(poses: ViaPoses) -> list[_Straight]:
 
 
 def _part(line: _Straight, first: float, last: float) -> _Straight:
-    """The part of a line from `first` to `last`, m."""
+    """Return the part of a line from `first` to `last`, m."""
     rotation = None if line.rotation is None else line.rotations(np.array([first]))[0]
     return _Straight(last - first, line.origin + first * line.direction, line.direction, rotation, line.rate)
 
 
 def _ended(line: _Straight) -> _Straight:
-    """A line as it goes on from its end."""
+    """Return a line as it goes on from its end."""
     return _part(line, line.length, line.length)

@@ -39,11 +39,11 @@ class PosePath(Protocol):
         ...
 
     def pose(self, u: float) -> Pose:
-        """The pose at u; without a rotation where any orientation will do."""
+        """Return the pose at u; without a rotation where any orientation will do."""
         ...
 
     def twist(self, u: float) -> FloatArray:
-        """The linear over the angular velocity (6,) by u, in the base's axes; (3,) without a rotation."""
+        """Return the linear over the angular velocity (6,) by u, in the base's axes; (3,) without a rotation."""
         ...
 
 
@@ -67,7 +67,7 @@ class Turn:
 
     @classmethod
     def between(cls, start: FloatArray, end: FloatArray) -> Turn:
-        """The shortest rotation: about one axis (document 004, axis and angle of R = R0^T R1)."""
+        """Return the shortest rotation: about one axis (document 004, axis and angle of R = R0^T R1)."""
         return cls(start, np.asarray(pin.log3(start.T @ end)), np.zeros(3))
 
     @classmethod
@@ -78,12 +78,12 @@ class Turn:
         return cls(start, whole - second, second)
 
     def rotation(self, u: float) -> FloatArray:
-        """The rotation (3, 3) at u."""
+        """Return the rotation (3, 3) at u."""
         result: FloatArray = self.start @ pin.exp3(self.first * u + self.second * u * u)
         return result
 
     def velocity(self, u: float) -> FloatArray:
-        """The angular velocity (3,), rad by u, in the base's axes."""
+        """Return the angular velocity (3,), rad by u, in the base's axes."""
         w, rate = self.first * u + self.second * u * u, self.first + 2.0 * u * self.second
         result: FloatArray = self.start @ pin.exp3(w) @ (pin.Jexp3(w) @ rate)
         return result
@@ -114,12 +114,12 @@ class Line:
         return Turn.between(self.start.rotation, self.end.rotation)
 
     def pose(self, u: float) -> Pose:
-        """The pose at u."""
+        """Return the pose at u."""
         position = self.start.position + u * (self.end.position - self.start.position)
         return Pose(position, None if self.turn is None else self.turn.rotation(u))
 
     def twist(self, u: float) -> FloatArray:
-        """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
+        """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
         linear = self.end.position - self.start.position
         return linear if self.turn is None else np.concatenate([linear, self.turn.velocity(u)])
 
@@ -140,7 +140,7 @@ class Reversed:
         return 1.0 - self.path.breakpoints[::-1]
 
     def pose(self, u: float) -> Pose:
-        """The pose at u."""
+        """Return the pose at u."""
         return self.path.pose(1.0 - u)
 
     def twist(self, u: float) -> FloatArray:
@@ -168,7 +168,7 @@ class Arc:
 
     @classmethod
     def through(cls, start: Pose, via: Pose, end: Pose) -> Arc:
-        """The arc through three poses.
+        """Return the arc through three poses.
 
         A rotation in `via` is passed there; else the tool turns by the shortest rotation from start to end.
 
@@ -199,11 +199,11 @@ class Arc:
         return ONE_PIECE
 
     def pose(self, u: float) -> Pose:
-        """The pose at u."""
+        """Return the pose at u."""
         return Pose(self.center + self._spoke(u), None if self.turn is None else self.turn.rotation(u))
 
     def twist(self, u: float) -> FloatArray:
-        """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
+        """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
         linear: FloatArray = self.angle * np.cross(self.axis, self._spoke(u))
         return linear if self.turn is None else np.concatenate([linear, self.turn.velocity(u)])
 
@@ -213,6 +213,6 @@ class Arc:
 
 
 def _angle(start: FloatArray, end: FloatArray, axis: FloatArray) -> float:
-    """The angle in (0, 2 pi), rad, from one spoke to another about the axis."""
+    """Return the angle in (0, 2 pi), rad, from one spoke to another about the axis."""
     angle = float(np.arctan2(np.dot(axis, np.cross(start, end)), np.dot(start, end)))
     return angle if angle > 0.0 else angle + 2.0 * np.pi

@@ -53,7 +53,7 @@ class PoseSpline:
 
     @classmethod
     def through(cls, start: Pose, between: Sequence[Pose], end: Pose) -> PoseSpline:
-        """The spline from pose to pose, without curvature at its ends.
+        """Return the spline from pose to pose, without curvature at its ends.
 
         Raises:
             NoPath: It turns back at a pose, or the tool turns too far from one to the next; or see `via_poses`.
@@ -88,12 +88,12 @@ class PoseSpline:
         return values[:, :3], rotations_from_quaternions(values[:, 3:]) if values.shape[1] > 3 else None
 
     def pose(self, u: float) -> Pose:
-        """The pose at u."""
+        """Return the pose at u."""
         positions, rotations = self.poses(np.array([u]))
         return Pose(positions[0], None if rotations is None else rotations[0])
 
     def twist(self, u: float) -> FloatArray:
-        """The linear over the angular velocity (6,) by u; (3,) without a rotation."""
+        """Return the linear over the angular velocity (6,) by u; (3,) without a rotation."""
         (value,), (slope,) = self._evaluate(np.array([u]), 2)
         linear, xyzw = slope[:3], value[3:]
         pace = self._ends[-1] / np.linalg.norm(linear)
@@ -111,7 +111,7 @@ class PoseSpline:
         return ends
 
     def _evaluate(self, u: FloatArray, orders: int) -> list[FloatArray]:
-        """The curve and its derivatives by the chords' length, (N, 3 or 7) each, at parameters (N,) of the path."""
+        """Return curve and its derivatives by the chords' length, (N, 3 or 7) each, at parameters (N,) of the path."""
         along = u * self._ends[-1]
         rows = np.clip(np.searchsorted(self._ends, along, side="right") - 1, 0, self.lengths.size - 1)
         pieces, parts = np.divmod(rows, PARTS)
@@ -128,7 +128,7 @@ class PoseSpline:
         return [horner(self.curve.derivative_coefficients(order)[pieces], at) for order in range(orders)]
 
     def _ill_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """The pieces on which the curve all but stands still, and those on which its quaternions are too short."""
+        """Give the pieces on which the curve all but stands still, and those on which its quaternions are too short."""
         shares = np.linspace(0.0, 1.0, 2 * PARTS + 1)
         at = (self.curve.lengths[:, None] * shares)[..., None]
         speeds = np.linalg.norm(horner(_speeds(self.curve)[:, None], at), axis=2)
@@ -140,7 +140,7 @@ class PoseSpline:
 
 
 def _natural_spline(values: FloatArray, lengths: FloatArray) -> FloatArray:
-    """The coefficients (N - 1, columns, 4) of the C2 cubics through values (N, columns) with f'' = 0 at both ends."""
+    """Return coefficients (N - 1, columns, 4) of C2 cubics through values (N, columns), f'' = 0 at both ends."""
     from scipy.linalg import solve_banded  # loaded by the first spline: importing the library stays quick
 
     slopes = np.diff(values, axis=0) / lengths[:, None]
@@ -156,18 +156,18 @@ def _natural_spline(values: FloatArray, lengths: FloatArray) -> FloatArray:
 
 
 def _speeds(curve: PiecewisePolynomial) -> FloatArray:
-    """The coefficients (pieces, 3, 3) of the velocity of the positions by the chords' length."""
+    """Return the coefficients (pieces, 3, 3) of the velocity of the positions by the chords' length."""
     return differentiate(curve.coefficients[:, :3], 1)
 
 
 def _speed(speeds: FloatArray, pieces: np.ndarray, at: FloatArray) -> FloatArray:
-    """The speeds (N,) at points (N,) of pieces (N,)."""
+    """Return the speeds (N,) at points (N,) of pieces (N,)."""
     speed: FloatArray = np.linalg.norm(horner(speeds[pieces], at[:, None]), axis=1)
     return speed
 
 
 def _length(speeds: FloatArray, pieces: np.ndarray, starts: FloatArray, spans: FloatArray) -> FloatArray:
-    """The lengths (N,), m, of parts of pieces (N,), from points (N,) on by spans (N,) of the chords' length."""
+    """Return the lengths (N,), m, of parts of pieces (N,), from points (N,) on by spans (N,) of the chords' length."""
     at = starts[:, None] + spans[:, None] * 0.5 * (GAUSS[0] + 1.0)
     velocities = horner(speeds[pieces][:, None], at[..., None])
     lengths: FloatArray = np.linalg.norm(velocities, axis=2) @ (0.5 * GAUSS[1]) * spans
@@ -175,7 +175,7 @@ def _length(speeds: FloatArray, pieces: np.ndarray, starts: FloatArray, spans: F
 
 
 def _lengths_of_parts(curve: PiecewisePolynomial) -> FloatArray:
-    """The lengths (pieces, `PARTS`), m."""
+    """Return the lengths (pieces, `PARTS`), m."""
     pieces, parts = np.divmod(np.arange(len(curve.lengths) * PARTS), PARTS)
     spans = curve.lengths[pieces] / PARTS
     return _length(_speeds(curve), pieces, parts * spans, spans).reshape(-1, PARTS)

@@ -19,7 +19,7 @@ BISECTIONS = 50
 
 
 def first_beyond(robot: Robot, curve: PiecewisePolynomial) -> tuple[float, FloatArray, int] | None:
-    """The first parameter, joint position and joint where a curve leaves the position limits; None: nowhere."""
+    """Return the first parameter, joint position and joint where a curve leaves the position limits; None: nowhere."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     limited = np.isfinite(lower) & np.isfinite(upper)
     if not len(curve.lengths) or not limited.any():

@@ -100,7 +100,7 @@ class AskedMotion:
         return self.waypoint.configuration if isinstance(self.waypoint, PoseWaypoint) else Configuration()
 
     def pose_path(self, start: FloatArray) -> PosePath:
-        """The path of the tool.
+        """Return the path of the tool.
 
         Args:
             start: (joints,), rad or m, at the waypoint before. An orientation that is left open there is the one
@@ -239,7 +239,7 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
 def _followed(
     robot: Robot, path: PosePath, start: FloatArray, given: FloatArray | None, motion: CartesianMotion
 ) -> tuple[PiecewisePolynomial | Lost, float]:
-    """The joint path from a joint position (joints,), and how far the tool turns off from its path on purpose, rad."""
+    """Follow the path from a joint position (joints,), and say how far the tool turns off it on purpose, rad."""
     tolerance = motion.tolerance_position, motion.tolerance_orientation
     if motion.singularity == "deviate":
         near = follow(robot, path, start, given, tolerance, GENTLE)
@@ -260,7 +260,7 @@ def _followed(
 
 
 def _warning(asked: AskedMotion, path: PosePath, curve: PiecewisePolynomial, deviation: float) -> PlanWarning | None:
-    """What is to be said of a motion that goes through a singularity or near to one."""
+    """Return what is to be said of a motion that goes through a singularity or near to one."""
     if deviation > 0.0:
         how = "goes right through a singularity of the wrist"
         return PlanWarning("orientation_deviates", f"{asked.name} {how}, for which it turns off by {deviation:.3g} rad")
@@ -276,14 +276,14 @@ def _warning(asked: AskedMotion, path: PosePath, curve: PiecewisePolynomial, dev
 
 
 def _turned_to(robot: Robot, position: ArrayLike, towards: FloatArray) -> FloatArray:
-    """A joint position (joints,) with its continuous joints as near to another (joints,) as whole turns bring them."""
+    """Turn continuous joints of a position (joints,) as near to another (joints,) as whole turns bring them."""
     q = np.asarray(position, dtype=np.float64)
     turns = np.round((towards - q) / TURN)
     return q + TURN * np.where([joint.kind == "continuous" for joint in robot.joints], turns, 0.0)
 
 
 def _allowed(waypoints: Sequence[AnyWaypoint]) -> tuple[FloatArray, FloatArray]:
-    """The tolerances (lines, 2), m and rad, of the lines to waypoints, and how steep (lines,) joints may be on them."""
+    """Return the tolerances (lines, 2), m and rad, of lines to waypoints, and how steep (lines,) joints may be."""
     motions = [waypoint.motion for waypoint in waypoints if isinstance(waypoint.motion, CartesianMotion)]
     tolerances = np.array([(motion.tolerance_position, motion.tolerance_orientation) for motion in motions])
     return tolerances, np.array([GENTLE if motion.singularity == "deviate" else STEEP for motion in motions])
@@ -298,7 +298,7 @@ def _stands_still(path: PosePath) -> bool:
 
 
 def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
-    """The joint position (joints,) from which a motion leads to `end` (joints,): followed backwards.
+    """Return the joint position (joints,) from which a motion leads to `end` (joints,): followed backwards.
 
     Returns:
         None: the motion cannot be followed within the position limits, or its first orientation is left open.
@@ -353,6 +353,6 @@ def _configuration_error(asked: AskedMotion, reached: FloatArray, given: FloatAr
 
 
 def _idle_joint(robot: Robot, position: FloatArray) -> int:
-    """The joint with the largest share in the motion that, at a singularity, does not move the tool."""
+    """Return the joint with the largest share in the motion that, at a singularity, does not move the tool."""
     directions = np.linalg.svd(jacobian(robot, position))[2]
     return int(np.argmax(np.abs(directions[min(robot.dof, 6) - 1])))

@@ -83,7 +83,7 @@ def via_poses(start: Pose, between: Sequence[Pose], end: Pose) -> ViaPoses:
 
 
 def _filled(rotations: Sequence[FloatArray | None], lengths: FloatArray) -> FloatArray:
-    """The rotations (N, 3, 3), of which the first and the last are known, with those in between filled in."""
+    """Return the rotations (N, 3, 3), of which the first and the last are known, with those in between filled in."""
     at = np.concatenate([[0.0], np.cumsum(lengths)])
     known = [k for k, rotation in enumerate(rotations) if rotation is not None]
     filled = [np.asarray(rotations[0])]

@@ -119,7 +119,7 @@ def _farthest(
 
 
 def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
-    """The distances (N,) of points (N, 3) from the polygon through corners (M, 3)."""
+    """Return the distances (N,) of points (N, 3) from the polygon through corners (M, 3)."""
     squares = (points**2).sum(axis=1)[:, None] - 2.0 * points @ corners.T + (corners**2).sum(axis=1)
     nearest = squares.argmin(axis=1)
     found: FloatArray = np.linalg.norm(points - corners[nearest], axis=1)
@@ -133,7 +133,7 @@ def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
 
 
 def _largest_distances(points: FloatArray, corners: FloatArray) -> FloatArray:
-    """The distances (N,) of points (N, joints) from the polygon through corners (M, joints), of the farthest joint."""
+    """Return the distances (N,) of points (N, joints) from the polygon through corners (M, joints), largest norm."""
     away = np.max([np.abs(points[:, [joint]] - corners[:, joint]) for joint in range(points.shape[1])], axis=0)
     nearest = away.argmin(axis=1)
     found: FloatArray = away[np.arange(len(points)), nearest]

@@ -55,7 +55,7 @@ class Layer:
 
     @classmethod
     def given(cls, position: FloatArray, may_turn: np.ndarray) -> Layer:
-        """The layer of a joint waypoint, where there is nothing to choose but whole turns.
+        """Return the layer of a joint waypoint, where there is nothing to choose but whole turns.
 
         Args:
             position: (joints,).
@@ -66,7 +66,7 @@ class Layer:
 
     @classmethod
     def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray) -> Layer:
-        """The layer of a pose with isolated solutions.
+        """Return the layer of a pose with isolated solutions.
 
         Every solution is there free to be turned towards where the robot comes from; and as it lies nearest to `ahead`,
         with whole turns of its joints within finite limits.
@@ -102,7 +102,7 @@ class Layer:
         options: InverseKinematicsOptions,
         wanted: Configuration = Configuration(),
     ) -> Layer:
-        """The layer of a pose with a continuum of solutions in a configuration, of which `solutions` are a spread."""
+        """Return the layer of a pose with a continuum of solutions, of which `solutions` are a spread."""
         layer = replace(cls.isolated(robot, solutions, ahead), wanted=wanted)
         best = max(float(manipulability(robot, np.array(solutions)).max()), TINY)
         lower, upper = robot.limit("lower"), robot.limit("upper")
@@ -117,7 +117,7 @@ class Layer:
         return replace(layer, descend=descend).with_descents([ahead])
 
     def with_descents(self, starts: Sequence[FloatArray] | FloatArray) -> Layer:
-        """The layer with the solutions of a continuum near some joint positions (joints,), if there is one."""
+        """Return the layer with the solutions of a continuum near some joint positions (joints,), if there is one."""
         if self.descend is None:
             return self
         found = [near for near in map(self.descend, starts) if near is not None]
@@ -134,7 +134,7 @@ class Layer:
         )
 
     def with_solutions(self, robot: Robot, solutions: Sequence[FloatArray]) -> Layer:
-        """The layer with further solutions (joints,) of a continuum, each as it is and free to be turned.
+        """Return the layer with further solutions (joints,) of a continuum, each as it is and free to be turned.
 
         Those in another configuration than the one asked are left out.
         """
@@ -160,7 +160,7 @@ class Layer:
 
 
 def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The fewest and the most whole turns (n, joints) that keep each angle within its limits, none among them."""
+    """Give the fewest and the most whole turns (n, joints) that keep each angle within its limits, none among them."""
     fewest, most = turns_within(robot, positions)
     return np.minimum(fewest, 0.0), np.maximum(most, 0.0)
 

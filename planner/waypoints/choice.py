@@ -87,7 +87,7 @@ class _Stage:
 def shortest_way(
     robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float, follow: Follow = follow_motion
 ) -> list[Passage] | RefusedMotion:
-    """A joint position for every stop, and the motion of the tool that leads there, so that the sum of these is least.
+    """Choose a joint position for every stop, and the tool's motion that leads there, so that their sum is least.
 
     - For every motion the time of its slowest joint, max_j t_j, t_j = |dq_j| / v_j (v_j: velocity limit; 1 rad/s or
       1 m/s without one), and `MOTION_PENALTY` sum_j t_j; of a Cartesian motion too; for the first, from `start`, times
@@ -117,7 +117,7 @@ def shortest_way(
 
 
 def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
-    """The stops; those at singular postures with the joint positions from which the motion to the next can be followed.
+    """Return the stops; those at singular postures with the positions from which the next motion can be followed.
 
     A singular posture has a continuum of solutions, from few of which a motion of the tool leads on: these are found
     backwards from the solutions of the next stop.
@@ -157,7 +157,7 @@ class _Search:
         self.together = MOST_TOGETHER
 
     def run(self) -> list[Passage] | RefusedMotion:
-        """The way, or the first motion that could not be followed."""
+        """Return the way, or the first motion that could not be followed."""
         while True:
             while len(self.stages) <= len(self.stops):
                 self.stages.append(self._next(self.stages[-1], self.stops[len(self.stages) - 1]))
@@ -206,14 +206,14 @@ class _Search:
         return penalties
 
     def _best_rows(self) -> list[int]:
-        """The row of every stage on the best way."""
+        """Return the row of every stage on the best way."""
         rows = [int(self.stages[-1].costs.argmin())]
         for stage in self.stages[:0:-1]:
             rows.append(int(stage.origins[rows[-1]]))
         return rows[::-1]
 
     def _followed_way(self, rows: list[int]) -> list[Passage] | None:
-        """The best way, its motions of the tool followed; None: one does not end where it was taken to.
+        """Return the best way, its motions of the tool followed; None: one does not end where it was taken to.
 
         The stages from there on are then to be made again.
         """
@@ -255,7 +255,7 @@ class _Search:
             motion = self._follow(stop.index, stop.asked, motion.end)
 
     def _follow(self, index: int, asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
-        """The motion from a joint position (joints,); what has been followed once is not followed again."""
+        """Return the motion from a joint position (joints,); what has been followed once is not followed again."""
         key = index, tuple(start.tolist())
         if key not in self.followed:
             self.followed[key] = result = self.follow(asked, start)

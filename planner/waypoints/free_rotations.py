@@ -70,7 +70,7 @@ def with_chosen_rotations(
 
 
 def _chosen(robot: Robot, waypoint: PoseWaypoint, near: FloatArray, options: InverseKinematicsOptions) -> Pose:
-    """The pose of a waypoint, turned about its z axis to the posture nearest to another (joints,)."""
+    """Return the pose of a waypoint, turned about its z axis to the posture nearest to another (joints,)."""
 
     def turned(angle: float) -> Pose:
         return Pose(waypoint.pose.position, waypoint.pose.rotation @ rotation_z(angle))  # type: ignore[operator]
@@ -80,7 +80,7 @@ def _chosen(robot: Robot, waypoint: PoseWaypoint, near: FloatArray, options: Inv
         return Search(robot, pose if waypoint.frame is None else pose.from_frame(waypoint.frame), options)
 
     def solved(angle: float, start: FloatArray) -> tuple[float, FloatArray]:
-        """The cost of the solution that a descent from `start` ends at, and the solution."""
+        """Return the cost of the solution that a descent from `start` ends at, and the solution."""
         q = search(angle).solve(start, **QUICK)
         if q is None or not in_configuration(robot, [q], waypoint.configuration):
             return np.inf, start
@@ -113,6 +113,6 @@ def _chosen(robot: Robot, waypoint: PoseWaypoint, near: FloatArray, options: Inv
 
 
 def _cost(robot: Robot, start: FloatArray, end: FloatArray) -> float:
-    """The cost of a motion, s: the time of its slowest joint, and a little of those of all."""
+    """Return the cost of a motion, s: the time of its slowest joint, and a little of those of all."""
     times = joint_times(robot, start, end)
     return float(times.max() + MOTION_PENALTY * times.sum())

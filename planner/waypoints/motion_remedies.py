@@ -36,7 +36,7 @@ NEAR_SINGULARITY: dict[Singularity, str] = {
 
 
 def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Remedy]:
-    """Changes after which a motion can be done.
+    """Return changes after which a motion can be done.
 
     Args:
         refused: The motion.
@@ -78,7 +78,7 @@ def _is_named(waypoint: AnyWaypoint) -> bool:
 
 
 def _near_singularity(refused: RefusedMotion) -> Iterator[Remedy]:
-    """What a motion may do near a singularity so that the joints can follow it."""
+    """Return what a motion may do near a singularity so that the joints can follow it."""
     asked = refused.asked
     for choice, explanation in NEAR_SINGULARITY.items():
         waypoint = replace(asked.waypoint, motion=replace(asked.motion, singularity=choice))

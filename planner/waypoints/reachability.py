@@ -110,7 +110,7 @@ def reachability(
 
 
 def _axes(robot: Robot, answer: Reachability) -> FloatArray | None:
-    """The axes (3, 3) of the tool at a waypoint."""
+    """Return the axes (3, 3) of the tool at a waypoint."""
     if answer.nearest is not None:
         return answer.nearest.pose.rotation
     assert answer.best is not None  # noqa: S101 - a pose has a solution, or a nearest pose
@@ -147,6 +147,6 @@ def _reached(robot: Robot, count: int | None, best: FloatArray) -> Reachability:
 
 
 def _margins(robot: Robot, q: FloatArray) -> FloatArray:
-    """The distance (joints,) of each joint to the nearer of its limits, rad or m; infinite: none."""
+    """Return the distance (joints,) of each joint to the nearer of its limits, rad or m; infinite: none."""
     margins: FloatArray = np.minimum(q - robot.limit("lower"), robot.limit("upper") - q)
     return margins

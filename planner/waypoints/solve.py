@@ -143,7 +143,7 @@ class _Sequence:
         return tuple(solved)
 
     def _stops(self, solved: list[SolvedWaypoint], end: int, start: FloatArray) -> list[Stop]:
-        """The waypoints from those solved to `end`, with all that they may be solved with."""
+        """Return the waypoints from those solved to `end`, with all that they may be solved with."""
         for index in range(len(solved), end):
             if self.wanted[index] is None:  # only of a relative waypoint, and only of the first of this part
                 waypoint = self.waypoints[index]
@@ -168,7 +168,7 @@ class _Sequence:
         return with_starts_of_motions(self.robot, stops)
 
     def _with_wider_choice(self, stops: list[Stop]) -> list[Stop]:
-        """The stops, with more solutions of a redundant arm where motions of the tool begin."""
+        """Return the stops, with more solutions of a redundant arm where motions of the tool begin."""
         wider = list(stops)
         for k, (stop, after) in enumerate(pairwise(stops)):
             pose = self.wanted[stop.index]
@@ -179,7 +179,7 @@ class _Sequence:
         return wider
 
     def _may_turn(self, index: int) -> np.ndarray:
-        """The joints (joints,), bool, that take the short way to a joint waypoint."""
+        """Return the joints (joints,), bool, that take the short way to a joint waypoint."""
         may_turn, motion = self.robot.is_continuous, self.waypoints[index].motion
         if index == 0 or not isinstance(motion, JointMotion) or motion.turns == "as_given":
             return np.zeros_like(may_turn)
@@ -252,7 +252,7 @@ def _given_position(robot: Robot, index: int, waypoint: JointWaypoint) -> FloatA
 
 
 def within_limits(robot: Robot, waypoints: Sequence[AnyWaypoint], tolerance: float) -> tuple[AnyWaypoint, ...]:
-    """The waypoints, joint positions at most `tolerance` (rad or m) outside of the position limits put onto these."""
+    """Put joint positions at most `tolerance` (rad or m) outside of the position limits onto these."""
     within = list(waypoints)
     given, positions = given_positions(robot, waypoints)
     clipped = np.clip(positions, robot.limit("lower"), robot.limit("upper"))
@@ -263,13 +263,13 @@ def within_limits(robot: Robot, waypoints: Sequence[AnyWaypoint], tolerance: flo
 
 
 def given_positions(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> tuple[list[int], FloatArray]:
-    """The joint waypoints: their indices, and their positions (waypoints, joints) as given."""
+    """Return the joint waypoints: their indices, and their positions (waypoints, joints) as given."""
     given = {i: waypoint.position for i, waypoint in enumerate(waypoints) if isinstance(waypoint, JointWaypoint)}
     return list(given), np.array([*given.values()]).reshape(-1, robot.dof)
 
 
 def position_limit_error(robot: Robot, index: int, q: FloatArray) -> JointPositionLimit | None:
-    """The error of the joint position (joints,) of a joint waypoint; None: there is none."""
+    """Return the error of the joint position (joints,) of a joint waypoint; None: there is none."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     outside = (q < lower) | (q > upper)
     if not outside.any():

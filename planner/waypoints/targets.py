@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:
-    """The pose asked at every waypoint, as far as the list alone says it.
+    """Return the pose asked at every waypoint, as far as the list alone says it.
 
     A move starts from the pose asked before it, not from the one reached: errors do not add up. Relative to a joint
     position of an arm that cannot choose its orientation it asks for none.
@@ -54,7 +54,7 @@ def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | 
 
 
 def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> Pose:
-    """The pose before, moved. Where the pose before left its orientation open, so does this one.
+    """Return the pose before, moved. Where the pose before left its orientation open, so does this one.
 
     Args:
         before: The pose asked at the waypoint before.
@@ -70,7 +70,7 @@ def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint
 
 
 def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> CartesianMove | None:
-    """The move that leads a relative waypoint to another pose; None: in axes that are not known.
+    """Return the move that leads a relative waypoint to another pose; None: in axes that are not known.
 
     Args:
         goal: The pose to which the move is to lead.
@@ -93,7 +93,7 @@ def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: Relativ
 def pose_remedy(
     index: int, waypoint: AnyWaypoint, goal: Pose, before: Pose | None, axes: FloatArray | None, explanation: str
 ) -> list[Remedy]:
-    """The remedy that takes a waypoint to another pose; none where the list cannot say it.
+    """Return the remedy that takes a waypoint to another pose; none where the list cannot say it.
 
     Args:
         index: Index of the waypoint.

@@ -39,7 +39,7 @@ class LinearLimits:
     inverse: FloatArray
 
     def values(self, states: FloatArray) -> FloatArray:
-        """The values by_b b + by_a a + by_c c (limits, points) for states (3, points)."""
+        """Return the values by_b b + by_a a + by_c c (limits, points) for states (3, points)."""
         b, a, c = states
         values: FloatArray = self.by_b * b
         values += self.by_a * a
@@ -47,7 +47,7 @@ class LinearLimits:
         return values
 
     def scales(self, states: FloatArray) -> FloatArray:
-        """The largest factors (points,) on b, each alone, with which the limits are kept at each point."""
+        """Return the largest factors (points,) on b, each alone, with which the limits are kept at each point."""
         values = np.abs(self.values(states))
         with np.errstate(divide="ignore", invalid="ignore"):
             plain = np.where(self.inverse == 0.0, (self.constant - np.abs(self.offset)) / values, np.inf)
@@ -57,16 +57,16 @@ class LinearLimits:
         return scales
 
     def scale(self, states: FloatArray) -> float:
-        """The largest factor on b with which the limits are kept."""
+        """Return the largest factor on b with which the limits are kept."""
         return float(self.scales(states).min())
 
     def used(self) -> FloatArray:
-        """The shares (limits, points) that are used of each limit when nothing is changed: b is 1."""
+        """Return the shares (limits, points) that are used of each limit when nothing is changed: b is 1."""
         used: FloatArray = np.abs(self.by_b + self.offset) / (self.constant + self.inverse)
         return used
 
     def of(self, rows: np.ndarray) -> LinearLimits:
-        """Some of the limits, by index or mask."""
+        """Return some of the limits, by index or mask."""
         parts = (self.by_b, self.by_a, self.by_c, self.offset, self.constant, self.inverse)
         return LinearLimits(*(part[rows] for part in parts))
 
@@ -98,7 +98,7 @@ class QuadraticSpline:
         self.count = len(widths)
 
     def states(self, x: FloatArray) -> FloatArray:
-        """The states b, a and c (3, points) that belong to unknowns (intervals + 2,)."""
+        """Return the states b, a and c (3, points) that belong to unknowns (intervals + 2,)."""
         n = self.count
         states = self.maps[:, 0] * x[:n] + self.maps[:, 1] * x[1 : n + 1] + self.maps[:, 2] * x[2:]
         return states.reshape(3, -1)

@@ -21,12 +21,12 @@ class RateLimits(NamedTuple):
     jerk: FloatArray
 
     def slowed(self, factors: FloatArray) -> RateLimits:
-        """The limits to which the same motions in `factors` (rows,) times the time are as near as to these."""
+        """Return the limits to which the same motions in `factors` (rows,) times the time are as near as to these."""
         k = factors[:, None]
         return RateLimits(self.velocity / k, self.acceleration / k**2, self.jerk / k**3)
 
     def of(self, rows: np.ndarray) -> RateLimits:
-        """The limits of some rows."""
+        """Return the limits of some rows."""
         return RateLimits(self.velocity[rows], self.acceleration[rows], self.jerk[rows])
 
 
@@ -55,7 +55,7 @@ def with_ramps(travels: FloatArray, limits: RateLimits, asked: FloatArray) -> Ra
 
 
 def least_times(travels: FloatArray, limits: RateLimits) -> FloatArray:
-    """The times (rows, joints), s, that the tightest limit alone takes from rest to rest: most of the shortest time.
+    """Return times (rows, joints), s, that the tightest limit alone takes from rest to rest: most of the shortest time.
 
     Args:
         travels: Travels (rows, joints), rad or m, of any sign.

@@ -82,15 +82,15 @@ class Aim(ABC):
 
     @abstractmethod
     def value(self, states: FloatArray) -> float:
-        """The value of the objective at states (3, points); it is positive."""
+        """Return the value of the objective at states (3, points); it is positive."""
 
     @abstractmethod
     def slope(self, states: FloatArray) -> FloatArray:
-        """The derivative (3, points) of the objective by b, a and c."""
+        """Return the derivative (3, points) of the objective by b, a and c."""
 
     @abstractmethod
     def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """The second derivative (3, 3, points) of the objective, less that of 1 / sqrt(b) times `concave` (points,).
+        """Return second derivative (3, 3, points) of the objective, less that of 1 / sqrt(b) times `concave` (points,).
 
         Where the difference is not positive semidefinite, a matrix near to it that is stands in for it.
         """
@@ -107,17 +107,17 @@ class Duration(Aim):
         self.weights = (WEIGHTS[:, None] * widths).ravel()
 
     def value(self, states: FloatArray) -> float:
-        """The duration, s, at states (3, points)."""
+        """Return the duration, s, at states (3, points)."""
         return float((self.weights * states[0] ** -0.5).sum())
 
     def slope(self, states: FloatArray) -> FloatArray:
-        """The derivative (3, points) of the duration; only that by b is not 0."""
+        """Return the derivative (3, points) of the duration; only that by b is not 0."""
         slope = np.zeros_like(states)
         slope[0] = -0.5 * self.weights * states[0] ** -1.5
         return slope
 
     def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
-        """The second derivative (3, 3, points) by b, of which at least `LEAST_CURVATURE` remains."""
+        """Return the second derivative (3, 3, points) by b, of which at least `LEAST_CURVATURE` remains."""
         result = np.zeros((3, *states.shape))
         result[0, 0] = 0.75 * states[0] ** -2.5 * np.maximum(self.weights - concave, LEAST_CURVATURE * self.weights)
         return result
@@ -135,12 +135,12 @@ class AskedDurations(NamedTuple):
     durations: FloatArray
 
     def missed(self, b: FloatArray) -> FloatArray:
-        """The excess (parts,), s, of the durations over those that are asked."""
+        """Return the excess (parts,), s, of the durations over those that are asked."""
         missed: FloatArray = self.weights @ b**-0.5 - self.durations
         return missed
 
     def slopes(self, b: FloatArray) -> FloatArray:
-        """The derivatives (parts, 3, points) of the durations by b, a and c."""
+        """Return the derivatives (parts, 3, points) of the durations by b, a and c."""
         slopes = np.zeros((len(self.weights), 3, len(b)))
         slopes[:, 0] = -0.5 * self.weights * b**-1.5
         return slopes
@@ -165,7 +165,7 @@ def fastest_retiming(widths: FloatArray, limits: LinearLimits, tolerance: float)
 
 
 def _start(widths: FloatArray, limits: LinearLimits) -> FloatArray:
-    """A start (intervals + 2,) for a search for the fastest law, up to a factor: as smooth as it has to be.
+    """Return a start (intervals + 2,) for a search for the fastest law, up to a factor: as smooth as it has to be.
 
     It is what the limits would allow at each gridpoint if b were constant, the least of it near each interval, smoothed
     by moving averages.
@@ -287,7 +287,7 @@ class _Barrier:
         self.narrowing = 0.5 * limits.inverse * states[0] ** -1.5  # of the bounds, by b
 
     def slack_changes(self, change: FloatArray) -> FloatArray:
-        """The changes of the slacks (2, limits, points), to first order, when b, a and c change (3, points)."""
+        """Return the changes of the slacks (2, limits, points), to first order, when b, a and c change (3, points)."""
         values, narrowing = self.limits.values(change), self.narrowing * change[0]
         changes = np.empty_like(self.slacks)
         np.negative(np.add(values, narrowing, out=changes[0]), out=changes[0])
@@ -304,14 +304,14 @@ class _Barrier:
         return -float(np.log(together).sum())
 
     def force(self, push: FloatArray) -> FloatArray:
-        """The force (3, points) away from the limits, by the barrier's `push` (2, limits, points) on each slack."""
+        """Return force (3, points) away from the limits, by the barrier's `push` (2, limits, points) on each slack."""
         difference = push[1] - push[0]
         force = np.stack([_over_limits(difference, row) for row in self.rows])
         force[0] -= _over_limits(push[0] + push[1], self.narrowing)
         return force
 
     def stiffness(self, stiffness: FloatArray) -> FloatArray:
-        """The Hessian (3, 3, points) by b, a and c, by the stiffness (2, limits, points) of each slack."""
+        """Return the Hessian (3, 3, points) by b, a and c, by the stiffness (2, limits, points) of each slack."""
         upper, lower = stiffness
         both, pull = upper + lower, (upper - lower) * self.narrowing
         result = np.empty((3, 3, upper.shape[1]))
@@ -328,7 +328,7 @@ class _Barrier:
 
 
 def _over_limits(first: FloatArray, second: FloatArray) -> FloatArray:
-    """The sums (points,) over the limits of products (limits, points)."""
+    """Return the sums (points,) over the limits of products (limits, points)."""
     result: FloatArray = np.einsum("lp,lp->p", first, second)
     return result
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def time_through_waypoints(path: JointPath, run: Run) -> SegmentedPolynomial:
-    """The fastest law found along a smooth curve through the waypoints of a run, never slower than a stop at each.
+    """Give the fastest law found along a smooth curve through the waypoints of a run, never slower than a stop at each.
 
     A stop is the better way past waypoints that are next to each other: a smooth curve through two that are 1e-9 rad
     apart turns so sharply that a jerk-limited law along it all but stops there, and is hard to find.

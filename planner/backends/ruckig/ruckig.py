@@ -134,14 +134,14 @@ class Ruckig:
         return min([own, *found], key=lambda pieces: float(pieces.lengths.sum()))
 
     def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
-        """The motion that stops at each waypoint of a run."""
+        """Return the motion that stops at each waypoint of a run."""
         if self.synchronization == "phase":
             lines = path.straight_motions(run.segments)
             return joined(time_lines(path, lines, along_lines, partial(time_run, path)))
         return joined([self._time_joint_run(path, one, ends) for one in path.straight_runs(run.segments)])
 
     def _lines(self, path: JointPath, ends: EndStates) -> StraightMotions:
-        """The straight motions that one scalar law moves, from rest to rest."""
+        """Return the straight motions that one scalar law moves, from rest to rest."""
         motions = path.straight
         there = np.full(len(motions.segments), self.synchronization == "phase")
         there[motions.segments == path.moving[0]] &= not ends.starts_moving
@@ -150,7 +150,7 @@ class Ruckig:
 
 
 def _straightness(path: JointPath, run: Run) -> float:
-    """The mean magnitude of the cosine of the angle between the chords of a run that meet at a waypoint.
+    """Return the mean magnitude of the cosine of the angle between the chords of a run that meet at a waypoint.
 
     It is 1 where all waypoints are on one straight line, also one back and forth. Joints are measured by their velocity
     limits, and each waypoint counts by the shorter chord: noise turns short ones most.
@@ -163,7 +163,7 @@ def _straightness(path: JointPath, run: Run) -> float:
 
 
 def _along_curve(path: JointPath, run: Run) -> list[SegmentedPolynomial]:
-    """The fastest motion along a smooth curve through the waypoints; none if gravity exceeds a limit on its way."""
+    """Return fastest motion along a smooth curve through the waypoints; none if gravity exceeds a limit on its way."""
     with suppress(LimitsUnsatisfiable):
         return [time_run(path, smoothed(path, run))]
     return []

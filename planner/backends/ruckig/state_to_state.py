@@ -72,7 +72,7 @@ class ShortestTimes:
         self._output = ruckig.Trajectory(travels.size)
 
     def between(self, starts: Rates, ends: Rates) -> FloatArray:
-        """The shortest times (rows, joints); all of them are infinite where any of these motions is impossible."""
+        """Give the shortest times (rows, joints); all of them are infinite where any of these motions is impossible."""
         if not _calculate(self._library, self._input, self._output, starts, ends):
             return np.full(self.shape, np.inf)
         times: FloatArray = np.array(self._output.independent_min_durations).reshape(self.shape)
@@ -119,7 +119,7 @@ class Passages:
 def _input(
     travel: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray
 ) -> ruckig.InputParameter:
-    """The library's input for a motion from position 0 over a travel (joints,) within limits (joints,)."""
+    """Return the library's input for a motion from position 0 over a travel (joints,) within limits (joints,)."""
     asked = ruckig.InputParameter(len(travel))
     asked.target_position = travel.tolist()
     asked.max_velocity, asked.max_acceleration = velocity.tolist(), acceleration.tolist()
@@ -141,7 +141,7 @@ def _calculate(
 
 
 def _extremes(profiles: Sequence[ruckig.Profile]) -> tuple[FloatArray, FloatArray]:
-    """The least and the greatest position (profiles,) on the way; the library's `position_extrema` misses many."""
+    """Give the least and the greatest position (profiles,) on the way; the library's `position_extrema` misses many."""
     p, v, a, j, t = (np.array([getattr(profile, name) for profile in profiles]) for name in ("p", "v", "a", "j", "t"))
     ends = p
     p, v, a = p[:, :-1], v[:, :-1], a[:, :-1]

@@ -44,12 +44,12 @@ class MendedPassages:
         return sum(self._cost(segment, passage) for segment, passage in enumerate(self.passages))
 
     def _passage(self, segment: int, rates: Rates) -> Passage | None:
-        """The motion on a segment with rates (waypoints, joints); None: it is impossible."""
+        """Return the motion on a segment with rates (waypoints, joints); None: it is impossible."""
         (passage,) = self._passages.of([segment], *_ends(Rates(*(rate[segment : segment + 2] for rate in rates))))
         return passage
 
     def _cost(self, segment: int, passage: Passage | None) -> float:
-        """The time of a motion on a segment, and its weighted violations; infinite: it is impossible."""
+        """Return the time of a motion on a segment, and its weighted violations; infinite: it is impossible."""
         if passage is None:
             return np.inf
         asked = self.problem.asked[segment]
@@ -128,7 +128,7 @@ class MendedPassages:
         return True
 
     def _shortest(self) -> FloatArray:
-        """The shortest times (segments, joints) of the single joints."""
+        """Return the shortest times (segments, joints) of the single joints."""
         return self._times.between(*_ends(self.rates))
 
     def motion(self, problem: ViaProblem, length: FloatArray, time: float) -> ViaMotion | None:
@@ -167,5 +167,5 @@ class MendedPassages:
 
 
 def _ends(rates: Rates) -> tuple[Rates, Rates]:
-    """The rates (segments, joints) at the start and at the end of each segment, from those at waypoints."""
+    """Return the rates (segments, joints) at the start and at the end of each segment, from those at waypoints."""
     return Rates(*(rate[:-1] for rate in rates)), Rates(*(rate[1:] for rate in rates))

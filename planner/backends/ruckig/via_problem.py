@@ -75,7 +75,7 @@ class ViaProblem:
         return replace(self, positions=np.where(moves, self.positions, self.positions[0]))
 
     def units(self) -> tuple[FloatArray, float]:
-        """The lengths (joints,), m or rad, and the time, s, in which the search is about 1.
+        """Return the lengths (joints,), m or rad, and the time, s, in which the search is about 1.
 
         They are each joint's largest travel and the mean segment. A joint that hardly moves is measured by what it
         could travel: by its own travel, its limits would be out of all proportion.

@@ -145,7 +145,7 @@ class _Program:
         self.widened = np.where(slacks < NO_ROOM * margin, margin - slacks, 0.0)
 
     def _start(self, problem: ViaProblem) -> _Point:
-        """The point at which the search begins: at rest at all inner waypoints, with the least jerks there are."""
+        """Give the point at which the search begins: at rest at all inner waypoints, with the least jerks there are."""
         count, joints = problem.travels.shape
         times = np.zeros(count)
         for power in (1, 2, 3):
@@ -159,14 +159,14 @@ class _Program:
         return _Point(np.maximum(times, self.shortest) * SLOWER, states, free)
 
     def _scales(self, times: FloatArray) -> FloatArray:
-        """The factors (segments, 1, unknowns) from the unknowns of a segment to those on a segment of duration 1."""
+        """Return factors (segments, 1, unknowns) from the unknowns of a segment to those on a segment of duration 1."""
         scales = np.ones((len(times), 1, self.grid.rows.shape[1]))
         scales[:, 0, 0] = scales[:, 0, 2] = times
         scales[:, 0, 1] = scales[:, 0, 3] = times**2
         return scales
 
     def _slacks(self, point: _Point) -> FloatArray:
-        """The slacks, flat: those of the upper and the lower limits, then those of the durations (segments,)."""
+        """Return the slacks, flat: those of the upper and the lower limits, then those of the durations (segments,)."""
         ends = np.concatenate([point.states[:-1], point.states[1:]], axis=-1)
         unknowns = self._scales(point.times) * np.concatenate([ends, point.free], axis=-1)
         values = self.by_travel + unknowns @ self.grid.rows.T

@@ -126,7 +126,7 @@ class _JointRun:
         self.at_rest = not (self.starts_moving or self.ends_moving)
 
     def time(self) -> tuple[SegmentedPolynomial, bool]:
-        """The pieces of the best candidate, and whether it was slowed down."""
+        """Return the pieces of the best candidate, and whether it was slowed down."""
         idle = np.flatnonzero(least_times(self.problem.travels, self.problem.limits).max(axis=1) <= 0.0)
         if len(idle):
             raise no_duration_error(int(self.segments[idle[0]]))
@@ -156,7 +156,7 @@ class _JointRun:
         return too_short
 
     def _least_stopping(self) -> float:
-        """The time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it."""
+        """Return the time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it."""
         d = np.abs(self.problem.travels)
         with np.errstate(divide="ignore"):
             times = s_curves(*((limit / d).ravel() for limit in self.problem.limits))[0].reshape(d.shape)
@@ -259,7 +259,7 @@ class _JointRun:
         return int(k), int(joint), float(motion.lowest[k, joint]), float(self.problem.lower[joint])
 
     def _leaves_limits(self) -> JointPositionLimit | LimitsUnsatisfiable:
-        """The refusal where the motion at the ends leaves no way, or none within the position limits."""
+        """Return the refusal where the motion at the ends leaves no way, or none within the position limits."""
         motion = pass_waypoints(self.problem, stopping=True)
         beyond = None if motion is None else self._outside(motion)
         rates = (*self.problem.start, self.problem.end.velocity)
@@ -280,7 +280,7 @@ class _JointRun:
         )
 
     def _infeasible_error(self, candidate: _Candidate, stop_times: FloatArray | None) -> InfeasibleDuration:
-        """The refusal of asked durations, with longer ones as remedies that are found by trying them."""
+        """Return the refusal of asked durations, with longer ones as remedies that are found by trying them."""
         short = self._too_short(candidate)
         needed = self._longer_durations(candidate.durations, stop_times)
         first = int(np.flatnonzero(short)[0])

@@ -94,7 +94,7 @@ class _Search:
         return self.rates(np.zeros(self._shape))
 
     def rates(self, x: FloatArray) -> Rates:
-        """The rates (waypoints, joints) that belong to variables (2, inner waypoints, joints)."""
+        """Return the rates (waypoints, joints) that belong to variables (2, inner waypoints, joints)."""
         inner, start, end = self._inner_rates(x), self.problem.start, self.problem.end
         return Rates(
             np.vstack([start.velocity, inner.velocity, end.velocity]),
@@ -102,18 +102,18 @@ class _Search:
         )
 
     def _inner_rates(self, x: FloatArray) -> Rates:
-        """The rates (..., inner waypoints, joints) that belong to variables (..., 2, inner waypoints, joints)."""
+        """Give the rates (..., inner waypoints, joints) that belong to variables (..., 2, inner waypoints, joints)."""
         share = np.clip(x, -1.0, 1.0)
         acceleration = share[..., 1, :, :] * self.acceleration
         velocity = share[..., 0, :, :]
         return Rates(velocity * self._viable.highest(acceleration, velocity), acceleration)
 
     def passages(self, rates: Rates) -> MendedPassages:
-        """The motions with these rates (waypoints, joints)."""
+        """Return the motions with these rates (waypoints, joints)."""
         return MendedPassages(self.problem, rates)
 
     def nearest(self, rates: Rates) -> Rates:
-        """The nearest rates that are possible."""
+        """Return the nearest rates that are possible."""
         return self.rates(self._variables(rates))
 
     def polished(self, rates: Rates) -> MendedPassages:
@@ -139,7 +139,7 @@ class _Search:
         return passages
 
     def _variables(self, rates: Rates) -> FloatArray:
-        """The variables (2, inner waypoints, joints) of rates, or of the nearest rates that are possible."""
+        """Return the variables (2, inner waypoints, joints) of rates, or of the nearest rates that are possible."""
         velocity, acceleration = (rate[1:-1] for rate in rates)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(np.nan_to_num(acceleration / self.acceleration), -1.0, 1.0)
@@ -168,11 +168,11 @@ class _Search:
         return x
 
     def _batch(self, rows: np.ndarray) -> ShortestTimes:
-        """The shortest times of some of the segments."""
+        """Return the shortest times of some of the segments."""
         return ShortestTimes(self.problem.travels[rows], self.problem.limits.of(rows))
 
     def _costs(self, times: FloatArray, segments: np.ndarray) -> FloatArray:
-        """The costs (trials, segments, joints) of segments where one joint takes another time; first, as it is."""
+        """Give the costs (trials, segments, joints) of segments where one joint takes another time; first, as it is."""
         own = times[:1]
         longest = np.maximum(own.max(axis=2, keepdims=True), LIMIT_TOLERANCE)
         with np.errstate(over="ignore"):

@@ -58,7 +58,7 @@ class ViableSpeeds:
         return np.maximum(speed - change, 0.0)
 
     def _stopping(self, room: FloatArray) -> FloatArray:
-        """The highest speed (..., joints) without acceleration from which a joint stops within its room."""
+        """Return the highest speed (..., joints) without acceleration from which a joint stops within its room."""
         room = np.maximum(room, 0.0)
         eased = np.cbrt(room**2 * self._finite_jerk)
         half = self._eased / 2.0

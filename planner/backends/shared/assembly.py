@@ -30,7 +30,7 @@ def sampled(pieces: SegmentedPolynomial, count: int) -> tuple[FloatArray, FloatA
 
 
 def largest_speeds(pieces: SegmentedPolynomial) -> FloatArray:
-    """The largest speeds (pieces, joints) of cubic pieces: at their ends, or where the acceleration vanishes."""
+    """Return the largest speeds (pieces, joints) of cubic pieces: at their ends, or where the acceleration vanishes."""
     h = pieces.lengths[:, None]
     v, a = differentiate(pieces.coefficients), differentiate(pieces.coefficients, 2)
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -83,7 +83,7 @@ class InteriorPoint:
 
     @classmethod
     def on_central_path(cls, slacks: FloatArray, barrier: float) -> InteriorPoint:
-        """The point with these slacks at which each s z is the barrier."""
+        """Return the point with these slacks at which each s z is the barrier."""
         return cls(slacks, barrier / slacks)
 
     @property
@@ -92,7 +92,7 @@ class InteriorPoint:
         return float(np.einsum("i,i->", self.slacks.ravel(), self.duals.ravel()))
 
     def towards(self, barrier: float) -> NewtonTerms:
-        """The terms of Newton's system for the point of the central path with a barrier."""
+        """Return the terms of Newton's system for the point of the central path with a barrier."""
         return NewtonTerms(barrier / self.slacks, self.duals / self.slacks)
 
     def step(
@@ -107,18 +107,18 @@ class InteriorPoint:
         )
 
     def moved(self, slacks: FloatArray, step: InteriorStep) -> InteriorPoint:
-        """The next point: its slacks, which the program knows exactly, and its duals by the step."""
+        """Return the next point: its slacks, which the program knows exactly, and its duals by the step."""
         return InteriorPoint(slacks, self.duals + step.dual * step.dual_changes)
 
 
 def longest_step(values: FloatArray, changes: FloatArray, share_to_boundary: float = SHARE_TO_BOUNDARY) -> float:
-    """The share of a step, at most 1, that goes no further than a share of the way to where a positive value is 0."""
+    """Return the share of a step, at most 1, up to a share of the way to where a positive value is 0."""
     fastest = -float((changes / values).min(initial=0.0))
     return 1.0 if fastest <= share_to_boundary else share_to_boundary / fastest
 
 
 def next_centring(made: float, least: float) -> float:
-    """The share of the mean complementarity that is the next barrier.
+    """Return the share of the mean complementarity that is the next barrier.
 
     Args:
         made: Share of the last Newton step that could be made; the shorter of the primal and the dual one.
@@ -147,14 +147,14 @@ class QuadraticProgram(NamedTuple):
     upper: FloatArray
 
     def slacks(self, x: FloatArray) -> FloatArray:
-        """The slacks (limits + 2 variables,) of the limits, of the lower and of the upper bounds."""
+        """Return the slacks (limits + 2 variables,) of the limits, of the lower and of the upper bounds."""
         return np.concatenate([self.bounds - self.matrix @ x, x - self.lower, self.upper - x])
 
 
 def solve_quadratic_program(
     program: QuadraticProgram, start: FloatArray, is_solved: Callable[[FloatArray, float], bool]
 ) -> FloatArray:
-    """The minimum (variables,), as near to it as is asked.
+    """Return the minimum (variables,), as near to it as is asked.
 
     Args:
         program: The program, in units in which cost and variables are about 1.

@@ -49,7 +49,7 @@ class BindingLimit(NamedTuple):
 def infeasible_duration_error(
     asked: float, too_short: Mapping[int, float], binding: BindingLimit
 ) -> InfeasibleDuration:
-    """The error where durations are too short.
+    """Return the error where durations are too short.
 
     Args:
         asked: The duration asked of the first segment that is too short, s.
@@ -74,7 +74,7 @@ def infeasible_duration_error(
 
 
 def no_duration_error(segment: int) -> LimitsUnsatisfiable:
-    """The error where a duration is to be the shortest, and nothing sets it."""
+    """Return the error where a duration is to be the shortest, and nothing sets it."""
     return LimitsUnsatisfiable(
         f"segment {segment} has neither a duration nor a velocity or acceleration limit that would set one",
         segment=segment,
@@ -83,7 +83,7 @@ def no_duration_error(segment: int) -> LimitsUnsatisfiable:
 
 
 def ramps_error(binding: BindingLimit) -> LimitsUnsatisfiable:
-    """The error where given times of acceleration and deceleration break a limit at every duration that is tried."""
+    """Return error where given times of acceleration and deceleration break a limit at every duration that is tried."""
     return LimitsUnsatisfiable(f"no duration was found with which these ramps keep {binding.named}")
 
 
@@ -113,7 +113,7 @@ def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: Flo
 
 
 def duration_of_run(path: JointPath, run: Run) -> float:
-    """The duration asked of a run as a whole, s; NaN: none.
+    """Return the duration asked of a run as a whole, s; NaN: none.
 
     Raises:
         InvalidProblem: It is asked of one of several segments: this back end cannot say when it passes a waypoint.

@@ -156,7 +156,7 @@ def _infeasible_error(
     shortest: FloatArray,
     short: np.ndarray,
 ) -> InfeasibleDuration:
-    """The error where the asked durations of the rows `short` are shorter than the shortest (segments,), s."""
+    """Return the error where the asked durations of the rows `short` are shorter than the shortest (segments,), s."""
     row = int(short[0])
     by_joint = {quantity: float(bound[row].max()) for quantity, bound in bounds.items()}
     quantity = max(by_joint, key=by_joint.__getitem__)

@@ -67,14 +67,14 @@ class SampledLimits:
         """
 
         def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-            """The factors (N, limits) that samples of pieces `at` (N,) need."""
+            """Return the factors (N, limits) that samples of pieces `at` (N,) need."""
             torque = partial(self._stretch_for_torque, segments=pieces.segments[at], q=q, v=v, a=a)
             return self._of_samples(rows[at], q, v, torque)
 
         return _peaks(needed, pieces, groups, above)
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
-        """The largest share (pieces,) of one of these limits that each piece uses.
+        """Return the largest share (pieces,) of one of these limits that each piece uses.
 
         Args:
             pieces: The motion, in pieces of positive length.
@@ -82,7 +82,7 @@ class SampledLimits:
         """
 
         def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-            """The shares (N, limits) that samples of pieces `at` (N,) use."""
+            """Return the shares (N, limits) that samples of pieces `at` (N,) use."""
             torques = partial(self.dynamics.torques, pieces.segments[at], q, v, a)
             return self._of_samples(rows[at], q, v, lambda limit: np.abs(torques()) / limit)
 
@@ -104,7 +104,7 @@ class SampledLimits:
     def _stretch_for_torque(
         self, limit: FloatArray, segments: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray
     ) -> FloatArray:
-        """The factors (N, joints) on time T: the torque of q(t / T) is g + b / T^2, b that of T = 1 without gravity."""
+        """Return factors (N, joints) on time T: the torque of q(t / T) is g + b / T^2, b that of T = 1 less gravity."""
         still = np.zeros_like(q)
         states = ([q, q], [still, v], [still, a])
         gravity, torque = self.dynamics.torques(segments, *map(np.array, states))
@@ -133,7 +133,7 @@ def _peaks(
     states = derivatives[:3]
 
     def values(pieces: np.ndarray, units: FloatArray) -> FloatArray:
-        """The values (N, columns) at unit times (N,) of pieces (N,)."""
+        """Return the values (N, columns) at unit times (N,) of pieces (N,)."""
         return of_samples(pieces, *states.evaluate(pieces, units))
 
     columns = motion.coefficients.shape[1] + len(TCP_QUANTITIES)

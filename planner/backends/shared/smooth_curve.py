@@ -24,7 +24,7 @@ def smoothed(path: JointPath, run: Run) -> Run:
 
 
 def smooth_curve(path: JointPath, run: Run) -> SegmentedPolynomial:
-    """The natural cubic spline through the waypoints of a run that is one, over the lengths of the run's own curve.
+    """Return natural cubic spline through the waypoints of a run that is one, over the lengths of the run's own curve.
 
     Those are chords, measured by the joints' velocity limits. A joint that would overshoot its position limits is
     pulled towards the run's own curve, which keeps them.

@@ -35,7 +35,7 @@ SPEED_SAMPLES = 17
 
 
 def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.ndarray) -> SegmentedPolynomial:
-    """A time law over several segments, with a breakpoint wherever one ends.
+    """Return a time law over several segments, with a breakpoint wherever one ends.
 
     Args:
         law: s(t), ascending.
@@ -49,7 +49,7 @@ def split_at_knots(law: PiecewisePolynomial, knots: FloatArray, segments: np.nda
 
 
 def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
-    """The motion q(s(t)): quintics in time that meet its position, velocity and acceleration at both of their ends.
+    """Return motion q(s(t)): quintics in time that meet its position, velocity and acceleration at both of their ends.
 
     They are halved until they keep to the curve within the run's tolerance. Between the pieces of the law the
     acceleration may jump, as the law's does.
@@ -85,7 +85,7 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
 def _split_pieces(
     law: PiecewisePolynomial, knots: FloatArray, s: FloatArray
 ) -> tuple[np.ndarray, FloatArray, FloatArray]:
-    """The pieces of a law cut where it passes knots: index of the piece, local start and end of each part, all (N,).
+    """Return pieces of a law cut where it passes knots: index of the piece, local start and end of each part, all (N,).
 
     These moments are found by bisection, as the law ascends. A knot that only rounding tells from an end of a piece is
     that end; two knots may be as near to each other as waypoints are, 1e-10 of the curve.
@@ -142,6 +142,6 @@ class ToolSpeeds:
             self.shares = np.maximum(speeds[0] / limit[0], speeds[1] / limit[1])
 
     def shares_at(self, s: FloatArray) -> FloatArray:
-        """The shares at path positions of any shape, by linear interpolation."""
+        """Return the shares at path positions of any shape, by linear interpolation."""
         shares: FloatArray = np.interp(s, self.gridpoints, self.shares)
         return shares

@@ -32,7 +32,7 @@ class TimeScaling(NamedTuple):
 
 
 def slowest(needed: Iterable[TimeScaling]) -> TimeScaling:
-    """The one with the largest factor."""
+    """Return the one with the largest factor."""
     return max(needed, key=lambda scaling: scaling.factor)
 
 
@@ -79,7 +79,7 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 def scaled_to_duration(
     path: JointPath, run: Run, asked: float, pieces: SegmentedPolynomial, enforced: frozenset[str]
 ) -> SegmentedPolynomial:
-    """The motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
+    """Give the motion of a run stretched evenly, to the duration asked of it or to the shortest that keeps its limits.
 
     Args:
         path: The path, with its limits.

@@ -48,7 +48,7 @@ class _Banded:
         return cls(diagonals)
 
     def solve(self, right: FloatArray) -> FloatArray:
-        """The solution (n, m) for right sides (n, m), by elimination within the band."""
+        """Return the solution (n, m) for right sides (n, m), by elimination within the band."""
         from scipy.linalg import solve_banded  # loaded by the first spline: importing the library stays quick
 
         if not len(right):
@@ -178,7 +178,7 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
 
 @lru_cache
 def _hermite(degree: Degree) -> tuple[FloatArray, np.ndarray]:
-    """The matrix (degree + 1, degree) from `ends` to powers of unit time, and the orders (degree,) of these values."""
+    """Return the matrix (degree + 1, degree) from `ends` to powers of unit time, and their orders (degree,)."""
     known = range(1, (degree + 1) // 2)
     orders = np.array([0, *known, *known])
     conditions = np.zeros((degree, degree))
@@ -193,7 +193,7 @@ def _hermite(degree: Degree) -> tuple[FloatArray, np.ndarray]:
 
 @lru_cache
 def _matched_derivatives(degree: Degree) -> tuple[FloatArray, FloatArray]:
-    """The derivatives that have to match at a waypoint, by `ends`, at unit times 0 and 1; each (k, degree)."""
+    """Return the derivatives that have to match at a waypoint, by `ends`, at unit times 0 and 1; each (k, degree)."""
     matched = np.arange((degree + 1) // 2, degree)
     hermite = _hermite(degree)[0]
     zeros = np.zeros(len(matched))
@@ -202,12 +202,12 @@ def _matched_derivatives(degree: Degree) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache
 def _falling_factorials(degree: Degree) -> FloatArray:
-    """The factors (degree + 1, degree + 1) of the power k (column) when it is differentiated r (row) times."""
+    """Return the factors (degree + 1, degree + 1) of the power k (column) when it is differentiated r (row) times."""
     return np.array([[float(perm(power, order)) for power in range(degree + 1)] for order in range(degree + 1)])
 
 
 def _monomials(degree: Degree, order: np.ndarray, u: FloatArray) -> FloatArray:
-    """The derivatives (points, degree + 1) of the powers 0 to `degree` of orders (points,) at u (points,)."""
+    """Return the derivatives (points, degree + 1) of the powers 0 to `degree` of orders (points,) at u (points,)."""
     exponents = np.maximum(np.arange(degree + 1) - order[:, None], 0)
     values: FloatArray = _falling_factorials(degree)[order] * u[:, None] ** exponents
     return values

@@ -99,15 +99,15 @@ class _Timing(ABC):
 
     @abstractmethod
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
-        """The motion with these durations (intervals,)."""
+        """Return the motion with these durations (intervals,)."""
 
     def _infeasible_error(self, needed: dict[int, TimeScaling]) -> InfeasibleDuration:
-        """The error that names the segment which needs the largest factor on its time."""
+        """Return the error that names the segment which needs the largest factor on its time."""
         worst = max(needed, key=lambda segment: needed[segment].factor)
         return self.too_short_error(needed[worst], worst)
 
     def too_short_error(self, needed: TimeScaling, segment: int) -> InfeasibleDuration:
-        """The error where all asked durations would have to be longer by a factor."""
+        """Return the error where all asked durations would have to be longer by a factor."""
         asked = self.path.durations
         given = [k for k in self.run.segments.tolist() if not np.isnan(asked[k])]
         given.sort(key=lambda k: k != segment)
@@ -124,7 +124,7 @@ class _SplineTiming(_Timing):
         self.positions = path.positions_of(run)
 
     def first_durations(self) -> FloatArray:
-        """The durations of the shortest spline that is found."""
+        """Return the durations of the shortest spline that is found."""
         limits = self.path.limits.of(self.segments)
         try:
             return timed_spline(self.positions, limits, self.asked, self.degree).lengths
@@ -142,7 +142,7 @@ class _SplineTiming(_Timing):
             raise passing_error(ends, segment, name, overshoot.value, overshoot.limit) from None
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
-        """The spline with these durations: one polynomial a segment."""
+        """Return the spline with these durations: one polynomial a segment."""
         return interpolating_spline(self.positions, durations, self.degree).of_segments(self.segments)
 
 
@@ -160,7 +160,7 @@ class _CurveTiming(_Timing):
         self.tool_speeds = ToolSpeeds(path, run)
 
     def first_durations(self) -> FloatArray:
-        """The durations of the best law found; the intervals of a segment share its asked duration in proportion."""
+        """Return durations of the best law found; the intervals of a segment share its asked duration in proportion."""
         free = np.isnan(self.asked)
         single = self._single.lengths
         shape = self._shortest(single, np.full(len(free), np.nan))
@@ -176,7 +176,7 @@ class _CurveTiming(_Timing):
         return next((durations for durations in paces if self._ascends(durations)), slow)
 
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
-        """The motion along the curve under the law with these durations, in quintics."""
+        """Return the motion along the curve under the law with these durations, in quintics."""
         if self._ascends(durations):
             return follow_curve(self.run, self._law(durations))
         if np.isnan(self.asked).all():
@@ -184,7 +184,7 @@ class _CurveTiming(_Timing):
         raise self._runs_backwards_error()
 
     def _shortest(self, start: FloatArray, asked: FloatArray) -> FloatArray:
-        """The shortest durations (intervals,), s, that are found from `start` on beside those asked."""
+        """Return the shortest durations (intervals,), s, that are found from `start` on beside those asked."""
         return shortest_durations(self._evaluate, start, asked)[0]
 
     def _evaluate(self, durations: FloatArray) -> Evaluation:
@@ -205,7 +205,7 @@ class _CurveTiming(_Timing):
         return split_at_knots(interpolating_spline(ends, np.ones(1), self.degree), self.knots[1:-1], self.segments)
 
     def _law(self, durations: FloatArray) -> SegmentedPolynomial:
-        """The time law s(t) with these durations (intervals,), s."""
+        """Return the time law s(t) with these durations (intervals,), s."""
         return interpolating_spline(self.knots[:, None], durations, self.degree).of_segments(self.segments)
 
     def _samples(self, durations: FloatArray, units: FloatArray) -> tuple[FloatArray, float]:
@@ -234,7 +234,7 @@ class _CurveTiming(_Timing):
         return factors, float(ds.min())
 
     def _runs_backwards_error(self) -> InfeasibleDuration:
-        """The error where the asked durations leave no law that never runs backwards."""
+        """Return the error where the asked durations leave no law that never runs backwards."""
         given = np.unique(self.segments[~np.isnan(self.asked)])
         segment = int(given[0])
         return InfeasibleDuration(

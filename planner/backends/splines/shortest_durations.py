@@ -83,7 +83,7 @@ class Assessment(Protocol):
         """The excess over the position limits, relative to the motion; 0: none."""
 
     def linearise(self) -> LinearisedLimits:
-        """The limits that a change of the durations could break, and those broken."""
+        """Return the limits that a change of the durations could break, and those broken."""
 
 
 A = TypeVar("A", bound=Assessment)

@@ -130,7 +130,7 @@ class SplineAgainstLimits:
         return overshoot if overshoot > OVERSHOOT_TOLERANCE else 0.0
 
     def linearise(self) -> LinearisedLimits:
-        """The peaks that a change of the durations could bring over their limits, and those over them."""
+        """Return the peaks that a change of the durations could bring over their limits, and those over them."""
         near = np.where(self.order > 0, self.excess > np.log(NEAR * self.ratios.max()), self.excess > -NEAR_POSITION)
         peaks = (self.segment[near], self.joint[near], self.order[near], self.u[near])
         slopes = self.spline.sensitivities(*peaks) * self.weight[near, None]
@@ -147,7 +147,7 @@ class SplineAgainstLimits:
         raise PositionOvershoot(int(self.segment[worst]), joint, value, float(bound[joint]))
 
     def too_short_error(self) -> DurationsTooShort:
-        """The error that names the worst rate."""
+        """Return the error that names the worst rate."""
         rates = np.flatnonzero(self.order > 0)
         worst = rates[np.argmax(self.excess[rates])]
         segment, joint = int(self.segment[worst]), int(self.joint[worst])
@@ -210,7 +210,7 @@ def hold_against_limits(
 
 
 def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray) -> FloatArray:
-    """The magnitudes (segments, joints, 2) at unit times 0 and 1, as ratios to what is allowed."""
+    """Return the magnitudes (segments, joints, 2) at unit times 0 and 1, as ratios to what is allowed."""
     values: FloatArray = np.stack([coefficients[..., 0], coefficients.sum(axis=2)], axis=2)
     return np.abs(values) / allowed[..., None]
 

@@ -85,7 +85,7 @@ class Toppra:
             object.__setattr__(self, "guarantees", ALL_HARD)
 
     def parametrize(self, path: JointPath) -> Trajectory:
-        """The fastest motion along the path; where a duration is asked, the same stretched evenly."""
+        """Return the fastest motion along the path; where a duration is asked, the same stretched evenly."""
         if self.jerk_limited:
             return _with_limited_jerk(path)
         try:
@@ -96,13 +96,13 @@ class Toppra:
 
 
 def _with_limited_jerk(path: JointPath) -> Trajectory:
-    """The fastest motion found along the path that keeps the jerk limits, too."""
+    """Return the fastest motion found along the path that keeps the jerk limits, too."""
     lines = time_lines(path, path.straight, along_lines, partial(time_run, path))
     return assemble(path, [*lines, *(time_through_waypoints(path, run) for run in path.runs)])
 
 
 def _time_optimal(path: JointPath, kept: frozenset[str]) -> Trajectory:
-    """The fastest motion along the path.
+    """Return the fastest motion along the path.
 
     Raises:
         SolverFailed: The package's solver found no profile.
@@ -123,7 +123,7 @@ def _lines(path: JointPath, motions: StraightMotions, kept: frozenset[str]) -> l
 def _unless_stopping_is_faster(
     path: JointPath, run: Run, timed: SegmentedPolynomial, kept: frozenset[str]
 ) -> SegmentedPolynomial:
-    """The motion of a run; where the way between its waypoints is free, never slower than a stop at each of them.
+    """Give the motion of a run; where the way between its waypoints is free, never slower than a stop at each of them.
 
     Where velocity limits alone count, straight lines are the shortest way, and stops cost little.
     """
@@ -174,7 +174,7 @@ def _time(path: JointPath, runs: Sequence[Run], kept: frozenset[str]) -> Segment
 
 
 def _fastest(path: JointPath, runs: Sequence[Run]) -> Profile:
-    """The fastest profile along the runs; where what lies between waypoints is free, along the faster of two curves.
+    """Return fastest profile along the runs; where what lies between waypoints is free, along the faster of two curves.
 
     That is nearly always the smoother one, and a look at the other on few intervals settles it.
     """
@@ -208,7 +208,7 @@ def _fastest(path: JointPath, runs: Sequence[Run]) -> Profile:
 def _within_limits(
     path: JointPath, profile: Profile, tolerances: FloatArray, kept: frozenset[str]
 ) -> tuple[SegmentedPolynomial, dict[int, TimeScaling]]:
-    """The fastest motion, and how its segments are still to be scaled in time: hardly at all.
+    """Return the fastest motion, and how its segments are still to be scaled in time: hardly at all.
 
     Between the places where limits are computed they may be broken. Where one is, by more than a little, the intervals
     of that segment are halved; if that does not help, its limits are tightened.

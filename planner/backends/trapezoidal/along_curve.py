@@ -77,7 +77,7 @@ def time_run_with_ramps(
     knots = run.curve.breakpoints[run.waypoint_knots[1:-1]]
 
     def at(duration: float) -> tuple[SegmentedPolynomial, TimeScaling]:
-        """The motion in a duration, s, and how it has to be scaled in time to keep its limits."""
+        """Return the motion in a duration, s, and how it has to be scaled in time to keep its limits."""
         law = law_of(duration)
         whole = PiecewisePolynomial(law.lengths, law.coefficients * run.curve.breakpoints[-1])
         pieces = follow_curve(run, split_at_knots(whole, knots, run.segments))
@@ -98,7 +98,7 @@ def time_run_with_ramps(
 
 
 def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
-    """The fastest law over all `SHARES` of the acceleration limits for the curvature."""
+    """Return the fastest law over all `SHARES` of the acceleration limits for the curvature."""
     knots, segments = run.curve.breakpoints[run.knots], run.curve.segments[run.knots[:-1]]
     lengths = np.diff(knots)
     unit = (np.arange(SAMPLES) + 0.5) / SAMPLES

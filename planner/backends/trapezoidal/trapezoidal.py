@@ -64,7 +64,7 @@ class Trapezoidal:
         return assemble(path, [_with_times(path.straight, t1, t3), *runs])
 
     def _times(self) -> tuple[float, float] | None:
-        """The times of acceleration and of braking, s; None: the limits set them."""
+        """Return the times of acceleration and of braking, s; None: the limits set them."""
         t1, t3 = self.acceleration_time, self.deceleration_time
         if t1 is None:
             return None if t3 is None else (t3, t3)
@@ -111,12 +111,12 @@ def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPoly
 
 
 def _law(t1: float, t3: float, duration: float) -> PiecewisePolynomial:
-    """The law s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
+    """Return the law s(t) from 0 to 1 in `duration`, which the ramps t1 and t3 fit into."""
     return _trapezoids(np.array([t1 / duration]), np.array([t3 / duration])).stretched(duration)
 
 
 def _trapezoids(t1: FloatArray, t3: FloatArray) -> SegmentedPolynomial:
-    """The laws on unit time that accelerate for t1 (segments,), brake for t3, and cruise between if time is left."""
+    """Return laws on unit time that accelerate for t1 (segments,), brake for t3, and cruise between if time is left."""
     peak = 1.0 / (1.0 - t1 / 2.0 - t3 / 2.0)
     cruise = 1.0 - t1 - t3
     cruise = np.where(cruise > ROUNDING, cruise, 0.0)
