@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 INTERVALS = 20
 """Number of intervals of time on which the highest derivative is constant: on straight lines with jerk limits the stop
-is slower than Ruckig's velocity interface by up to 6 % (0.325 s for 0.305 s)."""
+is slower than Ruckig's velocity interface by 1 to 8 %, and by up to 16 % soon after the start (0.110 s for 0.095 s)."""
 
 PROBES = np.array([0.0, 0.5, 1.0])
 """Shares of each interval at which limits are held."""
