@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
 
-ROUNDS = ((25, 10, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
+ROUNDS = ((50, 5, 3e-2), (31, 24, 3e-3), (250, 0, 1e-3))
 """Rounds of the search: the number of pieces of the law, those of each segment in addition, and the relative gap to the
 optimum that may be left. The last is for short lists: without it five blended lines took up to 2 % longer."""
 
@@ -95,11 +95,10 @@ def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
     if not np.isfinite(limits.along(law).scale(np.array([[1.0], [0.0], [0.0]]))):
         return limits.on_segments(law)  # nothing limits: any law will do
     for number, (count, each, gap) in enumerate(ROUNDS):
-        shares = law.lengths / law.lengths.sum()
-        parts = np.ceil(shares * (count + each * len(run.segments))).astype(int)
-        if parts.max() == 1:
-            continue  # it is as fine already
-        law = law.split(parts)
+        shares, wanted = law.lengths / law.lengths.sum(), count + each * len(run.segments)
+        if wanted < len(law.lengths):
+            continue
+        law = law.split(np.ceil(shares * wanted).astype(int))
         within = limits.along(law)
         law = retimed(law, fastest_retiming(law.lengths, _near(within) if number else within, gap))
     for refinement in range(MOST_REFINEMENTS):
