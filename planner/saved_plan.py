@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 VERSION = 1
 """The version of the form, without unit; it changes when what was saved before could not be read any more."""
 
+OF_THE_PATH = frozenset({"tcp_polynomials", "tcp_speed_report"})
+"""The parts of an answer that need the curves and tool motions of a plan's path."""
+
 ARRAYS = ("lengths", "coefficients", "segments", "arrivals", "departures")
 """The arrays of a trajectory, all of numbers of eight bytes."""
 
@@ -57,8 +60,8 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
         content: What `save_plan` wrote.
         problem: What was asked.
         backend: What put time on the path.
-        with_runs: Whether the curves of its path are needed, too, as for the polynomials of straight lines
-            (`line_polynomials`). The path is solved again for them; without, the plan's path has no runs.
+        with_runs: Whether the curves and tool motions of its path are needed, too, as for the parts `OF_THE_PATH`. The
+            path is solved again for them; without, the plan's path has none.
 
     Raises:
         ValueError: It is no plan of this version of the form.

@@ -218,12 +218,13 @@ def _rendered(result: Result, form: Format, definition: bytes | None, work: Work
 def _written(result: Result, form: Format, definition: bytes | None, work: Work) -> bytes:
     """Write a saved plan as the request alone would be answered."""
     from api.conversion import to_backend, to_planning_problem
-    from planner.saved_plan import load_plan
+    from planner.saved_plan import OF_THE_PATH, load_plan
 
     request: PlanRequest = validated(PlanRequest, decompressed(result.request), work.caps)
     asked, backend = to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
     options = export_options(request, definition)
-    return form.render(load_plan(result.result, asked, backend, "tcp_polynomials" in request.include), options)
+    with_runs = not OF_THE_PATH.isdisjoint(request.include)
+    return form.render(load_plan(result.result, asked, backend, with_runs), options)
 
 
 EXAMPLE = {"robot": "ngv_refuelling_arm", "waypoints": TWO_JOINT_POSITIONS, "backend": {"kind": "quintic"}}
