@@ -12,6 +12,9 @@ from planner.result import Plan
 
 JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
+AT_ONCE = 4096
+"""Number of pieces whose samples are looked at together, which bounds the memory that it takes."""
+
 
 def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
     """Evenly on every piece."""
@@ -56,6 +59,8 @@ def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
     bounds = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])[:, trajectory.segments]
     if np.isfinite(bounds).any():
         each = np.linspace(0.0, 1.0, 17)
-        times = (trajectory.breakpoints[:-1, None] + each * trajectory.lengths[:, None]).ravel()
-        speeds = np.array(tool_speeds(robot, *trajectory.evaluate(times, [0, 1])))
-        assert (speeds <= np.repeat(bounds, len(each), axis=1) * (1.0 + 1e-6)).all()
+        for first in range(0, len(trajectory.lengths), AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            times = (trajectory.breakpoints[:-1][part, None] + each * trajectory.lengths[part, None]).ravel()
+            speeds = np.array(tool_speeds(robot, *trajectory.evaluate(times, [0, 1])))
+            assert (speeds <= np.repeat(bounds[:, part], len(each), axis=1) * (1.0 + 1e-6)).all()
