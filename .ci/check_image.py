@@ -29,7 +29,7 @@ REQUEST = {
 
 
 def main() -> None:
-    """Runs every check; the first that fails ends the program with the service's log and a traceback."""
+    """Run every check; the first that fails ends the program with the service's log and a traceback."""
     root, config = sys.argv[1], json.loads(Path(sys.argv[2]).read_text())
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
     with tempfile.TemporaryFile("w+") as log:
@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def check_service(root: str, config: dict[str, Any], log: IO[str]) -> None:
-    """Starts the image's command as process 1, checks what it serves and how it stops."""
+    """Start the image's command as process 1, check what it serves and how it stops."""
     read_info, write_info = os.pipe()
     sandbox = ["--as-pid-1", "--unshare-pid", "--info-fd", str(write_info)]
     started = time.monotonic()
@@ -70,7 +70,7 @@ def check_service(root: str, config: dict[str, Any], log: IO[str]) -> None:
 
 
 def command(root: str, config: dict[str, Any], arguments: list[str], sandbox: list[str]) -> list[str]:
-    """The command line that runs arguments in the image: its user and environment, nothing writable but /dev/shm."""
+    """Return the command line that runs arguments in the image: as its user, nothing writable but /dev/shm."""
     user, group = config["User"].split(":")
     environment = [option for entry in config["Env"] for option in ("--setenv", *entry.split("=", 1))]
     return [
@@ -83,7 +83,7 @@ def command(root: str, config: dict[str, Any], arguments: list[str], sandbox: li
 
 
 def wait_until_ready(service: subprocess.Popen[bytes]) -> None:
-    """Polls /readyz until it answers 200."""
+    """Poll /readyz until it answers 200."""
     deadline = time.monotonic() + READY_TIMEOUT
     while True:
         assert service.poll() is None, f"the service ended with status {service.returncode}"
@@ -97,7 +97,7 @@ def wait_until_ready(service: subprocess.Popen[bytes]) -> None:
 
 
 def check_process(pid: int, user: int) -> None:
-    """The process runs as the image's user, who is not root, with no capability and a read-only root."""
+    """Check that the process runs as the image's user, who is not root, with no capability and a read-only root."""
     assert user > 0, "the image runs as root"
     status = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines())
     assert status["Uid"].split() == [str(user)] * 4, f"user ids {status['Uid']}"

@@ -63,7 +63,7 @@ class Law:
 
     @classmethod
     def of_order(cls, order: int) -> Law:
-        """The maps by integration from interval to interval."""
+        """Return the maps by integration from interval to interval."""
         h, count = 1.0 / INTERVALS, order + 2
         state = np.zeros((count, INTERVALS))  # from s on, at the start of an interval
         maps = np.zeros((count, INTERVALS, len(PROBES), INTERVALS))
@@ -76,7 +76,7 @@ class Law:
 
 
 def _integrated(state: FloatArray, time: float) -> FloatArray:
-    """A state and its derivatives, the last of which is constant, after a time: Taylor's formula."""
+    """Return a state and its derivatives, the last of which is constant, after a time: Taylor's formula."""
     result = np.zeros_like(state)
     for k in range(len(state)):
         factor = 1.0
@@ -123,7 +123,7 @@ class StopLimits:
             yield Term(kind, coefficients, offset, np.minimum(limit, np.maximum((1.0 - self.margin) * limit, own)))
 
     def _limited(self, s: FloatArray) -> list[Term]:
-        """What is limited: its kind, its coefficients, its offset and its limit, each (points, values)."""
+        """Return what is limited: its kind, its coefficients, its offset and its limit, each (points, values)."""
         q, first, second, third = self.path.evaluate(np.clip(s, 0.0, self.length), range(4))
         zero = np.zeros_like(first)
         terms: list[Term] = []

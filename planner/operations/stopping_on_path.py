@@ -119,7 +119,7 @@ def stop_on_path(
 def _fastest(
     robot: Robot, rest: Trajectory, limits: SegmentLimits, kept: frozenset[str], margin: float
 ) -> Trajectory | None:
-    """The fastest stop found; None: none that is over before the trajectory is."""
+    """Return the fastest stop found; None: none that is over before the trajectory is."""
     order = 2 if "jerk" in kept and np.isfinite(limits.jerk).all() else 1
     law, bounds = Law.of_order(order), StopLimits(robot, rest, limits, kept, margin)
     least, found = 0.0, None
@@ -146,7 +146,7 @@ def _fastest(
 
 
 def _constants(law: Law, bounds: StopLimits, duration: float, start: FloatArray | None) -> FloatArray | None:
-    """The constants (INTERVALS,), in units of the duration, of a law within all limits; None: none is found."""
+    """Return the constants (INTERVALS,), in units of the duration, of a law within all limits; None: none is found."""
     from scipy.optimize import linprog  # loaded by the first stop on a path: importing the library stays quick
 
     middles = (np.arange(INTERVALS) + 0.5) / INTERVALS
@@ -188,7 +188,7 @@ def _constants(law: Law, bounds: StopLimits, duration: float, start: FloatArray 
 
 
 def _states(law: Law, constants: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
-    """The path positions (points,) and sigma with its two derivatives (3, points) of a law."""
+    """Return the path positions (points,) and sigma with its two derivatives (3, points) of a law."""
     units = law.maps @ constants
     time = (np.arange(INTERVALS)[:, None] + PROBES).ravel() / INTERVALS
     s = duration * (time + units[0])
@@ -200,7 +200,7 @@ def _states(law: Law, constants: FloatArray, duration: float) -> tuple[FloatArra
 
 
 def _along(rest: Trajectory, law: Law, constants: FloatArray, duration: float) -> Trajectory:
-    """The motion along the path, in quintics that keep to it within the tolerance of timing."""
+    """Return the motion along the path, in quintics that keep to it within the tolerance of timing."""
     h = duration / INTERVALS
     starts = law.maps[:, :: len(PROBES)] @ constants  # at the first probe of each interval
     time = np.arange(INTERVALS) * h
