@@ -14,7 +14,7 @@ import pytest
 from api.pages import PAGE_BYTES, first_page
 from api.robot_content import RobotContent
 from api.schemas.robots import AddedRobot, RobotDescription, RobotsAnswer, RobotSummary
-from tests.api.odd_robots import ODD_ROBOTS, Odd
+from tests.api.refusals.odd_robots import ODD_ROBOTS, Odd
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, urdf_chain, urdf_robot
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from api.database.claims import MOST_BYTES, Outcome, beat, claim, definition_of,
 from api.database.robots import RobotBounds, add_robot, delete_robot
 from api.database.tables import batches, engines, items, robot_contents, robots
 from api.robot_content import RobotContent
-from tests.api.databases import engine, postgres
+from tests.api.database.databases import engine, postgres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.api.bad_requests import BAD_REQUESTS, PLAN, Bad
 from tests.api.conftest import WORKER_MEMORY_MIB
+from tests.api.refusals.bad_requests import BAD_REQUESTS, PLAN, Bad
 from tests.api.requests import plan_request
 
 if TYPE_CHECKING:

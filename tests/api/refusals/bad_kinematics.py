@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tests.api.bad_robots import INVALID, Bad
+from tests.api.refusals.bad_robots import INVALID, Bad
 from tests.api.requests import joint, pose_waypoint, relative_waypoint
 
 JACOBIAN = "/v1/kinematics/jacobian"

@@ -29,7 +29,7 @@ from api.robot_content import RobotContent
 from api.routes.ordinary import run_with_body
 from api.server.traffic import Traffic
 from api.settings import Settings
-from tests.api.databases import PostgresServer, engine, postgres
+from tests.api.database.databases import PostgresServer, engine, postgres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -16,7 +16,7 @@ from api.server import pool as pool_module
 from api.server.costs import CHEAP, Cost, Costs, Kind, kind_of
 from api.server.pool import WorkerPool
 from api.settings import Settings
-from tests.api.made_up_workers import MadeUpWorker
+from tests.api.server.made_up_workers import MadeUpWorker
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from tests.api.bad_kinematics import BAD_KINEMATICS
-from tests.api.bad_robots import BAD_ROBOTS, Bad
+from tests.api.refusals.bad_kinematics import BAD_KINEMATICS
+from tests.api.refusals.bad_robots import BAD_ROBOTS, Bad
 from tests.api.requests import IDENTITY, joint, plan_request, pose_waypoint, relative_waypoint, validate_request
 
 PLAN = "/v1/trajectories"

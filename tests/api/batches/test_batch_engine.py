@@ -18,7 +18,7 @@ from api.database.database import Database, sqlite_url
 from api.errors import DatabaseUnavailable, DeadlineExceeded
 from api.messages import Reply, Task
 from api.settings import Settings
-from tests.api.databases import PostgresServer, postgres
+from tests.api.database.databases import PostgresServer, postgres
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
