@@ -57,7 +57,7 @@ def parameters_on(curve: PiecewisePolynomial, samples: FloatArray) -> FloatArray
 
 
 def _refined(curve: PiecewisePolynomial, samples: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The parameters (N,) nearest to samples (N, joints) from guesses (N,) on, and the distances (N,) from there."""
+    """Return parameters (N,) nearest to samples (N, joints) from guesses (N,) on, and the distances (N,) from there."""
     for _ in range(STEPS):
         q, slope = curve.evaluate(u, [0, 1])
         u = np.clip(u + ((samples - q) * slope).sum(axis=1) / np.maximum((slope * slope).sum(axis=1), TINY), 0.0, 1.0)
@@ -66,7 +66,7 @@ def _refined(curve: PiecewisePolynomial, samples: FloatArray, u: FloatArray) -> 
 
 
 def _nearest_chords(samples: FloatArray, corners: FloatArray) -> np.ndarray:
-    """The chord (N,) of the polygon through corners (M, joints) that is nearest to each sample (N, joints)."""
+    """Return the chord (N,) of the polygon through corners (M, joints) that is nearest to each sample (N, joints)."""
     chords = np.diff(corners, axis=0)
     squares = np.maximum((chords**2).sum(axis=1), TINY)
     # Of s - a and a chord w: |s - a|^2 and (s - a) w, without an array of samples by chords by joints.
@@ -80,7 +80,7 @@ def _nearest_chords(samples: FloatArray, corners: FloatArray) -> np.ndarray:
 
 
 def _between(curve: PiecewisePolynomial, samples: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
-    """The parameters (N,) nearest to samples (N, joints) between two others (N,): by thirds, wherever a curve bends."""
+    """Find the parameters (N,) nearest to samples (N, joints) between two others (N,), by thirds."""
     for _ in range(SECTIONS):
         third = (last - first) / 3.0
         left, right = first + third, last - third

@@ -96,7 +96,7 @@ def certify_tool_path(
 def _deviations(
     trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
 ) -> Iterator[_Deviation]:
-    """The worst of each kind: near blended waypoints, and along all lines and all circles, with and without turns."""
+    """Give worst of each kind: near blended waypoints, and along all lines and all circles, with and without turns."""
     with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
     if not (with_tool or any(isinstance(waypoint.transition, BlendTransition) for waypoint in waypoints)):
         return
@@ -141,20 +141,20 @@ def _deviations(
 def _path_deviations(
     distances: FloatArray, angles: FloatArray | None, allowed: FloatArray, times: FloatArray
 ) -> Iterator[_Deviation]:
-    """The worst distance (N,) and angle (N,) from paths by what is allowed (N, 2), at times (N,)."""
+    """Return the worst distance (N,) and angle (N,) from paths by what is allowed (N, 2), at times (N,)."""
     yield _worst("path_position_deviation", distances, allowed[:, 0], times)
     if angles is not None:
         yield _worst("path_orientation_deviation", angles, allowed[:, 1], times)
 
 
 def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatArray) -> _Deviation:
-    """The value (N,) that is largest by its limit (N,)."""
+    """Return the value (N,) that is largest by its limit (N,)."""
     worst = int(np.argmax(values / limits))
     return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]))
 
 
 def _path(waypoint: AnyWaypoint, before: SolvedWaypoint, after: SolvedWaypoint) -> _Line | _Circle:
-    """The line or circle asked to a waypoint; an orientation that was left open at its start is the one reached."""
+    """Return line or circle asked to a waypoint; an orientation that was left open at its start is the one reached."""
     start = before.wanted if before.wanted.rotation is not None else before.pose
     if isinstance(waypoint.motion, CircularMotion):
         return _Circle.through(start, waypoint.motion.via, after.wanted)
@@ -199,7 +199,7 @@ def _distances(
     """
 
     def missed(u: FloatArray) -> FloatArray:
-        """The deviations (N, 3 or 6) of the tool from the path at shares (N,) of it, by their tolerances."""
+        """Return the deviations (N, 3 or 6) of the tool from the path at shares (N,) of it, by their tolerances."""
         position, rotation = path.poses(u)
         parts = [(position - positions) / tolerances[:, :1]]
         if rotation is not None:
@@ -242,7 +242,7 @@ class _Line:
 
     @classmethod
     def between(cls, start: Pose, end: Pose) -> _Line:
-        """The line from pose to pose."""
+        """Return the line from pose to pose."""
         return cls(*_turns(start, None, end, 0.5), start.position, end.position - start.position)
 
     def nearest(self, points: FloatArray) -> FloatArray:
@@ -278,7 +278,7 @@ class _Circle:
 
     @classmethod
     def through(cls, start: Pose, via: Pose, end: Pose) -> _Circle:
-        """The circle through three poses."""
+        """Return the circle through three poses."""
         a, b, c = start.position, via.position, end.position
         normal = np.cross(b - a, c - a)
         normal /= np.linalg.norm(normal)
@@ -306,7 +306,7 @@ class _Circle:
 
 
 def _of_samples(paths: Sequence[_Line | _Circle], rows: np.ndarray) -> _Line | _Circle:
-    """The path of each sample (N,), of paths of one kind, all with rotations or all without."""
+    """Return the path of each sample (N,), of paths of one kind, all with rotations or all without."""
 
     def stacked(name: str) -> Any:
         values = [getattr(path, name) for path in paths]
@@ -323,7 +323,7 @@ def _angles_about(center: FloatArray, x: FloatArray, y: FloatArray, points: Floa
 
 
 def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArray | None, FloatArray]:
-    """The rotation (3, 3) at the start, None if any will do, and the turns (2, 3) by way of a third pose at u."""
+    """Give the rotation (3, 3) at the start, None if any will do, and the turns (2, 3) by way of a third pose at u."""
     if start.rotation is None or end.rotation is None:
         return None, np.zeros((2, 3))
     whole = _logarithm(start.rotation, end.rotation)
@@ -342,7 +342,7 @@ def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> Float
 
 
 def _logarithm(start: FloatArray, end: FloatArray) -> FloatArray:
-    """The rotation vector (3,), rad, that leads from one rotation (3, 3) to another, in the axes of the first."""
+    """Give the rotation vector (3,), rad, that leads from one rotation (3, 3) to another, in the axes of the first."""
     return np.asarray(pin.log3(start.T @ end))
 
 

@@ -69,7 +69,7 @@ ENFORCED = frozenset(QUANTITIES)
 
 
 def time_run(path: JointPath, run: Run) -> SegmentedPolynomial:
-    """The fastest law s(t) along the run's curve that keeps every limit, jerk included; C2, from rest to rest.
+    """Return the fastest law s(t) along the run's curve that keeps every limit, jerk included; C2, from rest to rest.
 
     The search begins with one quintic over the whole run. Each round splits its longest pieces and retimes it: where it
     may be faster, and by how much, is a smooth function of time even at the ends, where path velocity over path
@@ -112,7 +112,7 @@ def fastest_law(path: JointPath, run: Run) -> SegmentedPolynomial:
 
 
 def _near(limits: LinearLimits) -> LinearLimits:
-    """The limits that a law already near to the fastest uses somewhere to a good part: the others can be left out.
+    """Give the limits that a law already near to the fastest uses somewhere to a good part: the others can be left out.
 
     Whether they are kept is looked at after each round.
     """
@@ -120,7 +120,7 @@ def _near(limits: LinearLimits) -> LinearLimits:
 
 
 def _quintic(run: Run) -> PiecewisePolynomial:
-    """The law from rest to rest in 1 s that is one quintic, with a breakpoint where the curve has one."""
+    """Return the law from rest to rest in 1 s that is one quintic, with a breakpoint where the curve has one."""
     knots = run.curve.breakpoints
     inner = knots[1:-1]
     whole = PiecewisePolynomial(np.ones(1), knots[-1] * np.array([[[0.0, 0.0, 0.0, 10.0, -15.0, 6.0]]]))
@@ -130,7 +130,7 @@ def _quintic(run: Run) -> PiecewisePolynomial:
 
 
 def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArray:
-    """The durations (pieces,), s, of the pieces of a law after retiming."""
+    """Return the durations (pieces,), s, of the pieces of a law after retiming."""
     b = QuadraticSpline(law.lengths).states(unknowns)[0].reshape(len(GRIDPOINTS), -1)
     u, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     u, weights = (u[:, None] + 1.0) / 2.0, weights / 2.0
@@ -140,7 +140,7 @@ def retimed_lengths(law: PiecewisePolynomial, unknowns: FloatArray) -> FloatArra
 
 
 def retimed(law: PiecewisePolynomial, unknowns: FloatArray) -> PiecewisePolynomial:
-    """The law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
+    """Return the law after retiming: quintics between its nodes, whose speed and acceleration are exact there."""
     b, a, _ = QuadraticSpline(law.lengths).states(unknowns).reshape(3, len(GRIDPOINTS), -1)
     lengths = retimed_lengths(law, unknowns)
     s, speed, gain = law.coefficients[:, 0, :3].T * [[1.0], [1.0], [2.0]]
@@ -183,7 +183,7 @@ class LimitsOnCurve:
         self.sampled = _Sampled(path, run, knows_torques)
 
     def pieces(self, law: PiecewisePolynomial) -> np.ndarray:
-        """The indices (pieces of the law,) of the pieces of the curve that they are on."""
+        """Return the indices (pieces of the law,) of the pieces of the curve that they are on."""
         return self.curve.locate(horner(law.coefficients[:, 0], law.lengths / 2.0))[0]
 
     def on_segments(self, law: PiecewisePolynomial) -> SegmentedPolynomial:
@@ -191,7 +191,7 @@ class LimitsOnCurve:
         return law.of_segments(self.curve.segments[self.pieces(law)])
 
     def used(self, law: PiecewisePolynomial) -> tuple[FloatArray, FloatArray]:
-        """The largest and the least share (pieces,) of its limits that the law uses at the gridpoints of each piece."""
+        """Return the largest and the least share (pieces,) of its limits that the law uses on each piece."""
         halves = self.along(law.split(np.full(len(law.lengths), 2)))
         used = halves.used().max(axis=0).reshape(len(GRIDPOINTS), -1, 2)
         return used.max(axis=(0, 2)), used.min(axis=(0, 2))
@@ -259,13 +259,13 @@ class _Sampled:
             self.dynamics = np.concatenate(dynamics, axis=1).T
 
     def tool_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
-        """The ratio of the tool's speed to its limit where s' is 1, (points, pieces), 1/s."""
+        """Return the ratio of the tool's speed to its limit where s' is 1, (points, pieces), 1/s."""
         linear, angular = (np.interp(s, self.gridpoints, speed) for speed in self.speeds)
         use: FloatArray = np.maximum(linear / limits.tcp_linear_velocity, angular / limits.tcp_angular_velocity)
         return use
 
     def torques_at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
-        """The torques' coefficients of b, a and c, and gravity, each (..., joints), where a law is at s (...).
+        """Return the torques' coefficients of b, a and c, and gravity, each (..., joints), where a law is at s (...).
 
         Args:
             s: Path positions (...).
