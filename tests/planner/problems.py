@@ -154,7 +154,7 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         )
         asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
         goal, frame = _near(home, robot, rng, reach), WORK_OBJECT if k % 2 == 0 else None
-        free: Free | None = draw(st.sampled_from([None, None, "rotation_z"])) if robot.dof > 3 else None
+        free: Free | None = "rotation_z" if robot.dof > 3 and rng.random() < 0.3 else None
         pose = goal if frame is None else goal.to_frame(frame)
         waypoints.append(PoseWaypoint(pose, asked, frame, free, motion=made))
         if k > 1:
