@@ -42,7 +42,7 @@ def local_service(
 
     Args:
         log: The file that its log goes to.
-        workers: The number of its workers; None: as the settings say.
+        workers: The number of its workers, without one more for cheap requests; None: as the settings say.
         checkout: The folder of the version that is to run, absolute; None: the one that runs this.
 
     Yields:
@@ -55,7 +55,11 @@ def local_service(
     command = [sys.executable, "-m", "api.cli", "serve", "--host", HOST, "--port", str(port)]
     if workers is not None:
         command += ["--workers", str(workers)]
-    environment = None if checkout is None else os.environ | {"PYTHONPATH": str(checkout)}
+    environment = dict(os.environ)
+    if checkout is not None:
+        environment["PYTHONPATH"] = str(checkout)
+    if workers is not None:
+        environment["PLANNER_EXPRESS_WORKERS"] = "0"
     with log.open("wb") as sink:
         process = subprocess.Popen(  # noqa: S603 - no caller's text in it
             command, stdout=sink, stderr=subprocess.STDOUT, cwd=checkout, env=environment

@@ -149,7 +149,7 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
     asked = (START, replace(problem.waypoints[1], duration=duration))
     result = plan(replace(problem, waypoints=asked), MinEffort(knots=100))
 
-    curve, limits, nodes = result.path.runs[0].curve, result.path.limits, 60
+    curve, limits, nodes = result.path.runs[0].curve, result.path.limits, 50
     s = np.linspace(0.0, curve.breakpoints[-1], nodes + 1)
     q, dq, ddq = curve.evaluate((s[:-1] + s[1:]) / 2.0)
     still = np.zeros_like(q)
@@ -205,7 +205,7 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
             },
             {"type": "ineq", "fun": lambda x: room - rows @ (x * unit), "jac": lambda x: -rows * unit},
         ],
-        options={"maxiter": 400, "ftol": 3e-7},
+        options={"maxiter": 400, "ftol": 1e-6},
     )
     assert found.success, found.message
     begun, best = cost(fastest, duration=duration), cost(result)
