@@ -49,7 +49,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         )
 
 
-@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Of a test marked `long_table` one case in `SIZE.one_in` is tried; the others are said to be deselected."""
     tables: dict[str, list[pytest.Item]] = defaultdict(list)
