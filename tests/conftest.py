@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter, defaultdict
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
+from xdist.scheduler import LoadScopeScheduling
 
 from planner.errors import UnknownRobot
 from planner.robots import catalogue_ids
+from tests.locations import ROOT
 from tests.sizes import LARGER, NAME, SIZE, SIZES, chosen_rows
 
 if TYPE_CHECKING:
     from collections.abc import Generator
+
+    from xdist.remote import Producer
 
 # The same cases each time, so that what passes here passes in CI; a soak tries new ones.
 settings.register_profile(
@@ -26,6 +32,8 @@ settings.register_profile(
 settings.load_profile("sized")
 
 SLOWEST_FILES = 10
+COMMON_SERVICE = re.compile(r"(service|one_worker|two_workers): RunningService")
+ONE_BY_ONE = {"tests/api/contract/test_schemathesis.py"}
 PACKAGE_ROBOTS_ARE_INSTALLED = "ur5" in catalogue_ids()
 
 
@@ -60,9 +68,30 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     }
     config.hook.pytest_deselected(items=list(left_out))
     items[:] = [item for item in items if item not in left_out]
-    for item in items:  # what a file's tests share is made once, but where there are many that share nothing
-        if not (item.get_closest_marker("xdist_group") or item.get_closest_marker("sized")):
-            item.add_marker(pytest.mark.xdist_group(item.location[0]))
+
+
+class FileScheduling(LoadScopeScheduling):
+    """Gives one process all that needs the common service, and another one file after the other.
+
+    So what tests share is made once. At larger sizes, where tests take long that share nothing, each goes anywhere.
+    """
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        if _asks_for_the_service(file):
+            return "service"
+        return file if NAME == "quick" or file in ONE_BY_ONE else nodeid
+
+
+@lru_cache
+def _asks_for_the_service(file: str) -> bool:
+    return COMMON_SERVICE.search((ROOT / file).read_text(encoding="utf-8")) is not None
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> FileScheduling:
+    """Distribute tests over processes; groups by marks (`--dist=loadgroup`) do nothing with pytest 9.2."""
+    return FileScheduling(config, log)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -27,16 +27,6 @@ WORKER_MEMORY_MIB = 512
 SETTINGS = {"workers": 2, "express_workers": 0, "worker_niceness": 0, "worker_memory_mib": WORKER_MEMORY_MIB}
 """The settings of a service unless a test asks for others: as few processes as can be."""
 
-SERVICES = {"service", "_one_worker", "start_service"}
-"""The fixtures that start services."""
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One process of the test runner does all that needs a service: each is started once only."""
-    for item in items:
-        if SERVICES & set(getattr(item, "fixturenames", ())):
-            item.add_marker(pytest.mark.xdist_group("service"))
-
 
 @dataclass
 class RunningService:

@@ -35,7 +35,6 @@ def openapi(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         yield schemathesis.openapi.from_url(f"{service.url}/openapi.json")
 
 
-@pytest.mark.xdist_group("made_up")
 @pytest.mark.sized
 @pytest.mark.parametrize(
     ("operation", "mode"), CASES, ids=[f"{operation.id}-{mode.value}" for operation, mode in CASES]
