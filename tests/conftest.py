@@ -53,17 +53,19 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"left to CI (TEST_SIZE=large pytest -m {LARGER!r}): {ci.requests} random requests a back end "
             f"instead of {now.requests}, {ci.examples} cases a property instead of {now.examples}, "
             f"{ci.http} made-up HTTP requests an operation instead of {now.http}, "
-            f"all jobs of the suite and all cases of long tables instead of one in {now.one_in}"
+            f"all jobs of the suite and all cases of long tables instead of one in {now.one_in}, "
+            "and faults that take services down"
         )
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of a test marked `long_table` one case in `SIZE.one_in` is tried; the others are said to be deselected."""
+    """Of a test marked `long_table` one case in `SIZE.one_in` is tried, none of one marked `large_only`."""
     tables: dict[str, list[pytest.Item]] = defaultdict(list)
     for item in items:
         if item.get_closest_marker("long_table"):
             tables[item.nodeid.partition("[")[0]].append(item)
-    left_out = {
+    left_out = {item for item in items if NAME == "quick" and item.get_closest_marker("large_only")}
+    left_out |= {
         item for table in tables.values() for row, item in enumerate(table) if row not in chosen_rows(len(table))
     }
     config.hook.pytest_deselected(items=list(left_out))

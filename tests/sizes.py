@@ -1,6 +1,7 @@
 """How much the tests try: `TEST_SIZE` is `quick` (for people), `large` (for CI) or `soak` (for a release).
 
-The tests whose size this is are those with the marks `hypothesis`, `sized` or `long_table`; `LARGER` selects them.
+The tests whose size this is are those with the marks `hypothesis`, `sized`, `long_table` or `large_only`;
+`LARGER` selects them.
 """
 
 import os
@@ -25,10 +26,10 @@ class Size(NamedTuple):
     one_in: int
 
 
-SIZES = {"quick": Size(40, 40, 6, 6), "large": Size(1_000, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
+SIZES = {"quick": Size(20, 30, 3, 10), "large": Size(1_000, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
-LARGER = "hypothesis or sized or long_table"
+LARGER = "hypothesis or sized or long_table or large_only"
 
 
 def chosen_rows(count: int) -> set[int]:

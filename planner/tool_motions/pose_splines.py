@@ -26,7 +26,7 @@ PARTS = 8
 hardly changes."""
 
 NEWTON_STEPS = 8
-"""The most Newton steps from a length along the curve to its parameter: from a linear guess four are enough."""
+"""The most Newton steps from a length along the curve to its parameter: from a cubic guess two are enough."""
 
 FOUND = 1e-13
 """The step, as a share of the whole curve, at which the parameter is found."""
@@ -110,6 +110,18 @@ class PoseSpline:
         ends: FloatArray = np.concatenate([[0.0], np.cumsum(self.lengths)])
         return ends
 
+    @cached_property
+    def _derivatives(self) -> tuple[FloatArray, FloatArray]:
+        """The coefficients (pieces, 3 or 7, ...) of the curve and of its derivative by the chords' length."""
+        return self.curve.coefficients, differentiate(self.curve.coefficients)
+
+    @cached_property
+    def _speeds_at_ends(self) -> FloatArray:
+        """The speeds (2, pieces * parts) at the beginnings and the ends of the parts, by the chords' length."""
+        at = np.arange(PARTS + 1) * self.curve.lengths[:, None] / PARTS
+        speeds = np.linalg.norm(horner(self._derivatives[1][:, None, :3], at[..., None]), axis=2)
+        return np.array([speeds[:, :-1].ravel(), speeds[:, 1:].ravel()])
+
     def _evaluate(self, u: FloatArray, orders: int) -> list[FloatArray]:
         """Return curve and its derivatives by the chords' length, (N, 3 or 7) each, at parameters (N,) of the path."""
         along = u * self._ends[-1]
@@ -117,15 +129,19 @@ class PoseSpline:
         pieces, parts = np.divmod(rows, PARTS)
         spans = self.curve.lengths[pieces] / PARTS
         starts, wanted = parts * spans, along - self._ends[rows]
-        x = wanted / self.lengths.ravel()[rows] * spans
-        speeds = _speeds(self.curve)
+        whole, (before, behind) = self.lengths.ravel()[rows], self._speeds_at_ends[:, rows]
+        share = wanted / whole
+        # The cubic of the right slopes at both ends of the part.
+        x = spans * share**2 * (3.0 - 2.0 * share)
+        x += whole * share * (1.0 - share) * ((1.0 - share) / before - share / behind)
+        speeds = self._derivatives[1][:, :3]
         for _ in range(NEWTON_STEPS):
             step = (wanted - _length(speeds, pieces, starts, x)) / _speed(speeds, pieces, starts + x)
             x = x + step
             if np.abs(step).max(initial=0.0) <= FOUND * self._ends[-1]:
                 break
         at = (starts + x)[:, None]
-        return [horner(self.curve.derivative_coefficients(order)[pieces], at) for order in range(orders)]
+        return [horner(coefficients[pieces], at) for coefficients in self._derivatives[:orders]]
 
     def _ill_pieces(self) -> tuple[np.ndarray, np.ndarray]:
         """Give the pieces on which the curve all but stands still, and those on which its quaternions are too short."""

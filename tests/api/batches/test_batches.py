@@ -225,6 +225,7 @@ def test_an_unknown_batch_is_a_problem(service: RunningService, path: str) -> No
     assert (answer.status_code, answer.json()["code"]) == (404, "unknown_batch")
 
 
+@pytest.mark.large_only
 def test_a_service_that_is_killed_goes_on_when_it_is_back(
     start_service: Callable[..., RunningService], tmp_path: Path, service: RunningService
 ) -> None:

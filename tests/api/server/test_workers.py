@@ -58,6 +58,7 @@ def test_a_deadline_kills_the_work_and_the_next_request_is_served(one_worker: Ru
     one_worker.wait_ready()
 
 
+@pytest.mark.large_only
 def test_what_waits_too_long_for_its_deadline_is_refused_at_once(one_worker: RunningService) -> None:
     with ThreadPoolExecutor() as threads:
         slow = threads.submit(one_worker.post, INVERSE, slow_request(deadline=3.0))
@@ -97,6 +98,7 @@ def test_workers_leave_the_signals_of_the_process_group_to_the_server(two_worker
     assert {worker.pid for worker in two_workers.workers()} == before
 
 
+@pytest.mark.large_only
 def test_idle_workers_that_die_are_replaced(two_workers: RunningService) -> None:
     for victims in (1, 2):
         killed = two_workers.workers()[:victims]
@@ -108,6 +110,7 @@ def test_idle_workers_that_die_are_replaced(two_workers: RunningService) -> None
         wait_until(lambda: len(two_workers.workers()) == 2)
 
 
+@pytest.mark.large_only
 def test_workers_that_die_leave_no_open_files_behind(one_worker: RunningService) -> None:
     server = psutil.Process(one_worker.process.pid)
     one_worker.post(PLAN, PATIENT_REQUEST)
@@ -133,6 +136,7 @@ def test_stopped_workers_do_not_stop_the_service(two_workers: RunningService) ->
     assert two_workers.post(PLAN, PATIENT_REQUEST).status_code == 200
 
 
+@pytest.mark.large_only
 def test_a_full_queue_turns_away(one_worker: RunningService) -> None:
     """One is worked on, some may wait, as far as they have the time, and all others are refused at once."""
     with ThreadPoolExecutor(10) as threads:
@@ -146,6 +150,7 @@ def test_a_full_queue_turns_away(one_worker: RunningService) -> None:
     assert one_worker.post(PLAN, PATIENT_REQUEST).status_code == 200
 
 
+@pytest.mark.large_only
 def test_sigterm_drains(start_service: Callable[..., RunningService]) -> None:
     """It comes to the process group, as from a terminal; what is planned is planned to its end, bodies are hurried."""
     service = start_service(workers=1)
@@ -180,6 +185,7 @@ def refuses_connections(url: str) -> bool:
     return False
 
 
+@pytest.mark.large_only
 def test_workers_are_recycled(start_service: Callable[..., RunningService]) -> None:
     service = start_service(workers=1, worker_max_tasks=3)
     pids = set()
