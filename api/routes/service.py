@@ -11,8 +11,8 @@ from fastapi.openapi.docs import get_swagger_ui_html
 
 from api.errors import NotFound
 from api.routes.ordinary import respond, run, service_of
-from api.schemas.answers import ServiceLimits
 from api.schemas.common import DEFAULT_DEADLINE
+from api.schemas.service import ServiceLimits
 from api.settings import Settings
 
 SWAGGER_FILES = {

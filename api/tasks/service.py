@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from api.schemas import answers
+from api.schemas import service
 from api.tasks.operation import Operation
 
 OPERATIONS = (
@@ -12,7 +12,7 @@ OPERATIONS = (
         path="/v1/limits",
         tag="service",
         summary="The caps of the service.",
-        answer=answers.ServiceLimits,
+        answer=service.ServiceLimits,
     ),
     Operation(
         id="get_liveness",
@@ -20,7 +20,7 @@ OPERATIONS = (
         path="/livez",
         tag="service",
         summary="Whether the process answers.",
-        answer=answers.Liveness,
+        answer=service.Liveness,
     ),
     Operation(
         id="get_readiness",
@@ -28,7 +28,7 @@ OPERATIONS = (
         path="/readyz",
         tag="service",
         summary="Whether the workers are warm: each has planned once with every back end.",
-        answer=answers.Readiness,
+        answer=service.Readiness,
         also={503: "Not yet."},
     ),
 )

@@ -13,6 +13,7 @@ import pytest
 from api.execution import execute
 from api.messages import Caps, Reply, Task
 from api.schemas import answers, dynamics, kinematics, robots
+from api.schemas import service as service_answers
 from planner.spatial import rotation_from_quaternion
 from tests.api.answers import checked
 from tests.api.requests import (
@@ -392,10 +393,10 @@ def test_a_urdf_robot_is_added_and_planned_with(service: RunningService) -> None
 
 
 def test_health_and_limits(service: RunningService) -> None:
-    assert checked(service.client.get("/livez"), answers.Liveness) == {"status": "alive"}
-    ready = checked(service.client.get("/readyz"), answers.Readiness)
+    assert checked(service.client.get("/livez"), service_answers.Liveness) == {"status": "alive"}
+    ready = checked(service.client.get("/readyz"), service_answers.Readiness)
     assert (ready["status"], ready["workers"]) == ("ready", 2)
-    limits = checked(service.client.get("/v1/limits"), answers.ServiceLimits)
+    limits = checked(service.client.get("/v1/limits"), service_answers.ServiceLimits)
     assert limits["workers"] == 2
 
 

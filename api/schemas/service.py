@@ -1,0 +1,60 @@
+"""Answers about the service itself."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from api.schemas.common import Answer
+
+
+class ServiceLimits(Answer):
+    """The service's caps."""
+
+    max_body_bytes: int
+    """The largest request body, bytes."""
+    default_deadline: float
+    """The deadline of a request that names none, s."""
+    max_deadline: float
+    """The longest deadline that a request may ask, s."""
+    max_waypoints: int
+    """The largest number of waypoints or poses in one request."""
+    max_samples: int
+    """The largest number of values in one answer, counted as rows times joints, and of rows in one request."""
+    max_robots: int
+    """The largest number of robots that are kept besides the catalogue's."""
+    max_robots_per_client: int
+    """The largest number of robots that are kept for one client."""
+    max_robots_bytes: int
+    """The bytes that the robots of all clients may take in the database."""
+    max_batch_items: int
+    """The largest number of requests in one batch."""
+    max_batch_bytes: int
+    """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
+    max_batches: int
+    """The largest number of batches that are kept."""
+    max_batches_per_client: int
+    """The largest number of batches of one address that have not ended."""
+    workers: int
+    """The number of requests that are worked on at once."""
+    queue_size: int
+    """The number of requests that may wait; more are answered with 503."""
+    worker_memory_mib: int
+    """The private memory that a worker may allocate, MiB."""
+
+
+class Liveness(Answer):
+    """The process answers."""
+
+    status: Literal["alive"]
+    """Always `alive`: it is the answer that counts."""
+
+
+class Readiness(Answer):
+    """Whether requests should be sent here."""
+
+    status: Literal["ready", "starting"]
+    """Whether the service is ready for requests, or still starting."""
+    workers: int
+    """The number of workers that there are to be."""
+    warm_workers: int
+    """The number of workers that have planned once with every back end and run an example of every operation."""
