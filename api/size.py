@@ -42,14 +42,14 @@ def size_faults(document: Any, caps: Caps) -> list[dict[str, str]]:
     faults = []
     most_nested = MOST_NESTED * caps.max_waypoints + MOST_BESIDES
     nested = 0
-    unvisited: list[tuple[tuple[str | int, ...], Any]] = [((), document)]
+    unvisited: list[tuple[tuple[str | int, ...], Any]] = [((), document)] if isinstance(document, dict | list) else []
     while unvisited:
         path, value = unvisited.pop()
         if isinstance(value, dict):
             size, most, what = len(value), MOST_FIELDS, "fields"
         else:
             size, what = len(value), "entries"
-            most = caps.max_waypoints if path[-1] in CAPPED_LISTS else caps.max_samples
+            most = caps.max_waypoints if path and path[-1] in CAPPED_LISTS else caps.max_samples
         if size > most:
             faults.append(_fault(path, f"{size} {what} are more than the {most} that it may have"))
             continue

@@ -63,6 +63,8 @@ def _requests(work: Work, most: int) -> Iterator[tuple[Any, str]]:
     if has_too_many_rows(body, work.arguments.get("most_bytes", len(body))):
         raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
     document = _parsed(body, "")
+    if isinstance(document, dict):  # what is null counts as left out
+        document = {name: value for name, value in document.items() if value is not None}
     match document:
         case {"requests": list(requests), **more} if requests and not more:
             return ((request, f"/requests/{index}") for index, request in enumerate(requests))

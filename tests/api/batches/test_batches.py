@@ -160,6 +160,9 @@ def test_a_list_and_lines_and_a_grid_of_the_same_requests_are_the_same(service: 
         ({"requests": []}, ""),
         ({"requests": [1]}, "/requests/0"),
         ({"requests": [plan_request()], "more": 1}, ""),
+        ({"grid": None}, ""),
+        ({"grid": 1}, "/grid"),
+        ({"grid": []}, "/grid"),
         ({"grid": {"template": plan_request(), "vary": []}}, "/grid/vary"),
         ({"grid": {"template": plan_request(), "vary": [{"pointer": "/a/b", "values": [1]}]}}, "/grid/vary/0/pointer"),
         (

@@ -30,11 +30,13 @@ SAMPLED = {"torque", "tcp_linear_velocity", "tcp_angular_velocity"}
 a piece as long as the whole motion."""
 
 
-def says_the_same(said: Certificate, found: Certificate) -> None:
-    """The verdicts agree, and so do all ratios."""
-    assert said.satisfied == found.satisfied
+def says_the_same(said: Certificate, found: Certificate, coarse: bool = False) -> None:
+    """The verdicts agree, and so do all ratios; of samples that are too coarse, those of what is exact."""
+    assert coarse or said.satisfied == found.satisfied
     for ours, theirs in zip(said.checks, found.checks, strict=True):
         assert (ours.quantity, ours.enforced, ours.bounded) == (theirs.quantity, theirs.enforced, theirs.bounded)
+        if coarse and ours.quantity in SAMPLED:
+            continue
         tolerance = 0.1 if ours.quantity in SAMPLED else 1e-7
         if ours.ratio is None or theirs.ratio is None:
             assert ours.ratio is theirs.ratio
@@ -50,7 +52,7 @@ def agrees_with_its_samples(result: Plan, period: float) -> None:
     rows = trajectory.evaluate(time)
     for said in certify_sampling(result.path.dynamics, trajectory, result.path.limits, time, ends):
         found = certify_samples(robot, time, *rows, limits, interpolation=said.interpolation, ends=ends)
-        says_the_same(said.certificate, found)
+        says_the_same(said.certificate, found, period > result.trajectory.duration / 7.0)
     assert certify_polynomials(robot, trajectory, limits=limits, ends=ends).satisfied
 
 
