@@ -91,7 +91,7 @@ def test_limits_that_change_give_the_profile_of_one_linear_program(
     problem = lengths, (a[rows] * scale[rows], b[rows] * scale[rows], c[rows]), np.append(most[rows], most[-1]), rests
     x = fastest_profile(*one_sided(problem), known.with_new(rows, second), (changed | split)[rows]).x
     optimum = largest(problem)
-    assert x == pytest.approx(optimum, rel=1e-6, abs=3e-6 * max(optimum.max(), 1.0))  # the other solver's tolerance
+    assert x == pytest.approx(optimum, rel=1e-6, abs=3e-5 * max(optimum.max(), 1.0))  # the other solver's tolerance
 
 
 @settings(max_examples=settings.default.max_examples // 2)
