@@ -147,7 +147,7 @@ class PoseSpline:
         """Give the pieces on which the curve all but stands still, and those on which its quaternions are too short."""
         shares = np.linspace(0.0, 1.0, 2 * PARTS + 1)
         at = (self.curve.lengths[:, None] * shares)[..., None]
-        speeds = np.linalg.norm(horner(_speeds(self.curve)[:, None], at), axis=2)
+        speeds = np.linalg.norm(horner(self._derivatives[1][:, None, :3], at), axis=2)
         slow = np.flatnonzero(speeds.min(axis=1) < SLOWEST)
         if self.curve.coefficients.shape[1] == 3:
             return slow, slow[:0]
