@@ -32,6 +32,8 @@ def main() -> None:
     """Run every check; the first that fails ends the program with the service's log and a traceback."""
     root, config = sys.argv[1], json.loads(Path(sys.argv[2]).read_text())
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    check_refusal(root, config)
+    config["Env"].append("PLANNER_ACCESS=open")
     with tempfile.TemporaryFile("w+") as log:
         try:
             check_service(root, config, log)
@@ -39,6 +41,16 @@ def main() -> None:
             log.seek(0)
             print("the service's log:", *log.readlines()[:100], sep="\n")
             raise
+
+
+def check_refusal(root: str, config: dict[str, Any]) -> None:
+    """Check that the image's command, as it is, does not let everybody in: it ends, and says what to set."""
+    ended = subprocess.run(
+        command(root, config, config["Cmd"], []), capture_output=True, text=True, timeout=30, check=False
+    )
+    assert ended.returncode == 2, f"exit status {ended.returncode} without keys and without PLANNER_ACCESS=open"
+    assert "PLANNER_ACCESS" in ended.stderr, ended.stderr
+    print("without a database for keys it does not start")
 
 
 def check_service(root: str, config: dict[str, Any], log: IO[str]) -> None:

@@ -25,6 +25,8 @@ MEDIA_TYPE = "application/problem+json"
 STATUS_OF_CODE: dict[str, int] = {
     "malformed_request": 400,
     "invalid_request": 422,
+    "unauthorized": 401,
+    "forbidden": 403,
     "robot_of_another": 403,
     "not_found": 404,
     "unknown_robot": 404,
@@ -117,6 +119,20 @@ class TooManyRequests(ServiceError):
 
     code = "too_many_requests"
     title = "You have too much under way"
+
+
+class Unauthorized(ServiceError):
+    """The request has no valid key."""
+
+    code = "unauthorized"
+    title = "This needs a valid key"
+
+
+class Forbidden(ServiceError):
+    """The key may not do this."""
+
+    code = "forbidden"
+    title = "The key does not allow this"
 
 
 class NotFound(ServiceError):

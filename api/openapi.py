@@ -16,7 +16,7 @@ from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
 from api.schemas.answers import RosJointTrajectory
 from api.schemas.problem_documents import ProblemDocument
 from api.size import CAPPED_LISTS
-from api.tasks.operation import CONNECTION_CODES
+from api.tasks.operation import ACCESS_CODES, CONNECTION_CODES
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -32,6 +32,22 @@ TITLE = "Trajectory planner"
 
 DESCRIPTION = "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`."
 """What the service does, in the words of its documentation."""
+
+KEYS = {
+    "key": {
+        "type": "http",
+        "scheme": "bearer",
+        "description": "An API key, where the service asks for one; the roles of an operation are the scopes it needs.",
+    }
+}
+"""How clients identify themselves. A service on a loopback address asks nobody to, so no operation requires it."""
+
+RATE_HEADERS = {
+    "RateLimit-Limit": "The most requests in a minute.",
+    "RateLimit-Remaining": "The requests that are left now.",
+    "RateLimit-Reset": "All requests are back after that long, s.",
+}
+"""The headers that say how much a key may still ask, where keys are asked for."""
 
 LINES = "application/x-ndjson"
 """The media type of newline-delimited JSON."""
@@ -80,7 +96,7 @@ def openapi_document(max_waypoints: int) -> dict[str, Any]:
         },
         "tags": [{"name": name, "description": description} for name, description in TAGS.items()],
         "paths": paths,
-        "components": {"schemas": _components(max_waypoints)},
+        "components": {"schemas": _components(max_waypoints), "securitySchemes": KEYS},
     }
 
 
@@ -97,6 +113,7 @@ def _entry(operation: Operation) -> dict[str, Any]:
         "tags": [operation.tag],
         "summary": operation.summary,
         "operationId": operation.id,
+        "security": [{}] if operation.scope is None else [{}, {"key": [operation.scope]}],
         "responses": {str(status): response for status, response in _responses(operation).items()},
     }
     parameters = _parameters(operation)
@@ -120,7 +137,8 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
     for status, meaning in operation.also.items():
         responses[status] = _success(operation) | {"description": meaning}
     by_status: dict[int, list[str]] = {}
-    for code in (*CONNECTION_CODES, *operation.codes):
+    access_codes = () if operation.scope is None else ACCESS_CODES
+    for code in dict.fromkeys((*CONNECTION_CODES, *access_codes, *operation.codes)):
         by_status.setdefault(STATUS_OF_CODE[code], []).append(code)
     for status, codes in sorted(by_status.items()):
         description = f"{HTTPStatus(status).phrase}: " + ", ".join(f"`{code}`" for code in codes)
@@ -131,6 +149,10 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
         if {"overloaded", "too_many_requests"} & set(codes):
             seconds = {"description": "Wait that long, s.", "schema": {"type": "integer"}}
             responses[status]["headers"] = {"Retry-After": seconds}
+        if status == HTTPStatus.TOO_MANY_REQUESTS and operation.scope is not None:
+            responses[status]["headers"] |= {
+                name: {"description": meaning, "schema": {"type": "integer"}} for name, meaning in RATE_HEADERS.items()
+            }
     return responses
 
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+from ipaddress import ip_address
 from pathlib import Path  # noqa: TC003 - pydantic evaluates the annotations
-from typing import Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field, SecretStr, field_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic import Field, SecretStr, field_validator, model_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 
 class Settings(BaseSettings):
@@ -19,6 +23,17 @@ class Settings(BaseSettings):
     """The address to listen on."""
     port: int = Field(default=8000, ge=0, le=65535)
     """The port to listen on."""
+    access: Literal["keys", "open"] | None = None
+    """Who may use the service: with `keys` every request needs an API key (`planner keys create`), with `open` none
+    does. Without this setting the service is open where it listens on a loopback address, and asks for keys
+    elsewhere."""
+    key_requests_per_minute: int = Field(default=6000, ge=1)
+    """The largest number of requests of one key in a minute, unless the key has a number of its own."""
+    key_concurrent_requests: int = Field(default=64, ge=1)
+    """The largest number of requests of one key under way, unless the key has a number of its own."""
+    cors_origins: Annotated[tuple[str, ...], NoDecode] = ()
+    """The origins whose web pages may use the service from a browser, with commas between them, as in
+    `https://cell.example.com,https://office.example.com`; `*` are all. Without any, only the service's own may."""
     data_directory: Path | None = None
     """The folder in which robots and all else that clients leave is kept, in a file of SQLite; None: nothing outlives
     the service. Processes on one machine may share it."""
@@ -89,9 +104,47 @@ class Settings(BaseSettings):
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """The least severe event that is logged."""
 
+    @property
+    def asks_for_keys(self) -> bool:
+        """Whether every request needs an API key."""
+        return not _is_loopback(self.host) if self.access is None else self.access == "keys"
+
+    @field_validator("cors_origins", mode="before")
+    @classmethod
+    def _between_commas(cls, origins: str | tuple[str, ...]) -> tuple[str, ...]:
+        if not isinstance(origins, str):
+            return origins
+        return tuple(origin.strip() for origin in origins.split(",") if origin.strip())
+
+    @model_validator(mode="after")
+    def _has_a_database_for_keys(self) -> Settings:
+        if self.asks_for_keys and self.data_directory is None and self.database_url is None:
+            raise ValueError(
+                f"who sends requests to {self.host} needs an API key, and keys are kept in a database: set "
+                "PLANNER_DATA_DIRECTORY or PLANNER_DATABASE_URL and make keys with `planner keys create`, or let "
+                "everybody in with PLANNER_ACCESS=open"
+            )
+        return self
+
     @field_validator("database_url")
     @classmethod
     def _of_postgresql(cls, url: SecretStr | None) -> SecretStr | None:
         if url is not None and not url.get_secret_value().startswith(("postgresql://", "postgres://")):
             raise ValueError("it begins with postgresql://")
         return url
+
+
+def _is_loopback(host: str) -> bool:
+    """Tell whether only programs on the same machine reach what listens on an address."""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def faults_of(error: ValidationError) -> list[str]:
+    """Say what is wrong with the settings, each with the name of its environment variable, if it is about one."""
+    return [
+        "".join(f"PLANNER_{str(name).upper()}: " for name in fault["loc"][:1]) + fault["msg"]
+        for fault in error.errors()
+    ]

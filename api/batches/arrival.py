@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection
 
+    from api.access.access import Client
     from api.database.batches import Arrival
     from api.messages import Reply
     from api.server.service import Service
@@ -58,7 +59,7 @@ class Body(NamedTuple):
     share: Share
 
 
-async def take_in(service: Service, body: Body, owner: str, key: str | None) -> str:
+async def take_in(service: Service, body: Body, client: Client, key: str | None) -> str:
     """Take a batch in, or find the one of an earlier request with the same key; give its id.
 
     Raises:
@@ -73,7 +74,7 @@ async def take_in(service: Service, body: Body, owner: str, key: str | None) -> 
     engine.arriving += 1
     try:
         await database.write(beat, engine.id)
-        match await database.write(begin_batch, owner, key, engine.id, bounds):
+        match await database.write(begin_batch, client.name, key, engine.id, bounds):
             case "arriving":
                 raise Conflict("a request with this key is still under way", headers={"Retry-After": "1"})
             case "full":
@@ -85,7 +86,7 @@ async def take_in(service: Service, body: Body, owner: str, key: str | None) -> 
         if arrival.body_digest is not None:
             return await _same(body, arrival)
         try:
-            digest = await _fill(service, body, arrival)
+            digest = await _fill(service, body, arrival, client.namespace)
         except BaseException:  # whatever ended it, nobody may see half a batch
             await database.write(discard_batches, [arrival.number])
             raise
@@ -106,22 +107,23 @@ async def _same(body: Body, arrival: Arrival) -> str:
     return arrival.id
 
 
-async def _fill(service: Service, body: Body, arrival: Arrival) -> str:
+async def _fill(service: Service, body: Body, arrival: Arrival, namespace: str) -> str:
     """Put the requests of a body into a batch, and give the body's digest."""
     digest, total = hashlib.sha256(), 0
     async for piece in _pieces(service, body, digest):
         reply = await _requests_of(service, body, piece, total)
         for chunk in reply.result:
-            total = await service.database.write(_append, arrival.number, total, chunk)
+            total = await service.database.write(_append, arrival.number, total, chunk, namespace)
         body.share.release()
     if not total:
         raise invalid([{"pointer": "/requests", "message": "a batch has at least one request"}])
     return digest.hexdigest()
 
 
-def _append(connection: Connection, number: int, first: int, chunk: bytes) -> int:
+def _append(connection: Connection, number: int, first: int, chunk: bytes, namespace: str) -> int:
     """Put requests into a batch that a worker has pickled."""
-    return append_items(connection, number, first, pickle.loads(chunk))  # noqa: S301 - from our own process
+    requests = pickle.loads(chunk)  # noqa: S301 - from our own process
+    return append_items(connection, number, first, requests, namespace)
 
 
 async def _pieces(service: Service, body: Body, digest: hashlib._Hash) -> AsyncIterator[bytes]:

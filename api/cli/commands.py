@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from api.cli import database
+from api.cli import database, keys
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +28,7 @@ app = typer.Typer(
 
 
 app.add_typer(database.app)
+app.add_typer(keys.app)
 
 
 def _robot_ids(incomplete: str) -> list[str]:
@@ -92,13 +93,13 @@ def serve(
     from pydantic import ValidationError
 
     from api.server.process import serve as run
-    from api.settings import Settings
+    from api.settings import Settings, faults_of
 
     given = {"host": host, "port": port, "workers": workers}
     try:
         settings = Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
     except ValidationError as error:
-        faults = (f"PLANNER_{str(fault['loc'][0]).upper()}: {fault['msg']}" for fault in error.errors())
+        faults = faults_of(error)
         raise typer.BadParameter("; ".join(faults), param_hint="environment") from None
     if sys.stderr.isatty():
         from api.cli.local_service import announce_when_ready

@@ -122,15 +122,17 @@ def begin_batch(
     return Arrival(connection.execute(made.returning(batches.c.number)).scalar_one(), batch_id)
 
 
-def append_items(connection: Connection, number: int, first: int, chunk: Sequence[NewItem]) -> int:
+def append_items(connection: Connection, number: int, first: int, chunk: Sequence[NewItem], namespace: str) -> int:
     """Put requests into a batch that arrives, from position `first` on; give the number of all of them.
 
-    Each keeps the robot that its id stands for now: the batch needs it, whatever becomes of the id.
+    Each keeps the robot that its id stands for now, in a namespace or else for all: the batch needs it, whatever
+    becomes of the id.
     """
     exclusively(connection, ROBOTS)
     names = {item.robot for item in chunk}
-    known = select(robots.c.id, robots.c.digest).where(robots.c.id.in_(names))
-    digests = {row.id: row.digest for row in connection.execute(known)}
+    known = select(robots).where(robots.c.id.in_(names), robots.c.namespace.in_([namespace, ""]))
+    rows_of_robots = connection.execute(known.order_by(robots.c.namespace))  # those of the namespace come last
+    digests = {row.id: row.digest for row in rows_of_robots}
     rows = [
         {
             "batch": number,
@@ -177,16 +179,22 @@ def forget_contents(connection: Connection, digests: Sequence[str | None]) -> No
     )
 
 
-def find_batch(connection: Connection, batch_id: str) -> BatchRecord | None:
-    """Find a batch that has arrived."""
+def find_batch(connection: Connection, batch_id: str, owner: str | None = None) -> BatchRecord | None:
+    """Find a batch that has arrived, of one client or (None) of any."""
     query = select(*COLUMNS).where(batches.c.id == batch_id, batches.c.status != "arriving")
+    if owner is not None:
+        query = query.where(batches.c.owner == owner)
     row = connection.execute(query).one_or_none()
     return None if row is None else BatchRecord(*row)
 
 
-def batches_before(connection: Connection, number: int | None, limit: int) -> list[BatchRecord]:
-    """List batches that have arrived, the newest first, those before a number."""
+def batches_before(
+    connection: Connection, number: int | None, limit: int, owner: str | None = None
+) -> list[BatchRecord]:
+    """List batches that have arrived, the newest first, those before a number, of one client or (None) of all."""
     query = select(*COLUMNS).where(batches.c.status != "arriving").order_by(batches.c.number.desc()).limit(limit)
+    if owner is not None:
+        query = query.where(batches.c.owner == owner)
     if number is not None:
         query = query.where(batches.c.number < number)
     return [BatchRecord(*row) for row in connection.execute(query)]

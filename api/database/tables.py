@@ -21,6 +21,7 @@ robot_contents = Table(
 robots = Table(
     "robots",
     metadata,
+    Column("namespace", Text, primary_key=True, server_default=""),
     Column("id", Text, primary_key=True),
     Column("digest", Text, ForeignKey(robot_contents.c.digest), nullable=False),
     Column("owner", Text, nullable=False),
@@ -28,7 +29,22 @@ robots = Table(
     Index("robots_by_digest", "digest"),
     Index("robots_by_owner", "owner"),
 )
-"""The ids of added robots: the content that each stands for, who added it, and when (s since 1970)."""
+"""The ids of added robots: the content that each stands for, who added it, and when (s since 1970). `namespace` is the
+key in whose requests the id has this meaning, or empty: in those of all."""
+
+keys = Table(
+    "keys",
+    metadata,
+    Column("id", Text, primary_key=True),
+    Column("name", Text, nullable=False),
+    Column("digest", Text, nullable=False),
+    Column("scopes", Text, nullable=False),
+    Column("requests_per_minute", Integer),
+    Column("concurrent_requests", Integer),
+    Column("created", Float, nullable=False),
+    Column("revoked", Float),
+)
+"""API keys (`api.access.keys.KeyRecord`); `scopes` are words."""
 
 engines = Table(
     "engines",

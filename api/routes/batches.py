@@ -12,6 +12,7 @@ import orjson
 from fastapi import Request, Response
 from starlette.responses import StreamingResponse
 
+from api.access.access import audit
 from api.batches.arrival import Body, Refused, take_in
 from api.batches.items import RENDER_RESULTS, Result
 from api.batches.status import described, finished, listed
@@ -61,7 +62,8 @@ async def create_batch(request: Request) -> Response:
         batch_id = await take_in(service_of(request), body, client(request), key)
     except Refused as refused:
         return respond(replace(refused.reply, headers={"Connection": "close"}))
-    batch = await _batch(service_of(request), batch_id)
+    audit(request, "batch_created", batch_id)
+    batch = await _batch(request, batch_id)
     headers = {"Location": f"/v1/batches/{batch_id}"}
     return _json(await _described(service_of(request), batch), HTTPStatus.ACCEPTED, headers)
 
@@ -70,7 +72,8 @@ async def list_batches(request: Request) -> Response:
     """Answer GET /v1/batches: a page, the newest first."""
     limit, cursor = page_limit(request), request.query_params.get("cursor")
     number = None if cursor is None else _number(cursor)
-    found = await service_of(request).database.read(batches.batches_before, number, limit + 1)
+    database, owner = service_of(request).database, client(request).batches_of
+    found = await database.read(batches.batches_before, number, limit + 1, owner)
     next_cursor = str(found[limit - 1].number) if len(found) > limit else None
     return _json({"batches": [listed(batch) for batch in found[:limit]], "next_cursor": next_cursor})
 
@@ -78,15 +81,16 @@ async def list_batches(request: Request) -> Response:
 async def get_batch(request: Request) -> Response:
     """Answer GET /v1/batches/{id}."""
     service = service_of(request)
-    return _json(await _described(service, await _batch(service, request.path_params["id"])))
+    return _json(await _described(service, await _batch(request, request.path_params["id"])))
 
 
 async def cancel_batch(request: Request) -> Response:
     """Answer DELETE /v1/batches/{id}."""
     service = service_of(request)
-    batch = await _batch(service, request.path_params["id"])
+    batch = await _batch(request, request.path_params["id"])
     await service.database.write(batches.cancel_batch, batch.number)
     service.engine.forget(batch.number)
+    audit(request, "batch_cancelled", batch.id)
     return Response(status_code=HTTPStatus.NO_CONTENT)
 
 
@@ -96,7 +100,7 @@ async def get_batch_results(request: Request) -> Response:
     limit, form = page_limit(request), _form(request)
     cursor = request.query_params.get("cursor")
     behind = -1 if cursor is None else _number(cursor)
-    batch = await _batch(service, request.path_params["id"])
+    batch = await _batch(request, request.path_params["id"])
     page, has_more = await _results(service, batch, behind, limit)
     is_last = batch.status != "running" and not has_more
     arguments: dict[str, Any] = {"results": page, "form": form, "lines": False, "last": is_last, "behind": behind}
@@ -107,7 +111,7 @@ async def get_batch_results(request: Request) -> Response:
 async def stream_batch_results(request: Request) -> Response:
     """Answer GET /v1/batches/{id}/results.ndjson: all results, as they come, until the batch has ended."""
     service = service_of(request)
-    batch = await _batch(service, request.path_params["id"])
+    batch = await _batch(request, request.path_params["id"])
     form = _form(request)
     empty = await _rendered(service, [], form, request.url.path)
     if empty.result is None:  # there is no such form
@@ -118,7 +122,7 @@ async def stream_batch_results(request: Request) -> Response:
 async def _lines_of(request: Request, service: Service, batch: BatchRecord, form: str | None) -> AsyncIterator[bytes]:
     behind = -1
     while not request.scope["state"].get("stopping"):
-        batch = await _batch(service, batch.id)
+        batch = await _batch(request, batch.id)
         found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
         while found:
             reply = await _rendered(service, found, form, request.url.path)
@@ -158,7 +162,7 @@ async def stream_batch_events(request: Request) -> Response:
     what has changed since.
     """
     service = service_of(request)
-    batch = await _batch(service, request.path_params["id"])
+    batch = await _batch(request, request.path_params["id"])
     last = request.headers.get("last-event-id", "")
     seen = int(last) if last.isascii() and last.isdecimal() and len(last) < 10 else -1
     return _streamed(request, _events(request, service, batch, seen), "text/event-stream")
@@ -175,7 +179,7 @@ def _streamed(request: Request, pieces: AsyncIterator[bytes], media_type: str) -
 async def _events(request: Request, service: Service, batch: BatchRecord, seen: int) -> AsyncIterator[bytes]:
     sent = time.monotonic()
     while not request.scope["state"].get("stopping"):
-        batch = await _batch(service, batch.id)
+        batch = await _batch(request, batch.id)
         description = await _described(service, batch)
         number = finished(description)
         has_ended = batch.status != "running"
@@ -191,8 +195,9 @@ async def _events(request: Request, service: Service, batch: BatchRecord, seen: 
         await asyncio.sleep(LOOK)
 
 
-async def _batch(service: Service, batch_id: str) -> BatchRecord:
-    found = await service.database.read(batches.find_batch, batch_id)
+async def _batch(request: Request, batch_id: str) -> BatchRecord:
+    """Find a batch that the client may see."""
+    found = await service_of(request).database.read(batches.find_batch, batch_id, client(request).batches_of)
     if found is None:
         raise UnknownBatch("no batch has this id; GET /v1/batches lists those that are kept")
     return found

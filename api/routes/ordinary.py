@@ -17,7 +17,6 @@ from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.messages import Task
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
 from api.schemas.common import DEFAULT_DEADLINE
-from api.server.connections import client_of
 from api.server.costs import kind_of
 from api.server.traffic import Answer
 from api.size import has_too_many_rows
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
 
     from fastapi import Request, Response
 
+    from api.access.access import Client
     from api.messages import Reply
     from api.server.service import Service
     from api.tasks.operation import Operation
@@ -55,9 +55,10 @@ def service_of(request: Request) -> Service:
     return service
 
 
-def client(request: Request) -> str:
-    """Name the client, as long as there are no keys: by its address."""
-    return client_of("" if request.client is None else request.client.host)
+def client(request: Request) -> Client:
+    """Find who sends the request."""
+    sender: Client = request.state.client
+    return sender
 
 
 def page_limit(request: Request) -> int:
@@ -107,7 +108,7 @@ async def look_at_body(request: Request) -> Asked:
     named = named if isinstance(named, str) else None
     content = None
     if named is not None and named not in service.catalogue:
-        content = await service.database.read(find_robot, named)
+        content = await service.database.read(find_robot, client(request).namespace, named)
     robot = {} if content is None else {"definition": content.definition}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:

@@ -7,6 +7,7 @@ from http import HTTPStatus
 
 from fastapi import Request, Response
 
+from api.access.access import audit
 from api.database.robots import RobotBounds, find_robot, robots_behind
 from api.database.robots import add_robot as keep_robot
 from api.database.robots import delete_robot as forget_robot
@@ -24,7 +25,7 @@ async def list_robots(request: Request) -> Response:
     limit = page_limit(request)
     cursor = request.query_params.get("cursor", "")
     last = cursor.removeprefix(ADDED) if cursor.startswith(ADDED) else ""  # those of the catalogue come before
-    kept = await service_of(request).database.read(robots_behind, last, limit + 1)
+    kept = await service_of(request).database.read(robots_behind, client(request).namespace, last, limit + 1)
     page, has_more = first_page(((ADDED + robot_id, summary) for robot_id, summary in kept), limit)
     return respond(await run(request, "list_robots", limit=limit, cursor=cursor, added=page, has_more=has_more))
 
@@ -32,7 +33,7 @@ async def list_robots(request: Request) -> Response:
 async def get_robot(request: Request) -> Response:
     """Answer GET /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    content = await service_of(request).database.read(find_robot, robot_id)
+    content = await service_of(request).database.read(find_robot, client(request).namespace, robot_id)
     if content is None:
         return respond(await run(request, "get_robot", id=robot_id))
     return Answer([content.described_as(robot_id)], HTTPStatus.OK, "application/json")
@@ -48,7 +49,10 @@ async def add_robot(request: Request) -> Response:
     bounds = RobotBounds(
         service.settings.max_robots, service.settings.max_robots_per_client, service.settings.max_robots_bytes
     )
-    match await service.database.write(keep_robot, robot_id, content, client(request), bounds):
+    sender = client(request)
+    match await service.database.write(keep_robot, sender.namespace, robot_id, content, sender.name, bounds):
+        case "added":
+            audit(request, "robot_added", robot_id)
         case "exists":
             raise RobotExists(f"{robot_id} is another robot; choose another id, or delete that one first")
         case "full":
@@ -63,10 +67,13 @@ async def add_robot(request: Request) -> Response:
 async def delete_robot(request: Request) -> Response:
     """Answer DELETE /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    match await service_of(request).database.write(forget_robot, robot_id, client(request)):
+    sender = client(request)
+    owner = None if sender.has_key and "admin" in sender.scopes else sender.name
+    match await service_of(request).database.write(forget_robot, sender.namespace, robot_id, owner):
         case "deleted":
+            audit(request, "robot_deleted", robot_id)
             return Response(status_code=204)
         case "of_another":
-            raise RobotOfAnother("who added the robot may delete it, from the address that it came from")
+            raise RobotOfAnother("only who added the robot may delete it: by the same key, or from the same address")
         case _:
             return respond(await run(request, "delete_robot", id=robot_id))

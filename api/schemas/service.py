@@ -34,6 +34,10 @@ class ServiceLimits(Answer):
     """The largest number of batches that are kept."""
     max_batches_per_client: int
     """The largest number of batches of one address that have not ended."""
+    key_requests_per_minute: int
+    """The largest number of requests of one API key in a minute, where keys are asked for and it has no other."""
+    key_concurrent_requests: int
+    """The largest number of requests of one API key under way, where keys are asked for and it has no other."""
     workers: int
     """The number of requests that are worked on at once."""
     queue_size: int

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import structlog
 from fastapi import FastAPI, Response
 from starlette.exceptions import HTTPException
+from starlette.middleware.cors import CORSMiddleware
 from starlette.routing import Match, Route
 
+from api.access.access import Access, Guarded
 from api.batches.engine import Engine
 from api.database.database import Database, database_url
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
@@ -47,6 +49,20 @@ ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
 }
 """The endpoints of the operations that are not ordinary: they need the database, several workers or none."""
 
+READ_HEADERS = ("Accept", "Authorization", "Content-Type", "Idempotency-Key", "Last-Event-ID", "X-Request-ID")
+"""The headers that pages of other origins may send, where `cors_origins` lets them in."""
+
+SENT_HEADERS = (
+    "Location",
+    "RateLimit-Limit",
+    "RateLimit-Remaining",
+    "RateLimit-Reset",
+    "Retry-After",
+    "Server-Timing",
+    "X-Request-ID",
+)
+"""The headers of answers that such pages may read."""
+
 log = structlog.get_logger()
 
 
@@ -77,10 +93,10 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
-    app.state.service = Service(settings, workers, database, engine)
+    app.state.service = Service(settings, workers, database, engine, Access(settings, database))
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
-        app.add_route(operation.path, endpoint, methods=[operation.method])
+        app.router.routes.append(Route(operation.path, Guarded(endpoint, operation.scope), methods=[operation.method]))
     app.add_route("/openapi.json", service.openapi)
     app.add_route("/docs", service.docs_page)
     app.add_route("/docs/{name}", service.docs_file)
@@ -88,6 +104,15 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
     app.add_middleware(RequestContext, traffic=Traffic(settings.max_bytes_in_flight), pool=workers)
+    if settings.cors_origins:
+        methods = sorted({operation.method for operation in OPERATIONS})
+        app.add_middleware(
+            CORSMiddleware,
+            allow_origins=settings.cors_origins,
+            allow_methods=methods,
+            allow_headers=READ_HEADERS,
+            expose_headers=SENT_HEADERS,
+        )
     return app
 
 

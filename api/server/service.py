@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from api.access.access import Access
     from api.batches.engine import Engine
     from api.database.database import Database
     from api.server.pool import WorkerPool
@@ -21,6 +22,7 @@ class Service:
         pool: The worker processes.
         database: What outlives a request: robots and batches.
         engine: What works on batches.
+        access: What lets requests in.
         catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
             which they need no definition is one, and no added robot can have its id: the database need not be asked.
     """
@@ -29,4 +31,5 @@ class Service:
     pool: WorkerPool
     database: Database
     engine: Engine
+    access: Access
     catalogue: set[str] = field(default_factory=set)

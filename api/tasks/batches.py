@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from api.tasks.work import Work
+    from planner.backends.base import BackEnd
     from planner.export import Format
+    from planner.problem import PlanningProblem
 
 CHUNK = 500
 """The number of requests that go into the database at once."""
@@ -142,7 +144,6 @@ def _item(request: Any, pointer: str, work: Work) -> NewItem:
 
 def plan_item(work: Work) -> Reply:
     """Plan one request of a batch: the body is the saved plan, the result its duration and its worst ratio."""
-    from api.conversion import to_backend, to_planning_problem
     from planner.export.base import sample
     from planner.planning import plan
     from planner.saved_plan import save_plan
@@ -151,7 +152,7 @@ def plan_item(work: Work) -> Reply:
     with work.stage("validate"):
         body = decompressed(work.task.body)
         request: PlanRequest = replace_body(work, body).request(PlanRequest)
-        asked, backend = to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
+        asked, backend = _problem_of(request, definition)
     with work.stage("plan"):
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
@@ -163,6 +164,13 @@ def plan_item(work: Work) -> Reply:
     ratios = [check.ratio for check in solved.certificate.checks if check.enforced and check.ratio is not None]
     figures = (solved.trajectory.duration, max(ratios, default=None))
     return Reply(200, "application/octet-stream", saved, work.timings, result=figures)
+
+
+def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[PlanningProblem, BackEnd]:
+    """Make a request, which may name an added robot with a definition, what the library plans."""
+    from api.conversion import to_backend, to_planning_problem
+
+    return to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
 
 
 def replace_body(work: Work, body: bytes) -> Work:
@@ -219,11 +227,10 @@ def _rendered(result: Result, form: Format, definition: bytes | None, work: Work
 
 def _written(result: Result, form: Format, definition: bytes | None, work: Work) -> bytes:
     """Write a saved plan as the request alone would be answered."""
-    from api.conversion import to_backend, to_planning_problem
     from planner.saved_plan import OF_THE_PATH, load_plan
 
     request: PlanRequest = validated(PlanRequest, decompressed(result.request), work.caps)
-    asked, backend = to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
+    asked, backend = _problem_of(request, definition)
     options = export_options(request, definition)
     with_runs = not OF_THE_PATH.isdisjoint(request.include)
     return form.render(load_plan(result.result, asked, backend, with_runs), options)
@@ -238,6 +245,7 @@ OPERATIONS = (
         method="POST",
         path="/v1/batches",
         tag="batches",
+        scope="batches",
         summary="Plan many requests, behind those that somebody waits for.",
         run=read_items,
         request=schemas.BatchRequest,
@@ -267,6 +275,7 @@ OPERATIONS = (
         method="GET",
         path="/v1/batches",
         tag="batches",
+        scope="batches",
         summary="The batches that are kept, in pages.",
         answer=schemas.BatchesAnswer,
         codes=("invalid_request", *DATABASE_CODES),
@@ -277,6 +286,7 @@ OPERATIONS = (
         method="GET",
         path="/v1/batches/{id}",
         tag="batches",
+        scope="batches",
         summary="How far a batch is, and what came of it so far.",
         answer=schemas.Batch,
         codes=("unknown_batch", *DATABASE_CODES),
@@ -286,6 +296,7 @@ OPERATIONS = (
         method="GET",
         path="/v1/batches/{id}/results",
         tag="batches",
+        scope="batches",
         summary="The results of a batch, in pages.",
         run=render_results,
         answer=schemas.BatchResultsAnswer,
@@ -298,6 +309,7 @@ OPERATIONS = (
         method="GET",
         path="/v1/batches/{id}/results.ndjson",
         tag="batches",
+        scope="batches",
         summary="All results of a batch, one a line (`BatchResult`), as they come; the stream ends with the batch.",
         answer=schemas.BatchResult,
         codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
@@ -309,6 +321,7 @@ OPERATIONS = (
         method="GET",
         path="/v1/batches/{id}/events",
         tag="batches",
+        scope="batches",
         summary="How far a batch is (`Batch`), again and again, as server-sent events: `progress`, and last `end`.",
         answer=schemas.Batch,
         codes=("unknown_batch", *DATABASE_CODES),
@@ -320,6 +333,7 @@ OPERATIONS = (
         method="DELETE",
         path="/v1/batches/{id}",
         tag="batches",
+        scope="batches",
         summary="Give up what is left of a batch; what is done is kept.",
         answer=None,
         status=204,

@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from api.access.keys import Scope
     from api.messages import Reply
     from api.tasks.work import Work
 
 CONNECTION_CODES = ("malformed_request", "request_timeout", "too_many_requests", "header_too_large")
 """Codes of the problem documents that may be the answer to anything that arrives on a connection."""
+
+ACCESS_CODES = ("unauthorized", "forbidden", "database_unavailable")
+"""Codes of the problem documents that may be the answer to anything that needs a key, where keys are asked for."""
 
 WORKER_CODES = ("overloaded", "deadline_exceeded", "internal_error")
 """Codes of the problem documents that may be the answer to anything a worker runs."""
@@ -37,9 +41,11 @@ class Operation:
         answer: The schema of its answer; None: the answer has no body.
         run: The function that runs it in a worker; None: the server answers by itself (`api/routes/`).
         request: The schema of the request's body; None: the request has no body.
+        scope: What a key has to allow, where keys are asked for; None: anybody may use it.
         status: The HTTP status of success.
         also: Other statuses with the same schema, and what they mean.
-        codes: Codes of the problem documents that may be the answer instead, besides `CONNECTION_CODES`.
+        codes: Codes of the problem documents that may be the answer instead, besides `CONNECTION_CODES`
+            and `ACCESS_CODES`.
         examples: Request bodies by name.
         pages: Whether the answer is a page of a list, which `limit` and `cursor` choose.
         formats: Whether `?format=` and `Accept` choose the form of the answer.
@@ -57,6 +63,7 @@ class Operation:
     answer: Any
     run: Callable[[Work], Reply] | None = None
     request: Any = None
+    scope: Scope | None = "plan"
     status: int = 200
     also: Mapping[int, str] = field(default_factory=dict)
     codes: tuple[str, ...] = ()

@@ -12,15 +12,17 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from fastapi import Request
-from sqlalchemy import delete, func, inspect, make_url, select, text
+from sqlalchemy import delete, func, insert, inspect, make_url, select, text
 from typer.testing import CliRunner
 
+from api.access.access import Client
 from api.cli import app
 from api.database.database import Database, make_engine, sqlite_url
-from api.database.migrate import DatabaseTooNew, is_current, upgrade
+from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.database.robots import RobotBounds, add_robot, delete_robot, find_robot, robots_behind
 from api.database.tables import metadata, robot_contents, robots
 from api.errors import DatabaseUnavailable
@@ -78,6 +80,23 @@ def test_a_database_of_a_later_version_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(DatabaseTooNew, match="of tomorrow"):
         upgrade(engine)
     assert not is_current(engine)
+    engine.dispose()
+
+
+def test_robots_that_were_added_before_there_were_keys_are_everybodys(tmp_path: Path) -> None:
+    engine = make_engine(sqlite_url(tmp_path))
+    with engine.begin() as connection:
+        config = _config()
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0002")
+        connection.execute(insert(robot_contents).values(**vars(content("x")), size=0))
+        connection.execute(text("INSERT INTO robots (id, digest, owner, added) VALUES ('arm', 'x', '127.0.0.1', 0)"))
+    upgrade(engine)
+    with engine.begin() as connection:
+        assert find_robot(connection, "key:of_somebody", "arm") == content("x")
+        assert robots_behind(connection, "key:of_somebody", "", 10) == [("arm", b'{"id":"arm","dof":1}')]
+        assert delete_robot(connection, "key:of_somebody", "arm", "key:of_somebody") == "of_another"
+        assert delete_robot(connection, "key:of_an_admin", "arm", None) == "deleted"
     engine.dispose()
 
 
@@ -148,45 +167,45 @@ def content(digest: str, size: int = 0) -> RobotContent:
 
 
 def test_a_content_is_kept_once_and_as_long_as_an_id_stands_for_it(connection: Connection) -> None:
-    add = partial(add_robot, connection, owner="me", bounds=WIDE._replace(ids=3))
+    add = partial(add_robot, connection, "", owner="me", bounds=WIDE._replace(ids=3))
     assert [add(robot_id, content("x")) for robot_id in ("b", "a", "a")] == ["added", "added", "same"]
-    assert find_robot(connection, "a") == find_robot(connection, "b") == content("x")
+    assert find_robot(connection, "", "a") == find_robot(connection, "", "b") == content("x")
     assert add("a", content("y")) == "exists"
     assert add("c", content("y")) == "added"
     assert add("d", content("y")) == "full"
     assert [digest for (digest,) in connection.execute(select(robot_contents.c.digest))] == ["x", "y"]
-    assert [delete_robot(connection, "b", "me") for _ in range(2)] == ["deleted", "unknown"]
-    assert find_robot(connection, "a") == content("x")
-    assert delete_robot(connection, "a", "me") == "deleted"
+    assert [delete_robot(connection, "", "b", "me") for _ in range(2)] == ["deleted", "unknown"]
+    assert find_robot(connection, "", "a") == content("x")
+    assert delete_robot(connection, "", "a", "me") == "deleted"
     assert [digest for (digest,) in connection.execute(select(robot_contents.c.digest))] == ["y"]
     assert add("a", content("y")) == "added"
 
 
 def test_ids_are_listed_in_their_order(connection: Connection) -> None:
     for robot_id in ("b", "Z", "a.1", "a", "_"):
-        add_robot(connection, robot_id, content("x"), "me", WIDE)
-    listed = robots_behind(connection, "", 10)
+        add_robot(connection, "", robot_id, content("x"), "me", WIDE)
+    listed = robots_behind(connection, "", "", 10)
     assert [robot_id for robot_id, _ in listed] == ["Z", "_", "a", "a.1", "b"]
-    assert robots_behind(connection, "_", 2) == [("a", b'{"id":"a","dof":1}'), ("a.1", b'{"id":"a.1","dof":1}')]
+    assert robots_behind(connection, "", "_", 2) == [("a", b'{"id":"a","dof":1}'), ("a.1", b'{"id":"a.1","dof":1}')]
 
 
 def test_one_client_fills_no_more_than_its_share_and_deletes_what_it_added_only(connection: Connection) -> None:
     """Any client could take all 1,000 places in 7 s, or delete any robot."""
-    add = partial(add_robot, connection, content=content("x"), bounds=WIDE._replace(ids_of_owner=2))
+    add = partial(add_robot, connection, "", content=content("x"), bounds=WIDE._replace(ids_of_owner=2))
     assert [add(robot_id, owner="one") for robot_id in "abc"] == ["added", "added", "too_many"]
     assert add("c", owner="other") == "added"
-    assert [delete_robot(connection, robot_id, "other") for robot_id in "ac"] == ["of_another", "deleted"]
-    assert delete_robot(connection, "a", "one") == "deleted"
+    assert [delete_robot(connection, "", robot_id, "other") for robot_id in "ac"] == ["of_another", "deleted"]
+    assert delete_robot(connection, "", "a", "one") == "deleted"
     assert add("c", owner="one") == "added"
 
 
 def test_the_bytes_of_all_robots_are_bounded(connection: Connection) -> None:
     """100 robots of 4 MB took 382 MB of the server."""
-    add = partial(add_robot, connection, owner="me", bounds=WIDE)
+    add = partial(add_robot, connection, "", owner="me", bounds=WIDE)
     assert add("a", content("x", 600)) == "added"
     assert add("b", content("y", 600)) == "full"
     assert add("b", content("x", 600)) == "added"  # the same content takes no more
-    assert delete_robot(connection, "a", "me") == delete_robot(connection, "b", "me") == "deleted"
+    assert delete_robot(connection, "", "a", "me") == delete_robot(connection, "", "b", "me") == "deleted"
     assert add("b", content("y", 600)) == "added"
 
 
@@ -199,7 +218,7 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
     asked: list[str] = []
 
     class MadeUpDatabase:
-        async def read(self, work: Any, robot_id: str) -> None:
+        async def read(self, work: Any, namespace: str, robot_id: str) -> None:
             asked.append(robot_id)
 
     class MadeUpPool:
@@ -217,7 +236,7 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
             return body.pop() if body else await asyncio.sleep(10.0)
 
         app = SimpleNamespace(state=SimpleNamespace(service=service))
-        state = {"share": Traffic(10**6).share(), "arrived": time.monotonic()}
+        state = {"share": Traffic(10**6).share(), "arrived": time.monotonic(), "client": Client("127.0.0.1")}
         scope = {"type": "http", "method": "POST", "path": "/", "headers": [], "app": app, "state": state}
         await run_with_body(Request(scope, receive), "plan_trajectory")
 

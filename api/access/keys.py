@@ -1,0 +1,78 @@
+"""API keys: what they are made of, what each may do, and what is kept of one. Light to import."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+from typing import Literal, NamedTuple, get_args
+
+Scope = Literal["plan", "robots:write", "batches", "admin"]
+"""What a key may do: plan and compute, add and delete robots, use batches, and all that with what belongs to others."""
+
+SCOPES: tuple[Scope, ...] = get_args(Scope)
+"""All scopes."""
+
+PREFIX = "planner"
+"""What every key begins with, so that searches for leaked secrets find it."""
+
+ID_BYTES = 6
+"""The random bytes of the public part of a key: enough that no two keys of a service have the same."""
+
+SECRET_BYTES = 32
+"""The random bytes of the secret part of a key: so many that nobody can try them all, and a plain hash will do."""
+
+LONGEST_KEY = 128
+"""The most characters that are looked at; a key has 64."""
+
+NOBODY = "0" * 64
+"""The digest that unknown keys are compared with, so that they take as long as known ones."""
+
+
+class KeyRecord(NamedTuple):
+    """What is kept of a key; the key itself is not.
+
+    Attributes:
+        id: Its public part.
+        name: What its holder calls it.
+        digest: The SHA-256 of the whole key, as hexadecimal digits.
+        scopes: What it may do.
+        requests_per_minute: The most requests in a minute; None: as the service's setting says.
+        concurrent_requests: The most requests under way; None: as the service's setting says.
+        created: When it was made, s since 1970.
+        revoked: When it was revoked, s since 1970; None: it is valid.
+    """
+
+    id: str
+    name: str
+    digest: str
+    scopes: frozenset[Scope]
+    requests_per_minute: int | None
+    concurrent_requests: int | None
+    created: float
+    revoked: float | None
+
+
+def new_key() -> tuple[str, str]:
+    """Make a key, and give its id and the key itself."""
+    key_id = secrets.token_hex(ID_BYTES)
+    return key_id, f"{PREFIX}_{key_id}_{secrets.token_urlsafe(SECRET_BYTES)}"
+
+
+def id_of(key: str) -> str | None:
+    """Find the public part of a key; None: this is no key."""
+    prefix, _, rest = key.partition("_")
+    key_id, _, secret = rest.partition("_")
+    is_key = prefix == PREFIX and len(key_id) == 2 * ID_BYTES and secret != "" and len(key) <= LONGEST_KEY
+    return key_id if is_key else None
+
+
+def digest_of(key: str) -> str:
+    """Compute what is kept of a key."""
+    return hashlib.sha256(key.encode()).hexdigest()
+
+
+def is_valid(key: str, record: KeyRecord | None) -> bool:
+    """Tell whether a key is the one that was kept, in a time that says nothing of how much of it is right."""
+    is_right = hmac.compare_digest(digest_of(key), NOBODY if record is None else record.digest)
+    return is_right and record is not None and record.revoked is None

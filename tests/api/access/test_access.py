@@ -1,0 +1,92 @@
+"""When keys are asked for, how much one may ask, and which web pages may use the service."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from typer.testing import CliRunner
+
+from api.access.allowance import Allowance
+from api.cli import app
+from api.errors import TooManyRequests
+from api.settings import Settings
+from tests.api.made_up_service import made_up_service
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+EVERYWHERE = "0.0.0.0"  # noqa: S104 - that is what is tested
+
+
+@pytest.mark.parametrize(
+    ("host", "access", "asks"),
+    [
+        ("127.0.0.1", None, False),
+        ("::1", None, False),
+        ("localhost", None, False),
+        ("127.0.0.1", "keys", True),
+        (EVERYWHERE, None, True),
+        ("::", None, True),
+        ("", None, True),
+        ("planner.example.com", None, True),
+        (EVERYWHERE, "open", False),
+    ],
+)
+def test_keys_are_asked_for_where_others_can_reach_the_service(
+    host: str, access: Any, asks: bool, tmp_path: Path
+) -> None:
+    assert Settings(host=host, access=access, data_directory=tmp_path).asks_for_keys == asks
+
+
+def test_a_service_that_nobody_could_have_a_key_for_does_not_start() -> None:
+    result = CliRunner().invoke(app, ["serve", "--host", EVERYWHERE])
+    assert result.exit_code == 2
+    assert "PLANNER_ACCESS=open" in " ".join(result.stderr.split())
+
+
+def test_requests_come_back_evenly() -> None:
+    allowance = Allowance(requests=60, concurrent=100, now=0.0)
+    granted = [granted_at(allowance, 0.001 * k) for k in range(100)]
+    assert sum(granted) == 60 and all(granted[:60])
+    assert not granted_at(allowance, 0.9)
+    assert granted_at(allowance, 1.05)
+    assert allowance.headers() == {"RateLimit-Limit": "60", "RateLimit-Remaining": "0", "RateLimit-Reset": "60"}
+    assert sum(granted_at(allowance, 1e6) for _ in range(100)) == 60  # no more than a minute's are saved up
+
+
+def granted_at(allowance: Allowance, now: float) -> bool:
+    try:
+        with allowance.request(now):
+            return True
+    except TooManyRequests as refusal:
+        wait = int(refusal.headers["Retry-After"])
+        assert wait == 1  # as many as there are seconds in a minute: each comes back after one
+        return False
+
+
+def test_so_many_requests_are_under_way_at_once() -> None:
+    allowance = Allowance(requests=100, concurrent=2, now=0.0)
+    with allowance.request(0.0):
+        with allowance.request(0.0):
+            assert not granted_at(allowance, 0.0)
+        assert granted_at(allowance, 0.0)
+    with pytest.raises(ZeroDivisionError), allowance.request(0.0):
+        raise ZeroDivisionError
+    with allowance.request(0.0):
+        assert granted_at(allowance, 0.0)
+
+
+def test_pages_of_other_origins_are_let_in_only_where_the_operator_says_so() -> None:
+    origin = {"Origin": "https://cell.example.com"}
+    preflight = origin | {"Access-Control-Request-Method": "POST", "Access-Control-Request-Headers": "Authorization"}
+    with made_up_service() as client:
+        assert not [name for name in client.get("/livez", headers=origin).headers if name.startswith("access-control")]
+        assert client.options("/v1/trajectories", headers=preflight).status_code == 405
+    with made_up_service(cors_origins="https://cell.example.com, https://office.example.com") as client:
+        allowed = client.get("/livez", headers=origin).headers
+        assert allowed["access-control-allow-origin"] == "https://cell.example.com"
+        assert "RateLimit-Remaining" in allowed["access-control-expose-headers"]
+        assert client.options("/v1/trajectories", headers=preflight).status_code == 200
+        other = client.get("/livez", headers={"Origin": "https://elsewhere.example.com"}).headers
+        assert "access-control-allow-origin" not in other

@@ -1,0 +1,56 @@
+"""The service over HTTP in a thread, with a real database; its tasks run there, too: it starts quickly."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import httpx
+import uvicorn
+
+from api.execution import execute
+from api.messages import Caps, Reply, Task
+from api.server.app import create_app
+from api.settings import Settings
+from tests.api.conftest import free_port, wait_until
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class WorkersInTheProcess:
+    """Run tasks at once, as a worker does it."""
+
+    size = warm_workers = most_behind = 1
+    ready, is_full = True, False
+
+    def __init__(self, settings: Settings) -> None:
+        self._caps = Caps(settings.max_deadline, settings.max_waypoints, settings.max_samples, 1024)
+
+    def attach(self) -> None: ...
+
+    async def detach(self) -> None: ...
+
+    def stop(self) -> None: ...
+
+    async def run(self, task: Task, kind: object, hold: object) -> Reply:
+        return execute(task, self._caps)
+
+    async def run_behind(self, task: Task, kind: object, seconds: float) -> Reply:
+        return execute(task, self._caps)
+
+
+@contextmanager
+def made_up_service(**settings: Any) -> Iterator[httpx.Client]:
+    asked = Settings(**settings)
+    app = create_app(asked, WorkersInTheProcess(asked))  # type: ignore[arg-type]
+    port = free_port()
+    server = uvicorn.Server(uvicorn.Config(app, port=port, log_config=None, access_log=False, ws="none"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    wait_until(lambda: server.started)
+    with httpx.Client(base_url=f"http://127.0.0.1:{port}", trust_env=False) as client:
+        yield client
+    server.should_exit = True
+    thread.join()
