@@ -5,8 +5,10 @@ from __future__ import annotations
 from functools import cache
 from http import HTTPStatus
 from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+import orjson
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
@@ -55,6 +57,9 @@ LINES = "application/x-ndjson"
 REFERENCE = "#/components/schemas/{model}"
 """Where a schema is in the document."""
 
+PROBLEM_EXAMPLE = "#/components/examples/{code}"
+"""Where the example of a problem document is in the document."""
+
 TAGS = {
     "trajectories": "Plans, and certificates of trajectories of any origin.",
     "kinematics": "Poses of the tool, joint positions that reach them, and what lies between the two.",
@@ -91,12 +96,22 @@ def openapi_document(max_waypoints: int) -> dict[str, Any]:
         "info": {
             "title": TITLE,
             "description": DESCRIPTION,
+            "contact": {"name": TITLE},
             "license": {"name": "MIT", "identifier": "MIT"},
             "version": service_version(),
         },
+        "servers": [{"url": "/", "description": "The service that this document comes from."}],
         "tags": [{"name": name, "description": description} for name, description in TAGS.items()],
         "paths": paths,
-        "components": {"schemas": _components(max_waypoints), "securitySchemes": KEYS},
+        "components": {
+            "schemas": _components(max_waypoints),
+            "examples": {
+                code: {"summary": document["title"], "value": document}
+                for code, document in examples()["problems"].items()
+                if any(code in _codes(operation) for operation in OPERATIONS)
+            },
+            "securitySchemes": KEYS,
+        },
     }
 
 
@@ -108,10 +123,22 @@ def service_version() -> str:
         return "0+checkout"
 
 
+@cache
+def examples() -> dict[str, Any]:
+    """Read the examples of what the service answers, which tests hold against its answers.
+
+    Returns:
+        `answers`, by operation, status and name, where a name is that of the request; and `problems`, by code.
+    """
+    read: dict[str, Any] = orjson.loads(files("api").joinpath("openapi_examples.json").read_bytes())
+    return read
+
+
 def _entry(operation: Operation) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "tags": [operation.tag],
         "summary": operation.summary,
+        "description": operation.description,
         "operationId": operation.id,
         "security": [{}] if operation.scope is None else [{}, {"key": [operation.scope]}],
         "responses": {str(status): response for status, response in _responses(operation).items()},
@@ -133,19 +160,19 @@ def _entry(operation: Operation) -> dict[str, Any]:
 
 def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
     """Describe what an operation answers, by status."""
-    responses: dict[int, dict[str, Any]] = {operation.status: _success(operation)}
+    responses: dict[int, dict[str, Any]] = {operation.status: _success(operation, operation.status)}
     for status, meaning in operation.also.items():
-        responses[status] = _success(operation) | {"description": meaning}
+        responses[status] = _success(operation, status) | {"description": meaning}
     by_status: dict[int, list[str]] = {}
-    access_codes = () if operation.scope is None else ACCESS_CODES
-    for code in dict.fromkeys((*CONNECTION_CODES, *access_codes, *operation.codes)):
+    for code in _codes(operation):
         by_status.setdefault(STATUS_OF_CODE[code], []).append(code)
     for status, codes in sorted(by_status.items()):
         description = f"{HTTPStatus(status).phrase}: " + ", ".join(f"`{code}`" for code in codes)
-        responses[status] = {
-            "description": description,
-            "content": {MEDIA_TYPE: {"schema": _reference(ProblemDocument)}},
+        content = {
+            "schema": _reference(ProblemDocument),
+            "examples": {code: {"$ref": PROBLEM_EXAMPLE.format(code=code)} for code in codes},
         }
+        responses[status] = {"description": description, "content": {MEDIA_TYPE: content}}
         if {"overloaded", "too_many_requests"} & set(codes):
             seconds = {"description": "Wait that long, s.", "schema": {"type": "integer"}}
             responses[status]["headers"] = {"Retry-After": seconds}
@@ -156,12 +183,22 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
     return responses
 
 
-def _success(operation: Operation) -> dict[str, Any]:
+def _codes(operation: Operation) -> tuple[str, ...]:
+    """List the codes of the problem documents that may be the answer of an operation, each once."""
+    access_codes = () if operation.scope is None else ACCESS_CODES
+    return tuple(dict.fromkeys((*CONNECTION_CODES, *access_codes, *operation.codes)))
+
+
+def _success(operation: Operation, status: int) -> dict[str, Any]:
     if operation.answer is None:
         return {"description": "Done."}
-    text = {"type": "string"}
-    schema = _reference(operation.answer) if operation.media_type == "application/json" else text
-    content: dict[str, Any] = {operation.media_type: {"schema": schema}}
+    named = examples()["answers"].get(operation.id, {}).get(str(status), {})
+    content: dict[str, Any] = {
+        operation.media_type: {
+            "schema": _schema_of_answer(operation),
+            "examples": {name: {"value": value} for name, value in named.items()},
+        }
+    }
     if operation.formats:
         for name, form in FORMATS.items():
             if name in FORMAT_SCHEMAS:
@@ -171,9 +208,17 @@ def _success(operation: Operation) -> dict[str, Any]:
                 content[form.media_type] = {"schema": {"type": "string"} | binary}
     response: dict[str, Any] = {"description": "Success.", "content": content}
     if operation.status in {HTTPStatus.CREATED, HTTPStatus.ACCEPTED}:
-        location = {"description": "Where it is.", "schema": {"type": "string"}}
-        response["headers"] = {"Location": location}
+        response["headers"] = {"Location": {"description": "Where it is.", "schema": {"type": "string"}}}
+    if operation.file:
+        name_of_file = {"description": "The name of the file.", "schema": {"type": "string"}}
+        response["headers"] = {"Content-Disposition": name_of_file}
     return response
+
+
+def _schema_of_answer(operation: Operation) -> dict[str, Any]:
+    if operation.file:
+        return {"type": "string", "format": "binary"}
+    return _reference(operation.answer) if operation.media_type == "application/json" else {"type": "string"}
 
 
 def _parameters(operation: Operation) -> list[dict[str, Any]]:
@@ -199,13 +244,13 @@ def _parameters(operation: Operation) -> list[dict[str, Any]]:
                 "schema": {"type": "string"},
             },
         ]
-    if operation.formats or operation.formats_of_plans:
-        meaning = "the answer; goes before the Accept header" if operation.formats else "the plans"
+    if operation.file or operation.formats_of_plans:
         parameters.append(
             {
                 "name": "format",
                 "in": "query",
-                "description": f"Form of {meaning}.",
+                **({"required": True} if operation.file else {}),
+                "description": f"Form of {'the file' if operation.file else 'the plans'}.",
                 "schema": {"type": "string", "enum": list(FORMATS), "title": "PlanFormat"},
             }
         )
@@ -241,7 +286,8 @@ def _components(max_waypoints: int) -> dict[str, Any]:
     Lists are as long as the service takes, and the codes of problems are those that there are.
     """
     roots: list[Any] = [ProblemDocument, *FORMAT_SCHEMAS.values()]
-    roots += [schema for op in OPERATIONS for schema in (op.request, op.answer) if schema is not None]
+    roots += [op.request for op in OPERATIONS if op.request is not None]
+    roots += [op.answer for op in OPERATIONS if op.answer is not None and not op.file]
     inputs: Any = [(schema.__name__, "validation", TypeAdapter(schema)) for schema in roots]
     _, definitions = TypeAdapter.json_schemas(inputs, ref_template=REFERENCE, schema_generator=_Schemas)
     schemas = dict(sorted(definitions["$defs"].items()))

@@ -39,7 +39,7 @@ def ordinary(operation: Operation) -> Callable[[Request], Awaitable[Response]]:
 
     async def endpoint(request: Request) -> Response:
         arguments: dict[str, Any] = {}
-        if operation.formats:
+        if operation.formats or operation.file:
             arguments["format"] = request.query_params.get("format")
             arguments["accept"] = request.headers.get("accept", "*/*")
         if operation.request is None:

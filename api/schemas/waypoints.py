@@ -245,7 +245,7 @@ class NamedWaypoint(WaypointBase):
     """The name of one of the robot's `named_positions`, which the answer repeats."""
 
 
-class Configuration(Schema):
+class ArmConfiguration(Schema):
     """The sides on which shoulder, elbow and wrist are to be, for arms that have such names."""
 
     shoulder: Shoulder | None = None
@@ -274,7 +274,7 @@ class PoseWaypoint(WaypointBase):
     """What of the pose is left open; null or omitted: nothing. `rotation_z`: the turn about the tool's own z axis, as
     of a drill or a round nozzle. Of all turns that is taken whose posture is nearest to the one before, in time at the
     joints' full speed; motions to and from this waypoint are as if it had been asked, and the answer has its pose."""
-    configuration: Configuration | None = None
+    configuration: ArmConfiguration | None = None
     """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
     omitted: any, chosen so that the way through the whole list is shortest."""
 

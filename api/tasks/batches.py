@@ -236,7 +236,12 @@ def _written(result: Result, form: Format, definition: bytes | None, work: Work)
     return form.render(load_plan(result.result, asked, backend, with_runs), options)
 
 
-EXAMPLE = {"robot": "ngv_refuelling_arm", "waypoints": TWO_JOINT_POSITIONS, "backend": {"kind": "quintic"}}
+EXAMPLE = {
+    "robot": "ngv_refuelling_arm",
+    "waypoints": TWO_JOINT_POSITIONS,
+    "backend": {"kind": "quintic"},
+    "sample_period": 0.25,
+}
 """A plan request."""
 
 OPERATIONS = (
@@ -247,6 +252,8 @@ OPERATIONS = (
         tag="batches",
         scope="batches",
         summary="Plan many requests, behind those that somebody waits for.",
+        description="The body is a list of plan requests, a grid of them, or lines of JSON with a request each. They "
+        "are planned in the background; what is wrong with one of them is told among the results.",
         run=read_items,
         request=schemas.BatchRequest,
         answer=schemas.Batch,
@@ -277,6 +284,7 @@ OPERATIONS = (
         tag="batches",
         scope="batches",
         summary="The batches that are kept, in pages.",
+        description="The newest come first.",
         answer=schemas.BatchesAnswer,
         codes=("invalid_request", *DATABASE_CODES),
         pages=True,
@@ -288,6 +296,8 @@ OPERATIONS = (
         tag="batches",
         scope="batches",
         summary="How far a batch is, and what came of it so far.",
+        description="With the counts, the rate, an estimate of the time that is left, and a summary of the plans and "
+        "the problems.",
         answer=schemas.Batch,
         codes=("unknown_batch", *DATABASE_CODES),
     ),
@@ -298,6 +308,8 @@ OPERATIONS = (
         tag="batches",
         scope="batches",
         summary="The results of a batch, in pages.",
+        description="In the order of the requests. The page of a running batch ends before the first request that has "
+        "no result yet.",
         run=render_results,
         answer=schemas.BatchResultsAnswer,
         codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
@@ -311,6 +323,7 @@ OPERATIONS = (
         tag="batches",
         scope="batches",
         summary="All results of a batch, one a line (`BatchResult`), as they come; the stream ends with the batch.",
+        description="The lines come in the order of the requests.",
         answer=schemas.BatchResult,
         codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
         formats_of_plans=True,
@@ -323,6 +336,7 @@ OPERATIONS = (
         tag="batches",
         scope="batches",
         summary="How far a batch is (`Batch`), again and again, as server-sent events: `progress`, and last `end`.",
+        description="A client that comes back with `Last-Event-ID` is told what has changed since.",
         answer=schemas.Batch,
         codes=("unknown_batch", *DATABASE_CODES),
         headers={"Last-Event-ID": "The id of the last event that was received; omitted: none was."},
@@ -335,6 +349,7 @@ OPERATIONS = (
         tag="batches",
         scope="batches",
         summary="Give up what is left of a batch; what is done is kept.",
+        description="What is being planned is given up within a second; results that there are can still be read.",
         answer=None,
         status=204,
         codes=("unknown_batch", *DATABASE_CODES),

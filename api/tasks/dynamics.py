@@ -49,6 +49,8 @@ OPERATIONS = (
         path="/v1/dynamics/inverse",
         tag="dynamics",
         summary="Joint torques of states of motion.",
+        description="Gravity, inertia and Coriolis forces of the arm and of what it carries, by recursive "
+        "Newton-Euler.",
         run=inverse_dynamics,
         request=schemas.InverseDynamicsRequest,
         answer=schemas.InverseDynamicsAnswer,

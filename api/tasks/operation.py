@@ -38,7 +38,8 @@ class Operation:
         path: Its path, with parameters in braces.
         tag: Its group in the documentation.
         summary: What it does, in one sentence.
-        answer: The schema of its answer; None: the answer has no body.
+        description: What there is to know besides.
+        answer: The schema of its answer, `bytes` for a file; None: the answer has no body.
         run: The function that runs it in a worker; None: the server answers by itself (`api/routes/`).
         request: The schema of the request's body; None: the request has no body.
         scope: What a key has to allow, where keys are asked for; None: anybody may use it.
@@ -48,7 +49,9 @@ class Operation:
             and `ACCESS_CODES`.
         examples: Request bodies by name.
         pages: Whether the answer is a page of a list, which `limit` and `cursor` choose.
-        formats: Whether `?format=` and `Accept` choose the form of the answer.
+        formats: Whether `Accept` chooses the form of the answer; so does `?format=`, which is in the description only:
+            generated clients read the one form that they know.
+        file: Whether the answer is a file in the form that `?format=` names, which is required.
         formats_of_plans: Whether `?format=` chooses the form of the plans in the answer.
         headers: The headers that are read, and what each is for.
         media_type: The media type of the answer.
@@ -60,6 +63,7 @@ class Operation:
     path: str
     tag: str
     summary: str
+    description: str
     answer: Any
     run: Callable[[Work], Reply] | None = None
     request: Any = None
@@ -70,6 +74,7 @@ class Operation:
     examples: Mapping[str, Any] = field(default_factory=dict)
     pages: bool = False
     formats: bool = False
+    file: bool = False
     formats_of_plans: bool = False
     headers: Mapping[str, str] = field(default_factory=dict)
     media_type: str = "application/json"

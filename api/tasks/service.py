@@ -12,6 +12,7 @@ OPERATIONS = (
         path="/v1/limits",
         tag="service",
         summary="The caps of the service.",
+        description="How large requests may be, how many wait, and how long they may take.",
         answer=service.ServiceLimits,
     ),
     Operation(
@@ -21,6 +22,7 @@ OPERATIONS = (
         tag="service",
         scope=None,
         summary="Whether the process answers.",
+        description="It is answered by the server itself, whatever the workers do.",
         answer=service.Liveness,
     ),
     Operation(
@@ -30,6 +32,7 @@ OPERATIONS = (
         tag="service",
         scope=None,
         summary="Whether the workers are warm: each has planned once with every back end.",
+        description="Load balancers send requests to a service that is ready.",
         answer=service.Readiness,
         also={503: "Not yet."},
     ),

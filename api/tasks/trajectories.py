@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import orjson
@@ -39,6 +39,18 @@ def plan_trajectory(work: Work) -> Reply:
     with work.stage("serialise"):
         body = form.render(solved, options)
     return Reply(200, form.media_type, body, work.timings)
+
+
+def export_trajectory(work: Work) -> Reply:
+    """Answer POST /v1/trajectories/export."""
+    name = work.arguments["format"]
+    if name is None:
+        raise invalid([{"pointer": "", "message": "the parameter format is missing"}])
+    reply = plan_trajectory(work)
+    from planner.export import FORMATS
+
+    headers = {"Content-Disposition": f'attachment; filename="trajectory{FORMATS[name].suffix}"'}
+    return replace(reply, media_type="application/octet-stream", headers=headers)
 
 
 def compare_backend(work: Work) -> Reply:
@@ -137,6 +149,21 @@ TWO_JOINT_POSITIONS = [
 ]
 """The waypoints of examples with the refuelling arm."""
 
+PLAN_CODES = (
+    *BODY_CODES,
+    "unknown_robot",
+    "not_acceptable",
+    "unreachable_waypoint",
+    "configuration_change",
+    "singular_path",
+    "joint_position_limit",
+    "missing_dynamics",
+    "unsupported_format",
+    "infeasible_duration",
+    "limits_unsatisfiable",
+)
+"""Codes of the problem documents that may be the answer in place of a plan."""
+
 OPERATIONS = (
     Operation(
         id="plan_trajectory",
@@ -144,28 +171,19 @@ OPERATIONS = (
         path="/v1/trajectories",
         tag="trajectories",
         summary="Plan a certified joint trajectory through waypoints.",
+        description="The answer is certified to keep every limit that the back end promises to keep, or a problem "
+        "document says what to change. The other forms of the answer are had by `Accept`, by `?format=`, or "
+        "as a file from `export_trajectory`.",
         run=plan_trajectory,
         request=requests.PlanRequest,
         answer=answers.PlanAnswer,
-        codes=(
-            *BODY_CODES,
-            "unknown_robot",
-            "not_acceptable",
-            "unreachable_waypoint",
-            "configuration_change",
-            "singular_path",
-            "joint_position_limit",
-            "missing_dynamics",
-            "unsupported_format",
-            "infeasible_duration",
-            "limits_unsatisfiable",
-        ),
+        codes=PLAN_CODES,
         examples={
             "two_joint_waypoints": {
                 "robot": "ngv_refuelling_arm",
                 "waypoints": TWO_JOINT_POSITIONS,
                 "backend": {"kind": "quintic"},
-                "sample_period": 0.05,
+                "sample_period": 0.25,
             },
             "a_line_and_a_blended_corner": {
                 "robot": "kuka_kr16_l6_2",
@@ -186,9 +204,33 @@ OPERATIONS = (
                     },
                 ],
                 "limits": {"tcp_linear_velocity": 0.25},
+                "sample_period": 0.5,
             },
         },
         formats=True,
+    ),
+    Operation(
+        id="export_trajectory",
+        method="POST",
+        path="/v1/trajectories/export",
+        tag="trajectories",
+        summary="Plan as `plan_trajectory` does, and answer with a file in the form that `format` names.",
+        description="Tables, messages, arrays and programs of robots. What a form cannot carry is refused with "
+        "`unsupported_format`, or said in the file.",
+        run=export_trajectory,
+        request=requests.PlanRequest,
+        answer=bytes,
+        codes=PLAN_CODES,
+        examples={
+            "two_joint_waypoints": {
+                "robot": "ngv_refuelling_arm",
+                "waypoints": TWO_JOINT_POSITIONS,
+                "backend": {"kind": "quintic"},
+                "sample_period": 0.25,
+            },
+        },
+        file=True,
+        media_type="application/octet-stream",
     ),
     Operation(
         id="compare_backends",
@@ -196,6 +238,8 @@ OPERATIONS = (
         path="/v1/trajectories/compare",
         tag="trajectories",
         summary="Plan the same waypoints with several back ends, side by side.",
+        description="Each back end plans by itself; one that has no plan says why in its `problem`, beside the "
+        "figures of the others.",
         run=compare_backend,
         request=requests.CompareRequest,
         answer=answers.ComparisonAnswer,
@@ -205,7 +249,7 @@ OPERATIONS = (
                 "robot": "ngv_refuelling_arm",
                 "waypoints": TWO_JOINT_POSITIONS,
                 "backends": [{"kind": "cubic"}, {"kind": "quintic"}],
-                "sample_period": 0.05,
+                "sample_period": 0.25,
             },
         },
     ),
@@ -215,6 +259,8 @@ OPERATIONS = (
         path="/v1/trajectories/validate",
         tag="trajectories",
         summary="Hold a trajectory of any origin against limits.",
+        description="Samples are checked as a controller runs them, between the samples, too; polynomials are checked "
+        "exactly.",
         run=validate_trajectory,
         request=requests.ValidateRequest,
         answer=answers.InterpolationCertificate,
@@ -235,6 +281,8 @@ OPERATIONS = (
         path="/v1/backends",
         tag="trajectories",
         summary="Every back end, its options and what it guarantees.",
+        description="What a back end guarantees of a quantity is a `hard` limit, one that is only `reported`, or "
+        "`none`.",
         run=list_backends,
         answer=answers.BackendsAnswer,
         codes=WORKER_CODES,

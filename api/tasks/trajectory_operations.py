@@ -205,6 +205,8 @@ OPERATIONS = (
         path="/v1/trajectories/retime",
         tag="trajectories",
         summary="Put time on a dense list of joint positions, smoothed within a tolerance.",
+        description="The points may come from any planner; the answer says how far a joint goes from them, and runs "
+        "from rest to rest.",
         run=retime_trajectory,
         request=schemas.RetimeRequest,
         answer=schemas.RetimeAnswer,
@@ -215,6 +217,7 @@ OPERATIONS = (
                 "points": [[0.1, 0.2, 0.3], [0.15, 0.2, 0.25], [0.2, 0.25, 0.2], [0.2, 0.3, 0.2]],
                 "backend": {"kind": "toppra"},
                 "max_deviation": 0.01,
+                "sample_period": 0.5,
             },
         },
     ),
@@ -224,15 +227,23 @@ OPERATIONS = (
         path="/v1/trajectories/stop",
         tag="trajectories",
         summary="Stop a motion as fast as the limits let it, on its path or off it.",
+        description="The fastest stop within all limits of a trajectory at a time, or of a state of the joints. Where "
+        "a joint cannot stop before a limit, the problem names it.",
         run=stop_trajectory,
         request=schemas.StopRequest,
         answer=schemas.OperationAnswer,
         codes=(*CODES, "joint_position_limit"),
         examples={
-            "on_the_path": {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "time": 0.4},
+            "on_the_path": {
+                "robot": "three_dof_arm",
+                "trajectory": {"samples": THERE},
+                "time": 0.4,
+                "sample_period": 0.25,
+            },
             "from_a_state": {
                 "robot": "three_dof_arm",
                 "state": {"position": [0.1, 0.2, 0.3], "velocity": [0.1, 0.0, -0.2]},
+                "sample_period": 0.25,
             },
         },
     ),
@@ -242,11 +253,15 @@ OPERATIONS = (
         path="/v1/trajectories/reverse",
         tag="trajectories",
         summary="Run a trajectory backwards, with the same timing.",
+        description="Positions are those of the trajectory from its end to its start, velocities have the opposite "
+        "sign.",
         run=reverse_trajectory,
         request=schemas.ReverseRequest,
         answer=schemas.OperationAnswer,
         codes=CODES,
-        examples={"the_way_back": {"robot": "three_dof_arm", "trajectory": {"samples": THERE}}},
+        examples={
+            "the_way_back": {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "sample_period": 0.25},
+        },
     ),
     Operation(
         id="slice_trajectory",
@@ -254,12 +269,19 @@ OPERATIONS = (
         path="/v1/trajectories/slice",
         tag="trajectories",
         summary="Cut out the part of a trajectory between two times.",
+        description="Its polynomials stay exact. A part that begins or ends in motion says so in `initial`, `final` "
+        "and a warning.",
         run=slice_trajectory,
         request=schemas.SliceRequest,
         answer=schemas.OperationAnswer,
         codes=CODES,
         examples={
-            "from_the_middle_on": {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "start": 0.5},
+            "from_the_middle_on": {
+                "robot": "three_dof_arm",
+                "trajectory": {"samples": THERE},
+                "start": 0.5,
+                "sample_period": 0.25,
+            },
         },
     ),
     Operation(
@@ -268,12 +290,18 @@ OPERATIONS = (
         path="/v1/trajectories/join",
         tag="trajectories",
         summary="Run trajectories one after the other, which have to meet.",
+        description="Each begins where the one before ends, in position and velocity; where they do not meet, the "
+        "problem says by how much.",
         run=join_trajectories,
         request=schemas.JoinRequest,
         answer=schemas.JoinAnswer,
         codes=CODES,
         examples={
-            "there_and_back": {"robot": "three_dof_arm", "trajectories": [{"samples": THERE}, {"samples": BACK}]},
+            "there_and_back": {
+                "robot": "three_dof_arm",
+                "trajectories": [{"samples": THERE}, {"samples": BACK}],
+                "sample_period": 0.25,
+            },
         },
     ),
     Operation(
@@ -282,15 +310,16 @@ OPERATIONS = (
         path="/v1/trajectories/resample",
         tag="trajectories",
         summary="Sample a trajectory again, with its derivatives, as the controller runs it.",
+        description="At another period, or at times of your own.",
         run=resample_trajectory,
         request=schemas.ResampleRequest,
         answer=schemas.OperationAnswer,
         codes=CODES,
         examples={
-            "at_250_hz": {
+            "every_250_ms": {
                 "robot": "three_dof_arm",
                 "trajectory": {"samples": THERE, "interpolation": "cubic"},
-                "period": 0.004,
+                "period": 0.25,
             },
         },
     ),

@@ -1,0 +1,182 @@
+"""The examples of the OpenAPI document, as a running service answers them.
+
+`python -m tests.api.contract.recorded_examples` writes those that the document shows; a test compares.
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import httpx
+import orjson
+
+from api import errors
+from api.operations import OPERATIONS
+from api.tasks.trajectory_operations import THERE
+from tests.api.conftest import running_service, wait_until
+from tests.api.requests import dh_joint, dh_robot, joint, plan_request, pose_waypoint, urdf_robot
+from tests.locations import ROOT
+
+if TYPE_CHECKING:
+    from tests.api.conftest import RunningService
+
+FILE = ROOT / "api" / "openapi_examples.json"
+PLAN, ROBOTS, BATCHES = "/v1/trajectories", "/v1/robots", "/v1/batches"
+QUERIES = {"list_robots": {"limit": 2}, "list_batches": {"limit": 2}, "export_trajectory": {"format": "csv"}}
+
+TORQUES = plan_request(robot="ngv_refuelling_arm", waypoints=[joint(*[0.1] * 6), joint(*[0.2] * 6)], include=["torque"])
+KUKA = {"robot": "kuka_kr16_l6_2"}
+LINE_TO_THE_OTHER_ELBOW = KUKA | {
+    "waypoints": [
+        joint(0.3, -1.2, 1.4, 0.2, 0.6, 0.1),
+        joint(0.2, 0.1, -1.0, 0.2, 0.6, 0.1, motion={"kind": "linear"}),
+    ],
+}
+PROBLEMS: dict[str, tuple[str, str, Any]] = {
+    "invalid_request": ("POST", PLAN, plan_request(waypoints=[])),
+    "not_found": ("GET", "/v1/nothing", None),
+    "method_not_allowed": ("PUT", PLAN, None),
+    "unknown_robot": ("POST", PLAN, plan_request(robot="nobody")),
+    "unknown_batch": ("GET", f"{BATCHES}/none", None),
+    "not_acceptable": ("POST", f"{PLAN}/export?format=xlsx", plan_request()),
+    "catalogue_robot": ("DELETE", f"{ROBOTS}/three_dof_arm", None),
+    "invalid_robot_model": ("POST", ROBOTS, urdf_robot("")),
+    "unreachable_waypoint": ("POST", PLAN, plan_request(waypoints=[joint(0.1, 0.2, 0.3), pose_waypoint([9.0, 0, 0])])),
+    "configuration_change": ("POST", PLAN, LINE_TO_THE_OTHER_ELBOW),
+    "joint_position_limit": (
+        "POST",
+        PLAN,
+        KUKA | {"waypoints": [joint(0, -1, 1, 0, 0, 0), joint(0, 3, 1, 0, 0, 0)]},
+    ),
+    "missing_dynamics": ("POST", PLAN, TORQUES),
+    "unsupported_format": ("POST", f"{PLAN}/export?format=urscript", plan_request()),
+    "infeasible_duration": (
+        "POST",
+        PLAN,
+        plan_request(waypoints=[joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5, duration=0.01)]),
+    ),
+    "limits_unsatisfiable": (
+        "POST",
+        f"{PLAN}/reverse",
+        {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "limits": {"velocity": [0.05] * 3}},
+    ),
+    "deadline_exceeded": ("POST", PLAN, plan_request(deadline=1e-6)),
+}
+"""A request for each code of a problem that a request alone brings about."""
+
+
+def examples(service: RunningService) -> dict[str, Any]:
+    """What the service answers to the requests of the document's examples, and to requests that it refuses."""
+    return {"answers": answers(service), "problems": dict(sorted(problems(service).items()))}
+
+
+def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
+    """The answers by operation, status and name."""
+    found: dict[str, dict[str, dict[str, Any]]] = {}
+    for operation in sorted(OPERATIONS, key=lambda one: one.method == "GET"):  # there are batches before they are read
+        if operation.method == "DELETE":
+            continue
+        requests = operation.examples or {"an_answer": None}
+        of_operation = found.setdefault(operation.id, {})
+        for name, body in requests.items():
+            for _ in range(1 + len(operation.also) * (operation.method == "POST")):
+                path = operation.path.replace("{id}", _id(service, operation.tag))
+                reply = service.client.request(operation.method, path, json=body, params=QUERIES.get(operation.id))
+                assert reply.is_success, reply.text
+                is_json = reply.headers["Content-Type"] == "application/json"
+                of_operation.setdefault(str(reply.status_code), {})[name] = reply.json() if is_json else reply.text
+    for robot in ("planar_arm", "kuka_in_cell_4"):
+        service.client.delete(f"{ROBOTS}/{robot}")
+    found["get_readiness"]["503"] = {"starting": {"status": "starting", "workers": 2, "warm_workers": 1}}
+    return found
+
+
+def _id(service: RunningService, tag: str) -> str:
+    """The id of a robot, or of the batch of two requests, once it and the grid have ended."""
+    if tag != "batches":
+        return "three_dof_arm"
+
+    def newest() -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = service.client.get(BATCHES, params={"limit": 2}).json()["batches"]
+        return found
+
+    wait_until(lambda: all(batch["status"] != "running" for batch in newest()))
+    return next((str(batch["id"]) for batch in newest() if batch["total"] == 2), "none")
+
+
+def problems(service: RunningService) -> dict[str, Any]:
+    """The problem documents by code: those that requests bring about, and what the service says on its own account."""
+    found = {}
+    requests = PROBLEMS | {"singular_path": ("POST", PLAN, _past_a_singularity())}
+    for code, (method, path, body) in requests.items():
+        found[code] = service.client.request(method, path, json=body).json()
+    found["unsupported_media_type"] = service.client.post(PLAN, content="robot", headers={"Content-Type": "text/plain"})
+    found["payload_too_large"] = _raw(service, f"POST {PLAN} HTTP/1.1\r\nHost: x\r\nContent-Length: 999999999\r\n\r\n")
+    found["malformed_request"] = _raw(service, "robot\r\n\r\n")
+    found["header_too_large"] = _raw(service, f"GET / HTTP/1.1\r\nX: {'a' * 70_000}")
+    found["robot_exists"], found["robot_of_another"] = _robots(service)
+    found["conflict"] = _conflict(service)
+    found = {code: reply.json() if isinstance(reply, httpx.Response) else reply for code, reply in found.items()}
+    for error in (
+        errors.RequestTimeout("the head of the request did not arrive in time"),
+        errors.TooManyRequests("you have too many connections"),
+        errors.Unauthorized("send a valid key as `Authorization: Bearer ...`"),
+        errors.Forbidden("the key does not have the scope `robots:write`"),
+        errors.TooManyRobots("there is no room for more robots; delete some"),
+        errors.TooManyBatches("there is no room for more batches"),
+        errors.MemoryExceeded("the request needs more memory than a worker may use"),
+        errors.InternalError("the service failed on this request"),
+        errors.Overloaded("the queue is full; try again later"),
+        errors.DatabaseUnavailable("the database does not answer; try again later"),
+    ):
+        found[error.code] = orjson.loads(errors.problem_document(error, PLAN)[1])
+    for problem in found.values():
+        problem.get("remedies", [])[1:] = []
+    return found
+
+
+def _past_a_singularity() -> dict[str, Any]:
+    request: dict[str, Any] = json.loads((ROOT / "examples" / "past_a_singularity.json").read_text(encoding="utf-8"))
+    request["waypoints"][1]["motion"] = {"kind": "linear"}
+    return request
+
+
+def _robots(service: RunningService) -> tuple[httpx.Response, httpx.Response]:
+    """Add another robot of the same id, and delete it from another address."""
+    service.post(ROBOTS, dh_robot(id="somebodys_arm"))
+    exists = service.post(ROBOTS, dh_robot(id="somebodys_arm", joints=[dh_joint(a=0.2)]))
+    with httpx.Client(transport=httpx.HTTPTransport(local_address="127.0.0.2"), base_url=service.url) as another:
+        of_another = another.delete(f"{ROBOTS}/somebodys_arm")
+    service.client.delete(f"{ROBOTS}/somebodys_arm")
+    return exists, of_another
+
+
+def _conflict(service: RunningService) -> httpx.Response:
+    headers = {"Idempotency-Key": "recorded examples"}
+    first, second = (service.post(BATCHES, {"requests": [plan_request(seed=seed)]}, headers=headers) for seed in (0, 1))
+    service.client.delete(first.headers["Location"])
+    return second
+
+
+def _raw(service: RunningService, request: str) -> Any:
+    """Send bytes that no client of HTTP sends, and read the problem document."""
+    url = httpx.URL(service.url)
+    with socket.create_connection((url.host, url.port or 80), timeout=30.0) as connection:
+        connection.sendall(request.encode())
+        answer = b""
+        while part := connection.recv(2**16):
+            answer += part
+    return json.loads(answer.partition(b"\r\n\r\n")[2])
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as folder, running_service(Path(folder) / "log.jsonl") as running:
+        parts = [
+            f'"{part}": {{\n' + ",\n".join(f'"{name}": {json.dumps(value)}' for name, value in entries.items()) + "\n}"
+            for part, entries in examples(running).items()
+        ]
+        FILE.write_text("{" + ",\n".join(parts) + "}\n", encoding="utf-8")
