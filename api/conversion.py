@@ -49,6 +49,7 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.
         limits=to_limits(request.limits),
         inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
+        duration=request.duration,
         start_tolerance=request.start_tolerance,
     )
 
@@ -246,6 +247,7 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
         "motion": _to_motion(waypoint.motion, frame),
         "transition": _to_transition(waypoint.transition),
         "duration": waypoint.duration,
+        "minimum_duration": waypoint.minimum_duration,
         "dwell": waypoint.dwell,
         "limits": None if waypoint.limits is None else to_limits(waypoint.limits),
         "payload": None if waypoint.payload is None else to_payload(waypoint.payload),

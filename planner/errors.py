@@ -228,7 +228,7 @@ class UnsupportedFormat(PlanningError):
 
 
 class InfeasibleDuration(PlanningError):
-    """The duration asked for a segment is shorter than the limits allow."""
+    """The duration asked for a segment, or for the whole, is shorter than the limits allow."""
 
     code = "infeasible_duration"
     title = "A duration is too short for the limits"

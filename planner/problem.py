@@ -212,6 +212,7 @@ class Waypoint:
         motion: How to get here from the waypoint before.
         transition: How to pass this waypoint.
         duration: Time for the segment that ends here, s; None: as fast as the limits allow.
+        minimum_duration: Least time for the segment that ends here, s: it takes longer where its limits ask for that.
         dwell: Time to rest here before going on, s.
         limits: Limits on the segment that ends here, no wider than the robot's; None: those of the problem.
         payload: What the robot carries from here on, in place of what it carried; None: that. It changes only where the
@@ -223,6 +224,7 @@ class Waypoint:
     motion: Motion = JointMotion()
     transition: Transition = StopTransition()
     duration: float | None = None
+    minimum_duration: float = 0.0
     dwell: float = 0.0
     limits: Limits | None = None
     payload: Payload | None = None
@@ -316,11 +318,14 @@ class PlanningProblem:
         robot: The arm, with its tool already attached if there is one.
         waypoints: One or more; the robot starts at rest at the first and ends at rest at the last. One at the joint
             position of the one before (up to 1e-9 rad or m) is passed with it, as the strictest of their transitions
-            asks; a `duration` there is a rest of that time. Where nothing moves and no rest is asked, the robot rests
-            for 0.01 s.
+            asks; a `duration` there is a rest of that time, so is a `minimum_duration`. Where nothing moves and no rest
+            is asked, the robot rests for 0.01 s.
         limits: Limits on the whole trajectory; a waypoint's own limits go before these.
         inverse_kinematics: How the poses among the waypoints are solved.
         payload: What the robot carries, until a waypoint changes it; None: nothing.
+        duration: Time for the whole trajectory, dwells included, s: what segments with a duration of their own and
+            dwells leave of it, the others share in the proportion of the shortest times that they can take. None: as
+            fast as the limits allow.
         start_tolerance: How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it
             is taken to be at the limit, and a warning says so.
     """
@@ -330,6 +335,7 @@ class PlanningProblem:
     limits: Limits = Limits()
     inverse_kinematics: InverseKinematicsOptions = InverseKinematicsOptions()
     payload: Payload | None = None
+    duration: float | None = None
     start_tolerance: float = START_TOLERANCE
 
     def __post_init__(self) -> None:

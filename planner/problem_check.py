@@ -12,6 +12,7 @@ from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
 from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problem import BlendTransition, JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, StopTransition
+from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -151,7 +152,31 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         yield ("waypoints", 0, "duration"), "the first waypoint ends no segment: it has no duration"
     if waypoints and waypoints[0].limits is not None:
         yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
+    yield from _duration_faults(problem)
     yield from limit_faults(robot, problem.limits, ("limits",))
+
+
+def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find durations that contradict each other."""
+    waypoints, whole = problem.waypoints, problem.duration
+    if waypoints and waypoints[0].minimum_duration != 0.0:
+        yield ("waypoints", 0, "minimum_duration"), "the first waypoint ends no segment: it has no duration"
+    least = 0.0
+    for i, waypoint in enumerate(waypoints):
+        if not 0.0 <= waypoint.minimum_duration < np.inf:
+            yield ("waypoints", i, "minimum_duration"), "a duration cannot be negative, nor without end"
+        elif waypoint.duration is not None and waypoint.duration < waypoint.minimum_duration:
+            yield ("waypoints", i, "duration"), f"less than the least duration asked, {waypoint.minimum_duration:g} s"
+        least += waypoint.dwell + max(waypoint.minimum_duration, waypoint.duration or 0.0)
+    all_timed = len(waypoints) > 1 and all(waypoint.duration is not None for waypoint in waypoints[1:])
+    if whole is None:
+        return
+    if not SMALLEST <= whole < np.inf:
+        yield ("duration",), TOO_SMALL
+    elif whole < least * (1.0 - DURATION_TOLERANCE):
+        yield ("duration",), f"the durations and dwells of the waypoints alone take {least:.10g} s"
+    elif whole > least * (1.0 + DURATION_TOLERANCE) and all_timed:
+        yield ("duration",), f"the durations and dwells of the waypoints add up to {least:.10g} s"
 
 
 def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -11,10 +11,12 @@ from planner.backends.shared.assembly import assemble
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.tool_path import certify_tool_path
+from planner.durations import duration_error, in_asked_durations
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import JOINT_QUANTITIES
+from planner.tolerances import ROUNDING
 from planner.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
 
@@ -66,11 +68,13 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
 
     Raises:
         InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
-        InfeasibleDuration: A segment's duration is shorter than its limits allow.
+        InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
         LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
         PlanningError: Another refusal of the back end.
     """
-    trajectory = backend.parametrize(path) if len(path.moving) else _rest(path, backend)
+    trajectory = in_asked_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
+    if problem.duration is not None and abs(trajectory.duration - problem.duration) > ROUNDING * problem.duration:
+        raise duration_error(problem.duration, trajectory.duration)
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
     warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))

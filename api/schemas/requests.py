@@ -20,6 +20,7 @@ from api.schemas.common import (
     Pose,
     RobotId,
     Schema,
+    Seconds,
     Seed,
 )
 from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
@@ -87,8 +88,8 @@ class TrajectoryRequest(Schema):
     waypoints: Annotated[list[Waypoint], Field(min_length=1)]
     """Where the robot is to go, in order; it starts at rest at the first and ends at rest at the last. A waypoint at
     the joint position of the one before (within 1e-9 rad or m) is passed with it, as the strictest of their transitions
-    asks, and a warning says so; its `duration` is a rest of that time. Where the robot is to go nowhere and no rest is
-    asked, it rests for 0.01 s."""
+    asks, and a warning says so; its `duration` or `minimum_duration` is a rest of that time. Where the robot is to go
+    nowhere and no rest is asked, it rests for 0.01 s."""
     limits: Limits = Limits()
     """Limits of the whole trajectory; those of a waypoint go before these on its segment."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
@@ -102,6 +103,10 @@ class TrajectoryRequest(Schema):
     """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
     payload: Payload | None = None
     """The body that the robot carries, until a waypoint changes it; omitted: none."""
+    duration: Seconds | None = None
+    """The time of the whole trajectory, dwells included, s: what segments with a duration of their own and dwells leave
+    of it, the others share in the proportion of the shortest times that they can take. Omitted: as fast as the limits
+    allow."""
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
     """How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it is taken to be at
     the limit, and the warning `position_snapped` says so."""

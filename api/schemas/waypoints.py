@@ -213,6 +213,9 @@ class WaypointBase(Schema):
     duration: Seconds | None = None
     """The time from the departure at the waypoint before to the arrival here, s; omitted: the shortest within the
     limits."""
+    minimum_duration: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
+    """The least time from the departure at the waypoint before to the arrival here, s: it takes longer where the limits
+    ask for that, or the `duration` of the whole leaves more."""
     dwell: Annotated[float, Field(ge=0.0, le=LARGEST)] = 0.0
     """The time to rest here before going on, s."""
     transition: Transition = StopTransition(kind="stop")

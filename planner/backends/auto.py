@@ -34,6 +34,7 @@ class Auto:
     kind: ClassVar[str] = "auto"
     summary: ClassVar[str] = "The back end that suits the request, with the reason in a warning; keeps every limit, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+    is_shaped_by_duration: ClassVar[bool] = True
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Return the trajectory of the back end chosen, with a warning that says which and why."""

@@ -47,6 +47,11 @@ class Searching(Protocol):
         ...
 
 
+def shaped_by_duration(backend: BackEnd) -> bool:
+    """Tell whether the back end makes another motion where more time is asked, and not the same one slower."""
+    return bool(getattr(backend, "is_shaped_by_duration", False))
+
+
 def enforced(backend: BackEnd) -> frozenset[str]:
     """Return the quantities whose limits the back end keeps."""
     return frozenset(quantity for quantity in QUANTITIES if backend.guarantees[quantity] is Guarantee.HARD)

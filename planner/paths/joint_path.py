@@ -159,9 +159,12 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     waypoints = with_chosen_rotations(robot, waypoints, options)
     solved = solve_waypoints(robot, waypoints, options)
     limits = problem.segment_limits()
-    durations = [np.nan if waypoint.duration is None else waypoint.duration for waypoint in waypoints[1:]]
     dwells = np.array([waypoint.dwell for waypoint in waypoints])
     moving = _moving(solved)
+    durations = np.array(
+        [_rest_time(waypoint) if k not in moving else waypoint.duration for k, waypoint in enumerate(waypoints[1:])],
+        dtype=float,
+    )
     transitions = [_transition(waypoints[before + 1 : after + 1]) for before, after in pairwise(moving.tolist())]
     transitions = _with_stops_where_sharp(waypoints, solved, limits, moving, transitions)
     stops = _stops(transitions)
@@ -171,13 +174,13 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         if last > first + 1 or (last > first and not isinstance(waypoints[moving[first] + 1].motion, JointMotion))
     )
     if not len(moving) and np.nansum([*durations, *dwells]) == 0.0:
-        dwells[-1] = SHORTEST_REST
+        dwells[-1] = SHORTEST_REST if problem.duration is None else problem.duration
     return JointPath(
         robot=robot,
         dynamics=dynamics,
         waypoints=solved,
         limits=limits,
-        durations=np.array(durations),
+        durations=durations,
         dwells=dwells,
         runs=runs,
         tool_motions=tuple(
@@ -239,6 +242,11 @@ def _with_stops_where_sharp(
     return result
 
 
+def _rest_time(waypoint: AnyWaypoint) -> float | None:
+    """Return the time, s, that is asked for a segment of no length, which is a rest; None: none."""
+    return waypoint.minimum_duration or None if waypoint.duration is None else waypoint.duration
+
+
 def _transition(waypoints: Sequence[AnyWaypoint]) -> Transition:
     """Join the transitions of waypoints at one joint position.
 
@@ -246,7 +254,7 @@ def _transition(waypoints: Sequence[AnyWaypoint]) -> Transition:
     for the way from one to the next: that is a rest.
     """
     transitions = [waypoint.transition for waypoint in waypoints]
-    rests = any(waypoint.duration is not None for waypoint in waypoints[1:])
+    rests = any(_rest_time(waypoint) is not None for waypoint in waypoints[1:])
     if rests or any(isinstance(transition, StopTransition) for transition in transitions):
         return StopTransition()
     if any(isinstance(transition, ThroughTransition) for transition in transitions):

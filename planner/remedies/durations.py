@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import sampled
+from planner.durations import durations_sharing
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
@@ -65,7 +66,10 @@ def duration_remedies(
         return []
     remedies, plan = longer
     limits, kept = path.limits, enforced(backend)
-    faster = _faster(plan.trajectory, path)
+    durations = path.durations
+    if problem.duration is not None:
+        durations = durations_sharing(path, plan.trajectory, problem.duration)
+    faster = _faster(plan.trajectory, path, durations)
     needs = faster.needs(limits, kept)
     others = (motion.needs(limits, kept) for motion in _within_own_limits(problem, backend))
     remedies += _higher_limits(problem, limits, chain([needs], others), backend)
@@ -155,10 +159,10 @@ class _Motion:
         return inverse_dynamics(robot, *(values[rows] for values in self.samples()))
 
 
-def _faster(trajectory: Trajectory, path: JointPath) -> _Motion:
+def _faster(trajectory: Trajectory, path: JointPath, durations: FloatArray) -> _Motion:
     """Return the segments of a trajectory that take longer than asked, played in the time that is asked."""
     took = trajectory.arrivals[1:] - trajectory.departures[:-1]
-    ratio = np.where(path.durations < took, path.durations / took, 1.0)[trajectory.segments]
+    ratio = np.where(durations < took, durations / took, 1.0)[trajectory.segments]
     own = ratio < 1.0
     return _Motion(path.dynamics, trajectory.of(own).stretched(ratio[own]))
 

@@ -40,8 +40,9 @@ def test_a_plan_has_everything_of_the_contract(service: RunningService) -> None:
         waypoints=[
             joint(0.1, 0.2, 0.3, name="A"),
             joint(0.3, 0.1, 0.5, name="B", duration=2.0, dwell=1.0),
-            joint(0.2, 0.2, 0.2, name="C"),
+            joint(0.2, 0.2, 0.2, name="C", minimum_duration=1.5),
         ],
+        duration=6.0,
         sample_period=0.05,
         include=["jerk", "tcp_pose", "tcp_rpy", "tcp_velocity", "tcp_acceleration", "polynomials", "tcp_polynomials"],
     )
@@ -52,7 +53,7 @@ def test_a_plan_has_everything_of_the_contract(service: RunningService) -> None:
     assert plan["backend"] == "cubic"
     assert [waypoint["name"] for waypoint in waypoints] == ["A", "B", "C"]
     assert time[0] == 0.0
-    assert time[-1] == plan["duration"] == waypoints[-1]["arrival_time"]
+    assert time[-1] == plan["duration"] == waypoints[-1]["arrival_time"] == 6.0
     assert np.all(np.diff(time) > 0.0)
     assert position.shape == (len(time), 3) == np.array(samples["jerk"]).shape
     np.testing.assert_allclose(position[0], [0.1, 0.2, 0.3], atol=1e-12)

@@ -24,6 +24,7 @@ LAYERS = (
     "paths",
     "certificate",
     "backends",
+    "durations",
     "result",
     "saved_plan",
     "remedies",

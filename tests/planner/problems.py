@@ -48,6 +48,9 @@ PARTS_CARRIED = (Payload(1.0, (0.0, 0.0, 0.1)), Payload(4.0, (0.05, 0.0, 0.1), (
 WORK_OBJECT = Pose.from_rpy([0.3, -0.2, 0.1], [0.2, -0.4, 1.0])
 """A frame that every second pose is given in."""
 
+LEAST_DURATIONS = (0.0, 0.0, 0.0, 0.1, 2.0)
+"""Least durations that segments are asked for, s."""
+
 Check = Callable[[PlanningProblem], None]
 """Fails where something does not hold of a problem's plan."""
 
@@ -112,6 +115,8 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
                 acceleration_scale=draw(st.floats(0.05, 1.0)),
             )
             waypoints[i] = replace(waypoints[i], limits=own)
+        if i > 0:
+            waypoints[i] = replace(waypoints[i], minimum_duration=draw(st.sampled_from(LEAST_DURATIONS)))
         if problem.robot.has_dynamics:
             taken = draw(st.sampled_from([None, None, *PARTS_CARRIED]))
             waypoints[i] = replace(waypoints[i], payload=taken, put_down=taken is None and draw(st.booleans()))
@@ -156,7 +161,8 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         goal, frame = _near(home, robot, rng, reach), WORK_OBJECT if k % 2 == 0 else None
         free: Free | None = "rotation_z" if robot.dof > 3 and rng.random() < 0.3 else None
         pose = goal if frame is None else goal.to_frame(frame)
-        waypoints.append(PoseWaypoint(pose, asked, frame, free, motion=made))
+        least = float(rng.choice(LEAST_DURATIONS))
+        waypoints.append(PoseWaypoint(pose, asked, frame, free, motion=made, minimum_duration=least))
         if k > 1:
             both_tool = not isinstance(before, JointMotion) and not isinstance(made, JointMotion)
             kinds = ["stop", "blend"] if both_tool else ["stop", "blend", "through"]

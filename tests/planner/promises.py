@@ -30,6 +30,13 @@ def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
             assert (np.abs(values) <= bound * (1.0 + 1e-9)).all()
 
 
+def keeps_least_durations(result: Plan) -> None:
+    """By the arrivals and departures."""
+    took = result.trajectory.arrivals[1:] - result.trajectory.departures[:-1]
+    least = [waypoint.minimum_duration for waypoint in result.problem.waypoints[1:]]
+    assert (took >= np.array(least) * (1.0 - 1e-9)).all()
+
+
 def is_continuous(result: Plan, derivatives: int) -> None:
     """From piece to piece, each derivative measured by its own largest value."""
     trajectory = result.trajectory

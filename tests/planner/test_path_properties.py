@@ -25,7 +25,7 @@ from planner.problem import (
 )
 from planner.result import Plan
 from tests.planner.problems import PARTS, REQUESTS, backend_of, path_problems, try_on_random
-from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
+from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_least_durations, keeps_sampled_limits
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 
@@ -49,6 +49,7 @@ def keeps_its_promises_along_a_path(backend: BackEnd, problem: PlanningProblem) 
         assume(False)
     assert result.certificate.satisfied
     keeps_joint_limits(result, 17)
+    keeps_least_durations(result)
     keeps_sampled_limits(result, 20)
     is_continuous(result, 2 if backend.guarantees["jerk"] is Guarantee.HARD else 1)
     _goes_where_it_should(result)

@@ -49,6 +49,7 @@ class MinEffort(MinEffortOptions):
     kind: ClassVar[str] = "min_effort"
     summary: ClassVar[str] = "The least torque within all limits, between waypoints on the way that takes least, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+    is_shaped_by_duration: ClassVar[bool] = True
 
     def without_search(self) -> MinEffort:
         """Return the back end that takes the motion which the search begins with, if that keeps all limits."""

@@ -52,6 +52,11 @@ class Trapezoidal:
         metadata={"description": "Time of braking on every segment, s; omitted: the same as accelerating.", "gt": 0.0},
     )
 
+    @property
+    def is_shaped_by_duration(self) -> bool:
+        """Whether given ramps stay as they are in more time."""
+        return self._times() is not None
+
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put the trapezoid on each segment, at the asked durations or the shortest."""
         times = self._times()

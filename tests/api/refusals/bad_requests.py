@@ -259,6 +259,24 @@ BAD_REQUESTS = [
     Bad("fractional seed", PLAN, plan_request(seed=0.5), INVALID, "/seed"),
     Bad("negative seed", PLAN, plan_request(seed=-1), INVALID, "/seed"),
     Bad("negative duration", PLAN, second_changed(duration=-1.0), INVALID, "/waypoints/1/duration"),
+    Bad("no duration of the whole", PLAN, plan_request(duration=0.0), INVALID, "/duration"),
+    Bad(
+        "negative least duration", PLAN, second_changed(minimum_duration=-1.0), INVALID, "/waypoints/1/minimum_duration"
+    ),
+    Bad(
+        "duration less than the least",
+        PLAN,
+        second_changed(duration=1.0, minimum_duration=2.0),
+        INVALID,
+        "/waypoints/1/duration",
+    ),
+    Bad(
+        "the whole shorter than its waypoints",
+        PLAN,
+        plan_request(duration=3.0) | {"waypoints": [joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5, minimum_duration=4.0)]},
+        INVALID,
+        "/duration",
+    ),
     Bad("zero duration", PLAN, second_changed(duration=0.0), INVALID, "/waypoints/1/duration"),
     Bad(
         "duration of the first",
@@ -480,6 +498,12 @@ BAD_REQUESTS = [
         PLAN,
         {"robot": "kuka_kr16_2", "waypoints": [joint(0, -1, 1, 0, 0, 0), joint(0, 3, 1, 0, 0, 0)]},
         "joint_position_limit",
+    ),
+    Bad(
+        "duration of the whole too short",
+        PLAN,
+        {"robot": "kuka_kr16_2", "duration": 0.01, "waypoints": [joint(0, -1, 1, 0, 0, 0), joint(1, -1, 1, 0, 0, 0)]},
+        "infeasible_duration",
     ),
     Bad(
         "duration too short",
