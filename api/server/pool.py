@@ -15,7 +15,7 @@ from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overload
 from api.messages import Caps
 from api.server.costs import Costs
 from api.server.jobs import Job, JobQueue
-from api.server.worker import Worker
+from api.server.worker import Worker, start_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,16 +27,20 @@ if TYPE_CHECKING:
 NO_MEMORY_FOR_A_LIBRARY = 127
 """The exit code of a process whose C library finds no memory for the thread-local data of a library that it loads."""
 
-KILLED_FROM_OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)
+TEMPLATE_KILLED = 255
+"""The exit code that Python's fork server leaves for all of its children when it ends itself."""
+
+KILLED_FROM_OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM, TEMPLATE_KILLED)
 """The exit codes of a worker that somebody else killed, such as the kernel for want of memory: its work is
 repeated once. Work that crashes its worker would crash the next one, too."""
 
 RESPAWN_DELAY = 1.0
 """The time before a worker that could not even start is started again, s; short, yet no busy loop."""
 
-GRACE = 1.0
-"""The time that a worker has to finish what nobody waits for any more, s: about what starting another one costs. Who
-asks with deadlines that are too short, or hangs up, would otherwise have worker after worker killed."""
+GRACE = 0.2
+"""The time that a worker has to finish what nobody waits for any more, s: most plans take less, and what a worker keeps
+of former requests is lost with it. Who asks with deadlines that are too short, or hangs up, would otherwise have worker
+after worker killed."""
 
 log = structlog.get_logger()
 
@@ -46,8 +50,9 @@ class WorkerPool:
 
     Each worker has a channel of its own, so that one can be killed at any moment without harm to the others: one
     that overruns a deadline is, and one whose task ended in an unexpected error; whichever ends is replaced. (A pool
-    with a queue that its workers share, as pebble's, breaks as a whole when one dies while idle.) Spawned, not forked:
-    a forked worker would inherit the server's sockets and signal handlers.
+    with a queue that its workers share, as pebble's, breaks as a whole when one dies while idle.) They are forked from
+    a process that is warm, so that another one is there at once, and never from this one, whose sockets and signal
+    handlers they would inherit.
 
     A worker that becomes free takes the job that has waited longest. Express workers take only work that is known to
     be cheap: it does not wait for what takes long, however much of that there is. What cannot be answered in time, as
@@ -71,6 +76,7 @@ class WorkerPool:
         self.most_behind = min(settings.batch_workers or max(1, settings.workers - 1), settings.workers)
         self._been_ready = False
         self._keepers: list[asyncio.Task[None]] = []
+        start_template()
         lanes = [False] * settings.workers + [True] * settings.express_workers
         self._workers = [Worker(self._caps, only_cheap) for only_cheap in lanes]
 
@@ -97,7 +103,7 @@ class WorkerPool:
     @property
     def warm_workers(self) -> int:
         """The number of workers that are ready for tasks and alive."""
-        return sum(worker.warm and not worker.ended.is_set() for worker in self._workers)
+        return sum(worker.warm and worker.alive for worker in self._workers)
 
     @property
     def ready(self) -> bool:
@@ -178,7 +184,7 @@ class WorkerPool:
         """Take the first of the jobs that stand back, if this worker may do one."""
         lane = [other for other in self._workers if not other.only_cheap]
         busy = sum(other.job is not None and other.job.is_behind for other in lane)
-        alive = sum(other.warm and not other.ended.is_set() for other in lane)
+        alive = sum(other.warm and other.alive for other in lane)
         left_to_requests = len(lane) - self.most_behind  # a worker that is being replaced is missing to them, too
         if worker.only_cheap or not self._behind or busy >= alive - left_to_requests:
             return None
@@ -220,8 +226,7 @@ class WorkerPool:
         """Keep a place in the pool filled: let its worker work, and put another there when it has ended."""
         while True:
             worker = self._workers[place]
-            await worker.connect()
-            await worker.warm_up()
+            await worker.get_ready()
             if worker.warm:
                 while (job := await self._next_job(worker)) is not None:
                     await self._work_on(job, worker)
@@ -235,7 +240,7 @@ class WorkerPool:
     async def _next_job(self, worker: Worker) -> Job | None:
         """Wait for the next job of a worker; None: it has ended, or has done enough."""
         worker.job = None
-        if worker.ended.is_set() or worker.tasks >= self._max_tasks:
+        if not worker.alive or worker.tasks >= self._max_tasks:
             self._hand_out_what_is_behind()
             return None
         worker.job = self._queue.take(worker.only_cheap) or self._take_from_behind(worker)
@@ -248,7 +253,7 @@ class WorkerPool:
         """Let a worker do a job, and pass on what comes of it."""
         if job.reply.done():  # nobody waits for it any more
             return
-        if worker.ended.is_set():
+        if not worker.alive:
             self._repeat(job, worker)
             return
         started = job.started = time.monotonic()
@@ -290,7 +295,7 @@ class WorkerPool:
 
 
 def _is_idle(worker: Worker) -> bool:
-    return worker.offer is not None and not worker.offer.done()
+    return worker.alive and worker.offer is not None and not worker.offer.done()
 
 
 def _hand_over(job: Job, worker: Worker) -> None:

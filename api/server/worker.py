@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import multiprocessing
+import os
 import signal
 import socket
-from multiprocessing import resource_tracker
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import forkserver, resource_tracker
 from typing import TYPE_CHECKING
 
 from api.errors import Overloaded
@@ -14,7 +17,7 @@ from api.messages import HEADER, pack, unpack
 from api.worker_main import work
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from api.messages import Caps, Reply, Task
     from api.server.jobs import Job
@@ -25,14 +28,31 @@ READ_AHEAD = 2**22
 SIGNALS_OF_THE_SERVER = {signal.SIGTERM, signal.SIGINT}
 """The signals that reach the whole process group and are for the server alone: it drains, then ends the workers."""
 
+NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""The environment variables that limit numeric libraries to one thread: a worker plans one thing at a time, and a
+process with several threads must not be forked."""
+
+PROCESSES = ThreadPoolExecutor(1, "processes")
+"""The thread that starts processes and notes their ends: the first start waits until the template is warm, and
+`multiprocessing` keeps books of its processes that are for one thread."""
+
+
+def start_template() -> None:
+    """Start the process that workers are forked from; it gets warm while this process goes on."""
+    os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))  # it inherits them
+    multiprocessing.set_forkserver_preload(["api.worker_template"])
+    with _signals_of_the_server_blocked():
+        forkserver.ensure_running()
+
 
 class Worker:
-    """A worker process, started at once, and the channel to it, connected once there is an event loop.
+    """A worker process, and the channel to it; both are there once it gets ready.
 
     Attributes:
         pid: The id of its process.
         only_cheap: Whether it takes cheap work only.
         tasks: The number of tasks that it has been given.
+        alive: Whether its process runs, as far as is known.
         warm: Whether it has said that it is ready for tasks.
         job: What it is working on.
         offer: Where it waits for the next job, while it is idle; a None says that it ended.
@@ -41,48 +61,62 @@ class Worker:
     """
 
     def __init__(self, caps: Caps, only_cheap: bool = False) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._channel, its_channel = socket.socketpair()
-        self._process = context.Process(target=work, args=(its_channel, caps), name="worker", daemon=True)
-        resource_tracker.ensure_running()  # by itself, as it lets the signals through that are blocked here
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS_OF_THE_SERVER)  # the process inherits it
-        try:
-            self._process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        its_channel.close()
-        self.pid = self._process.pid
+        self._caps = caps
+        self._unwanted = False
+        self.pid: int | None = None
         self.only_cheap = only_cheap
         self.exit_code: int | None = None
         self.tasks = 0
+        self.alive = False
         self.warm = False
         self.job: Job | None = None
         self.offer: asyncio.Future[Job | None] | None = None
         self.ended = asyncio.Event()
 
-    async def connect(self) -> None:
-        """Connect the channel to the running event loop and listen for the end of the process."""
-        self._reader, self._writer = await asyncio.open_unix_connection(sock=self._channel, limit=READ_AHEAD)
-        asyncio.get_running_loop().add_reader(self._process.sentinel, self._note_end)
+    async def get_ready(self) -> None:
+        """Start the process and wait until it says that it is ready, or has ended without."""
+        try:
+            await self._connect()
+            await self._receive(_count_nothing)
+        except (EOFError, OSError):
+            if self.pid is None:  # there is no template
+                self.ended.set()
+            await self.ended.wait()
+        else:
+            self.warm = True
+
+    async def _connect(self) -> None:
+        """Start the process, connect the channel to the running event loop, and listen for the process's end."""
+        loop = asyncio.get_running_loop()
+        channel = await loop.run_in_executor(PROCESSES, self._start)
+        self._reader, self._writer = await asyncio.open_unix_connection(sock=channel, limit=READ_AHEAD)
+        loop.add_reader(self._process.sentinel, self._note_end)
+        self.alive = True
+
+    def _start(self) -> socket.socket:
+        channel, its_channel = socket.socketpair()
+        context = multiprocessing.get_context("forkserver")
+        self._process = context.Process(target=work, args=(its_channel, self._caps), name="worker", daemon=True)
+        with its_channel, _signals_of_the_server_blocked():
+            self._process.start()
+        self.pid = self._process.pid
+        if self._unwanted:
+            self._process.kill()
+        return channel
 
     def _note_end(self) -> None:
-        asyncio.get_running_loop().remove_reader(self._process.sentinel)
+        loop = asyncio.get_running_loop()
+        loop.remove_reader(self._process.sentinel)
+        self.alive = False
         self._writer.close()
-        self._process.join()
+        loop.run_in_executor(PROCESSES, self._process.join).add_done_callback(self._ended)
+
+    def _ended(self, _joined: asyncio.Future[None]) -> None:
         self.exit_code = self._process.exitcode
         self._process.close()
         self.ended.set()
         if self.offer is not None and not self.offer.done():
             self.offer.set_result(None)
-
-    async def warm_up(self) -> None:
-        """Wait until the worker says that it is ready, or has ended without."""
-        try:
-            await self._receive(_count_nothing)
-        except (EOFError, OSError):
-            await self.ended.wait()
-        else:
-            self.warm = True
 
     async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
         """Run a task to its end.
@@ -118,15 +152,27 @@ class Worker:
         return job.is_cheap or not self.only_cheap
 
     def kill(self) -> None:
-        """End the process at once, if it has not ended."""
-        if not self.ended.is_set():
+        """End the process at once, if it has not ended, or as soon as it has started."""
+        self._unwanted = True
+        if self.alive:
             self._process.kill()
 
     def stop(self) -> None:
         """End the process and wait until it has ended."""
-        if not self.ended.is_set():
-            self._process.kill()
+        self.kill()
+        if self.alive:
             self._process.join()
+
+
+@contextmanager
+def _signals_of_the_server_blocked() -> Iterator[None]:
+    """Let a process that is started inherit that it gets no signals that are for the server alone."""
+    resource_tracker.ensure_running()  # by itself, as it lets the signals through that are blocked here
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS_OF_THE_SERVER)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _count_nothing(_size: int) -> None:

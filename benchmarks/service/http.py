@@ -122,8 +122,10 @@ def _load(port: int, connections: int, seconds: float, file: Path, service: psut
 
 
 def workers_of(service: psutil.Process) -> list[psutil.Process]:
-    """The processes that work for a service."""
-    return [child for child in service.children() if "spawn_main" in " ".join(child.cmdline())]
+    """The processes that work for a service: forked from a child of it or, in former versions, its children."""
+    templates = [child for child in service.children() if "forkserver" in " ".join(child.cmdline())]
+    forked = [worker for template in templates for worker in template.children()]
+    return forked or [child for child in service.children() if "spawn_main" in " ".join(child.cmdline())]
 
 
 def _cpu_seconds(processes: list[psutil.Process]) -> float:

@@ -41,8 +41,9 @@ class RunningService:
         return str(self.client.base_url)
 
     def workers(self) -> list[psutil.Process]:
-        """The worker processes (the resource tracker is a child too)."""
-        return [child for child in psutil.Process(self.process.pid).children() if _is_worker(child)]
+        """The worker processes, which the template's children are."""
+        children = psutil.Process(self.process.pid).children()
+        return [worker for child in children if _is_template(child) for worker in child.children()]
 
     def post(self, path: str, body: Any, **options: Any) -> httpx.Response:
         return self.client.post(path, json=body, **options)
@@ -62,9 +63,9 @@ class RunningService:
         return [json.loads(line) for line in self.log.read_text().splitlines()]
 
 
-def _is_worker(process: psutil.Process) -> bool:
+def _is_template(process: psutil.Process) -> bool:
     try:
-        return "spawn_main" in " ".join(process.cmdline())
+        return "forkserver" in " ".join(process.cmdline())
     except psutil.Error:  # it has just died
         return False
 

@@ -21,7 +21,7 @@ class MadeUpWorker:
     def __init__(self, caps: Caps, only_cheap: bool = False) -> None:
         self.only_cheap = only_cheap
         self.pid = self.tasks = 0
-        self.warm = False
+        self.warm = self.alive = False
         self.exit_code: int | None = None
         self.job: Job | None = None
         self.offer: asyncio.Future[Job | None] | None = None
@@ -29,11 +29,8 @@ class MadeUpWorker:
         self.begun: list[str] = []
         self.work: asyncio.Future[Reply] | None = None
 
-    async def connect(self) -> None:
-        """There is nothing to connect to."""
-
-    async def warm_up(self) -> None:
-        self.warm = True
+    async def get_ready(self) -> None:
+        self.warm = self.alive = True
 
     async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
         self.begun.append(task.operation)
@@ -48,7 +45,7 @@ class MadeUpWorker:
         self.work.set_result(Reply(status, "text/plain", b""))
 
     def die(self, exit_code: int) -> None:
-        self.exit_code = exit_code
+        self.exit_code, self.alive = exit_code, False
         self.ended.set()
         if self.work is not None and not self.work.done():
             self.work.set_exception(EOFError())
