@@ -59,7 +59,7 @@ def execute(task: Task, caps: Caps) -> Reply:
             refusal = errors.InternalError("the service failed on this request")
             failure = where_from(error)
     status, body = errors.problem_document(refusal, task.instance)
-    return Reply(status, errors.MEDIA_TYPE, body, timings=queue, failure=failure, worker_is_fit=fit)
+    return Reply(status, errors.MEDIA_TYPE, body, timings=queue, code=refusal.code, failure=failure, worker_is_fit=fit)
 
 
 def wants_memory(error: BaseException) -> bool:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 def configure_logs(level: str) -> None:
     """Set up structlog, the standard library's loggers (uvicorn's) and its warnings to write the same lines."""
     shared: list[structlog.typing.Processor] = [
+        structlog.contextvars.merge_contextvars,
         structlog.stdlib.add_log_level,
         structlog.processors.TimeStamper(fmt="iso", utc=True),
     ]

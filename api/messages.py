@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 import struct
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,6 +57,18 @@ class Task:
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
 
+class PlanFigures(NamedTuple):
+    """What the metrics say of a plan.
+
+    Attributes:
+        backend: The kind of its back end.
+        ratios: The largest share of an enforced limit that it uses, without unit, by quantity.
+    """
+
+    backend: str
+    ratios: Mapping[str, float]
+
+
 @dataclass(frozen=True)
 class Reply:
     """What to send back to the caller, its body as bytes.
@@ -68,6 +80,8 @@ class Reply:
         timings: The seconds that each stage took, for the `Server-Timing` header.
         headers: Further HTTP headers.
         result: A value for the server, not for the caller.
+        code: The code of the problem document that the body is; None: it is none.
+        plan: What there is to say of the plan, if there is one.
         failure: Where an unexpected exception came from, for the log. It holds no values of the caller.
         worker_is_fit: Whether the worker may take another task. After an error that nobody foresaw it may not: one that
             met its memory cap inside a C++ library keeps failing.
@@ -79,6 +93,8 @@ class Reply:
     timings: Mapping[str, float] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)
     result: Any = None
+    code: str | None = None
+    plan: PlanFigures | None = None
     failure: str | None = None
     worker_is_fit: bool = True
 

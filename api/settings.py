@@ -101,6 +101,9 @@ class Settings(BaseSettings):
     once what is too much, and nobody waits for answers that are there."""
     worker_max_tasks: int = Field(default=10_000, ge=1)
     """The number of requests after which a worker is replaced by a fresh one."""
+    otlp_endpoint: str | None = None
+    """The OpenTelemetry collector that gets a trace of each request by OTLP over HTTP, as in `http://127.0.0.1:4318`;
+    needs the extra `otel`. None: no traces."""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """The least severe event that is logged."""
 

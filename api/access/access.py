@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from api.access.keys import Scope as KeyScope
     from api.database.database import Database
     from api.settings import Settings
+    from api.tasks.operation import Operation
 
 KNOWN_FOR = 1.0
 """The time for which a key is not looked up again, s: a revoked one is refused after as long."""
@@ -127,9 +128,9 @@ def _remember(known: OrderedDict[str, Any], name: str) -> None:
 class Guarded:
     """An endpoint that is reached with a key of its scope only, where keys are asked for. It is an ASGI application."""
 
-    def __init__(self, endpoint: Callable[[Request], Awaitable[Response]], scope: KeyScope | None) -> None:
+    def __init__(self, endpoint: Callable[[Request], Awaitable[Response]], operation: Operation) -> None:
         self._app = request_response(endpoint)
-        self._scope = scope
+        self._operation = operation
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See the ASGI specification.
@@ -138,13 +139,14 @@ class Guarded:
             Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
             TooManyRequests: See `Allowance.request`.
         """
+        scope["state"]["operation"] = self._operation
         access: Access = scope["app"].state.service.access
         address = client_of(scope["client"][0] if scope["client"] else "")
-        if not access.asks_for_keys or self._scope is None:
+        if not access.asks_for_keys or self._operation.scope is None:
             scope["state"]["client"] = Client(address)
             await self._app(scope, receive, send)
             return
-        key = await access.key_of(Headers(scope=scope), self._scope)
+        key = await access.key_of(Headers(scope=scope), self._operation.scope)
         scope["state"]["client"] = Client(f"key:{key.id}", key.scopes, has_key=True)
         allowance = access.allowance_of(key)
 
@@ -159,6 +161,5 @@ class Guarded:
 
 def audit(request: Request, action: str, subject: str) -> None:
     """Log who changed what."""
-    log.info(
-        "audit", action=action, subject=subject, client=request.state.client.name, request_id=request.state.request_id
-    )
+    state = request.state
+    log.info("audit", action=action, subject=subject, client=state.client.name, request_id=state.request_id)

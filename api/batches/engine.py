@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from api.database.database import Database
     from api.server.pool import WorkerPool
     from api.settings import Settings
+    from api.telemetry.metrics import Metrics
 
 BEAT = 0.5
 """The time between two signs of life, s: a tenth of the time after which a service is taken for dead. What has been
@@ -65,12 +66,13 @@ class Engine:
         arriving: The number of batches that this service takes in.
     """
 
-    def __init__(self, database: Database, pool: WorkerPool, settings: Settings) -> None:
+    def __init__(self, database: Database, pool: WorkerPool, settings: Settings, metrics: Metrics) -> None:
         self.id = uuid.uuid4().hex
         self.arriving = 0
         self._database = database
         self._pool = pool
         self._settings = settings
+        self._metrics = metrics
         self._claimed: asyncio.Queue[Claimed] = asyncio.Queue()
         self._done: list[Outcome] = []
         self._under_way: dict[asyncio.Task[Outcome], int] = {}
@@ -136,6 +138,7 @@ class Engine:
             del self._under_way[planning]
         if not planning.cancelled():
             self._done.append(planning.result())
+            self._metrics.count_item(planning.result().outcome)
 
     async def _outcome_of(self, item: Claimed) -> Outcome:
         """Plan an item; whatever happens, something comes of it."""
@@ -152,6 +155,8 @@ class Engine:
             log.error("task_failed", batch=item.batch_id, position=item.position, failure=reply.failure)
         if reply.result is None:
             return Outcome(item.batch, item.position, orjson.loads(reply.body)["code"], compressed(reply.body))
+        if reply.plan is not None:
+            self._metrics.count_plan(reply.plan, reply.timings)
         return Outcome(item.batch, item.position, PLANNED, reply.body, *reply.result)
 
     async def _definition(self, digest: str) -> bytes:

@@ -215,6 +215,14 @@ def outcomes_of(connection: Connection, number: int) -> list[Outcomes]:
     return sorted((Outcomes(*row) for row in rows), key=lambda found: found.outcome or "")
 
 
+def left_to_plan(connection: Connection) -> tuple[int, int]:
+    """Count the batches that have work left, and their requests that are to be planned."""
+    running = select(batches.c.number).where(batches.c.status == "running")
+    left = select(func.count()).where(items.c.batch.in_(running), items.c.outcome.is_(None))
+    count = connection.execute(select(func.count()).select_from(running.subquery())).scalar_one()
+    return count, connection.execute(left).scalar_one()
+
+
 def cancel_batch(connection: Connection, number: int) -> None:
     """End a batch whose items are not all done; what is done is kept, and nothing is added to it any more."""
     running = (batches.c.number == number) & (batches.c.status == "running")

@@ -149,6 +149,9 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
     if asked.named is not None and not asked.robot and reply.status < HTTPStatus.MULTIPLE_CHOICES:
         service_of(request).catalogue.add(asked.named)
     request.state.timings = dict(reply.timings)
+    request.state.submitted, request.state.code = task.submitted - arrived, reply.code
+    if reply.plan is not None:
+        service_of(request).metrics.count_plan(reply.plan, reply.timings)
     if reply.failure is not None:
         log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
     return reply

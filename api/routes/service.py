@@ -9,11 +9,13 @@ import orjson
 from fastapi import Request, Response
 from fastapi.openapi.docs import get_swagger_ui_html
 
+from api.database.batches import left_to_plan
 from api.errors import NotFound
 from api.routes.ordinary import respond, run, service_of
 from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.service import ServiceLimits
 from api.settings import Settings
+from api.telemetry.metrics import MEDIA_TYPE
 
 SWAGGER_FILES = {
     "swagger-ui-bundle.js": "text/javascript",
@@ -45,6 +47,13 @@ async def get_readiness(request: Request) -> Response:
         "warm_workers": service.pool.warm_workers,
     }
     return _json(answer, 200 if ready else 503)
+
+
+async def get_metrics(request: Request) -> Response:
+    """Answer GET /metrics."""
+    service = service_of(request)
+    service.metrics.set_batches(*await service.database.read(left_to_plan))
+    return Response(service.metrics.as_text(), media_type=MEDIA_TYPE)
 
 
 async def openapi(request: Request) -> Response:

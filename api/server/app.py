@@ -23,6 +23,8 @@ from api.server.pool import WorkerPool
 from api.server.service import Service
 from api.server.traffic import Traffic
 from api.settings import Settings
+from api.telemetry.metrics import Metrics
+from api.telemetry.traces import Traces
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -46,6 +48,7 @@ ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
     "get_limits": service.get_limits,
     "get_liveness": service.get_liveness,
     "get_readiness": service.get_readiness,
+    "get_metrics": service.get_metrics,
 }
 """The endpoints of the operations that are not ordinary: they need the database, several workers or none."""
 
@@ -76,7 +79,10 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     settings = settings or Settings()
     workers = pool or WorkerPool(settings)
     database = Database(database_url(settings))
-    engine = Engine(database, workers, settings)
+    metrics, traffic = Metrics(), Traffic(settings.max_bytes_in_flight)
+    metrics.watch(workers, traffic)
+    traces = None if settings.otlp_endpoint is None else Traces(settings.otlp_endpoint)
+    engine = Engine(database, workers, settings, metrics)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -89,21 +95,23 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         await workers.detach()
         workers.stop()
         database.close()
+        if traces is not None:
+            traces.close()
         log.info("stopped")
 
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
-    app.state.service = Service(settings, workers, database, engine, Access(settings, database))
+    app.state.service = Service(settings, workers, database, engine, Access(settings, database), metrics)
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
-        app.router.routes.append(Route(operation.path, Guarded(endpoint, operation.scope), methods=[operation.method]))
+        app.router.routes.append(Route(operation.path, Guarded(endpoint, operation), methods=[operation.method]))
     app.add_route("/openapi.json", service.openapi)
     app.add_route("/docs", service.docs_page)
     app.add_route("/docs/{name}", service.docs_file)
     app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
-    app.add_middleware(RequestContext, traffic=Traffic(settings.max_bytes_in_flight), pool=workers)
+    app.add_middleware(RequestContext, traffic=traffic, pool=workers, metrics=metrics, traces=traces)
     if settings.cors_origins:
         methods = sorted({operation.method for operation in OPERATIONS})
         app.add_middleware(
@@ -118,6 +126,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 
 async def _answer_with_problem_document(request: Request, error: Exception) -> Response:
     assert isinstance(error, PlanningError | ServiceError)  # noqa: S101 - registered for these
+    request.state.code = error.code
     status, body = problem_document(error, request.url.path)
     headers = error.headers if isinstance(error, ServiceError) else None
     return Response(body, status, headers, media_type=MEDIA_TYPE)

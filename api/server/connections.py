@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from api.errors import ServiceError
     from api.settings import Settings
+    from api.telemetry.metrics import Metrics
 
 LINGER = 1.0
 """The time for which a connection stays after a refusal, s: closing it while the client still writes would throw the
@@ -57,9 +58,9 @@ def client_of(address: str) -> str:
     return str(parsed.ipv4_mapped or IPv6Network((int(parsed), 64), strict=False))
 
 
-def bounded_connections(settings: Settings) -> type[Connection]:
+def bounded_connections(settings: Settings, metrics: Metrics) -> type[Connection]:
     """Make the class of the connections of one service; it is what uvicorn's `http` takes."""
-    return type("Connection", (Connection,), {"settings": settings, "clients": Counter()})
+    return type("Connection", (Connection,), {"settings": settings, "metrics": metrics, "clients": Counter()})
 
 
 class BoundedParser(h11.Connection):
@@ -83,10 +84,12 @@ class Connection(H11Protocol):
 
     Attributes:
         settings: What the operator has set.
+        metrics: What counts refusals.
         clients: The number of connections of each client.
     """
 
     settings: ClassVar[Settings]
+    metrics: ClassVar[Metrics]
     clients: ClassVar[Counter[str]]
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -162,6 +165,7 @@ class Connection(H11Protocol):
         self._refused = True
         _cancel(self._read_timer)
         log.info("connection_refused", code=error.code, client=self._name)
+        self.metrics.count_refused_connection(error.code)
         under_way = self.cycle is not None and not self.cycle.response_complete
         if under_way:  # the application is waiting for the body
             self.cycle.disconnected = True
@@ -217,6 +221,7 @@ class Connection(H11Protocol):
     def _give_up_writing(self) -> None:
         if self.transport.get_write_buffer_size():
             log.info("connection_refused", code="write_timeout", client=self._name)
+            self.metrics.count_refused_connection("write_timeout")
             self.transport.abort()
 
     def _unsupported_upgrade_warning(self) -> None:

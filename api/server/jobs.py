@@ -103,6 +103,9 @@ class JobQueue:
         """Whether no more may wait."""
         return len(self._jobs) >= self._capacity
 
+    def __len__(self) -> int:
+        return len(self._jobs)
+
     def put(self, job: Job) -> None:
         """Let a job wait.
 

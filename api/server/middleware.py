@@ -9,12 +9,13 @@ import uuid
 from typing import TYPE_CHECKING
 
 import structlog
-from starlette.datastructures import MutableHeaders
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect
 
 from api.errors import MEDIA_TYPE, InternalError, problem_document
 from api.failures import where_from
 from api.server.jobs import queue_is_full
+from api.telemetry.traces import Outcome, trace_context
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from api.errors import ServiceError
     from api.server.pool import WorkerPool
     from api.server.traffic import Traffic
+    from api.telemetry.metrics import Metrics
+    from api.telemetry.traces import Traces
 
 SANE_ID = re.compile(rb"[A-Za-z0-9._-]{1,128}")
 """The request ids that are taken from callers: what can be put into any log."""
@@ -38,10 +41,14 @@ log = structlog.get_logger()
 class RequestContext:
     """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
 
-    def __init__(self, app: ASGIApp, traffic: Traffic, pool: WorkerPool) -> None:
+    def __init__(
+        self, app: ASGIApp, traffic: Traffic, pool: WorkerPool, metrics: Metrics, traces: Traces | None
+    ) -> None:
         self.app = app
         self._traffic = traffic
         self._pool = pool
+        self._metrics = metrics
+        self._traces = traces
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See the ASGI specification."""
@@ -52,6 +59,12 @@ class RequestContext:
         state = scope.setdefault("state", {})
         share = self._traffic.share()
         state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope), "share": share}
+        state |= {"operation": None, "submitted": None, "code": None}
+        context = trace_context(Headers(scope=scope).get("traceparent"))
+        span = None
+        if self._traces is not None:
+            span, context = self._traces.begin(context)
+        structlog.contextvars.bind_contextvars(trace_id=context.trace_id)
         status, sent = 0, 0
 
         async def send_and_note(message: Message) -> None:
@@ -68,6 +81,7 @@ class RequestContext:
         failure = None
         try:
             if scope["method"] == "POST" and self._pool.is_full:  # before its body is read: there are too many
+                state["code"] = queue_is_full().code
                 await _send_problem(queue_is_full(), scope["path"], send_and_note)
             else:
                 await self.app(scope, receive, send_and_note)
@@ -76,9 +90,17 @@ class RequestContext:
         except Exception as error:  # noqa: BLE001 - the outermost boundary: a problem, not a traceback
             failure = where_from(error)
             if status == 0:
+                state["code"] = FAILED.code
                 await _send_problem(FAILED, scope["path"], send_and_note)
         finally:
             share.release()
+        seconds = time.monotonic() - arrived
+        operation = state["operation"]
+        self._metrics.count_request("none" if operation is None else operation.id, status, seconds, state["code"])
+        if self._traces is not None and span is not None:
+            route = None if operation is None else operation.path
+            told = Outcome(scope["method"], route, status, state["code"], state["submitted"], state["timings"])
+            self._traces.end(span, told, seconds)
         log.log(
             _level(status),
             "request",
@@ -86,7 +108,7 @@ class RequestContext:
             method=scope["method"],
             path=scope["path"],
             status=status,
-            duration_ms=round((time.monotonic() - arrived) * 1e3, 3),
+            duration_ms=round(seconds * 1e3, 3),
             bytes=sent,
             **({"failure": failure} if failure else {}),
         )

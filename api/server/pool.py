@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import time
-from collections import deque
+from collections import Counter, deque
 from http import HTTPStatus
 from typing import TYPE_CHECKING
 
@@ -58,6 +58,10 @@ class WorkerPool:
     be cheap: it does not wait for what takes long, however much of that there is. What cannot be answered in time, as
     far as the times of former requests tell, is refused at once instead of wasting a worker's time. What runs behind
     requests, batches, gets a worker that none of them wants, and never the last one where there are several.
+
+    Attributes:
+        ended: The number of workers that have ended.
+        most_behind: The most workers that do what runs behind requests.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -74,6 +78,7 @@ class WorkerPool:
         self._queue = JobQueue(settings.queue_size)
         self._behind: deque[Job] = deque()
         self.most_behind = min(settings.batch_workers or max(1, settings.workers - 1), settings.workers)
+        self.ended = 0
         self._been_ready = False
         self._keepers: list[asyncio.Task[None]] = []
         start_template()
@@ -114,6 +119,14 @@ class WorkerPool:
         warm = self.warm_workers
         self._been_ready = self._been_ready or warm == self.size
         return self._been_ready and warm > 0
+
+    def states(self) -> Counter[tuple[str, str]]:
+        """Count the workers by their lane, `all` or `express`, and by what they do: `starting`, `idle` or `busy`."""
+        return Counter(("express" if worker.only_cheap else "all", _state(worker)) for worker in self._workers)
+
+    def waiting(self) -> dict[str, int]:
+        """Count what waits for a worker, of requests and of what runs behind them."""
+        return {"requests": len(self._queue), "batches": len(self._behind)}
 
     @property
     def is_full(self) -> bool:
@@ -233,6 +246,7 @@ class WorkerPool:
                 worker.kill()
             await worker.ended.wait()
             log.info("worker_ended", pid=worker.pid, exit_code=worker.exit_code, tasks=worker.tasks)
+            self.ended += 1
             if not worker.warm:
                 await asyncio.sleep(RESPAWN_DELAY)
             self._workers[place] = Worker(self._caps, worker.only_cheap)
@@ -296,6 +310,12 @@ class WorkerPool:
 
 def _is_idle(worker: Worker) -> bool:
     return worker.alive and worker.offer is not None and not worker.offer.done()
+
+
+def _state(worker: Worker) -> str:
+    if not worker.warm or worker.ended.is_set():
+        return "starting"
+    return "idle" if worker.job is None else "busy"
 
 
 def _hand_over(job: Job, worker: Worker) -> None:

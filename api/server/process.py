@@ -41,12 +41,13 @@ def serve(settings: Settings | None = None) -> NoReturn:
         from api.server.app import create_app
         from api.server.connections import bounded_connections
 
+        app = create_app(settings, pool)
         uvicorn.run(
-            create_app(settings, pool),
+            app,
             host=settings.host,
             port=settings.port,
             loop="uvloop",
-            http=bounded_connections(settings),
+            http=bounded_connections(settings, app.state.service.metrics),
             timeout_keep_alive=settings.keep_alive_timeout,
             ws="none",
             access_log=False,

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from api.database.database import Database
     from api.server.pool import WorkerPool
     from api.settings import Settings
+    from api.telemetry.metrics import Metrics
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,7 @@ class Service:
         database: What outlives a request: robots and batches.
         engine: What works on batches.
         access: What lets requests in.
+        metrics: What is counted and measured.
         catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
             which they need no definition is one, and no added robot can have its id: the database need not be asked.
     """
@@ -32,4 +34,5 @@ class Service:
     database: Database
     engine: Engine
     access: Access
+    metrics: Metrics
     catalogue: set[str] = field(default_factory=set)

@@ -19,7 +19,7 @@ from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.requests import PlanRequest
 from api.size import has_too_many_rows
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
-from api.tasks.trajectories import TWO_JOINT_POSITIONS, export_options, refuse_too_many_rows
+from api.tasks.trajectories import TWO_JOINT_POSITIONS, export_options, figures_of, refuse_too_many_rows
 from api.tasks.work import robot_of, validated
 from planner.errors import PlanningError
 
@@ -161,9 +161,9 @@ def plan_item(work: Work) -> Reply:
         if "torque" in options.include:  # refused without inertias
             sample(solved, replace(options, sample_period=solved.trajectory.duration))
         saved = save_plan(solved)
-    ratios = [check.ratio for check in solved.certificate.checks if check.enforced and check.ratio is not None]
-    figures = (solved.trajectory.duration, max(ratios, default=None))
-    return Reply(200, "application/octet-stream", saved, work.timings, result=figures)
+    figures = figures_of(solved)
+    result = (solved.trajectory.duration, max(figures.ratios.values(), default=None))
+    return Reply(200, "application/octet-stream", saved, work.timings, result=result, plan=figures)
 
 
 def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[PlanningProblem, BackEnd]:

@@ -36,5 +36,17 @@ OPERATIONS = (
         answer=service.Readiness,
         also={503: "Not yet."},
     ),
+    Operation(
+        id="get_metrics",
+        method="GET",
+        path="/metrics",
+        tag="service",
+        scope="admin",
+        summary="What the service counts and measures, in Prometheus' text format.",
+        description="Requests, latencies, refusals, workers, what waits for them, and batches.",
+        answer=str,
+        codes=("database_unavailable",),
+        media_type="text/plain",
+    ),
 )
 """What there is about the service itself."""

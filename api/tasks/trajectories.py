@@ -10,7 +10,7 @@ import orjson
 
 from api.digests import request_hash
 from api.errors import InvalidRequest, invalid, problem_document
-from api.messages import Reply
+from api.messages import PlanFigures, Reply
 from api.schemas import answers, requests
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
 from planner.errors import PlanningError
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from api.tasks.work import Work
     from planner.certificate.checks import Certificate
     from planner.export import ExportOptions
+    from planner.result import Plan
     from planner.robots import Robot
 
 
@@ -38,7 +39,14 @@ def plan_trajectory(work: Work) -> Reply:
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
         body = form.render(solved, options)
-    return Reply(200, form.media_type, body, work.timings)
+    return Reply(200, form.media_type, body, work.timings, plan=figures_of(solved))
+
+
+def figures_of(solved: Plan) -> PlanFigures:
+    """Take out of a plan what the metrics say of it."""
+    checks = (check for check in solved.certificate.checks if check.enforced)
+    ratios = {check.quantity: float(check.ratio) for check in checks if check.ratio is not None}
+    return PlanFigures(solved.backend.kind, ratios)
 
 
 def export_trajectory(work: Work) -> Reply:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +24,16 @@ class WorkersInTheProcess:
     """Run tasks at once, as a worker does it."""
 
     size = warm_workers = most_behind = 1
-    ready, is_full = True, False
+    ready, is_full, ended = True, False, 0
 
     def __init__(self, settings: Settings) -> None:
         self._caps = Caps(settings.max_deadline, settings.max_waypoints, settings.max_samples, 1024)
+
+    def states(self) -> Counter[tuple[str, str]]:
+        return Counter({("all", "idle"): 1})
+
+    def waiting(self) -> dict[str, int]:
+        return {"requests": 0, "batches": 0}
 
     def attach(self) -> None: ...
 

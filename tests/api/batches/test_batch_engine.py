@@ -18,6 +18,7 @@ from api.database.database import Database, sqlite_url
 from api.errors import DatabaseUnavailable, DeadlineExceeded
 from api.messages import Reply, Task
 from api.settings import Settings
+from api.telemetry.metrics import Metrics
 from tests.api.database.databases import PostgresServer, postgres
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
     async def run() -> None:
         database, pool = Database(url), MadeUpPool()
         database.open()
-        engines = [Engine(database, pool, Settings()) for _ in range(2)]  # type: ignore[arg-type]
+        engines = [Engine(database, pool, Settings(), Metrics()) for _ in range(2)]  # type: ignore[arg-type]
         requests = [b"%d" % k for k in range(ITEMS)]
         number, batch_id = await batch_of(database, *requests)
         for engine in engines:
@@ -105,7 +106,7 @@ def test_what_does_not_end_well_is_a_result_too_and_what_is_cancelled_is_given_u
     async def run() -> None:
         database, pool = Database(sqlite_url(tmp_path)), MadeUpPool()
         database.open()
-        engine = Engine(database, pool, Settings())  # type: ignore[arg-type]
+        engine = Engine(database, pool, Settings(), Metrics())  # type: ignore[arg-type]
         number, batch_id = await batch_of(database, b"late", b"in time")
         other, _ = await batch_of(database, *[b"%d" % k for k in range(2000)])
         engine.start()

@@ -39,6 +39,10 @@ CONTRACT = {
     ("get", "/v1/batches/{id}/results"): "get_batch_results",
     ("get", "/v1/batches/{id}/events"): "stream_batch_events",
     ("delete", "/v1/batches/{id}"): "cancel_batch",
+    ("get", "/livez"): "get_liveness",
+    ("get", "/readyz"): "get_readiness",
+    ("get", "/metrics"): "get_metrics",
+    ("get", "/v1/limits"): "get_limits",
 }
 
 

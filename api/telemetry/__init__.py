@@ -1,0 +1,1 @@
+"""The service as seen from outside: metrics for Prometheus, traces for OpenTelemetry."""
