@@ -89,8 +89,8 @@ class Screws:
             positions: (N, joints).
             point: (3,), in the tip frame.
         """
-        chain = self._along(positions, point)
-        return chain.reached.T, chain.turned
+        reached, turned = self._frames(positions, point).tip(len(positions))
+        return reached.T, turned
 
     def reach(self, positions: FloatArray, point: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Compute where a point of the tip frame is, how the tip is turned, and the Jacobian of both.
@@ -151,31 +151,58 @@ class Screws:
 
     def _along(self, positions: FloatArray, point: FloatArray) -> _Chain:
         """Return the axes and what they do to a point of the tip frame, all of N configurations at once."""
+        frames = self._frames(positions, point)
         count, joints = positions.shape
-        slides = np.tile(positions.T, 3)
-        cosine, sine = np.cos(slides), np.sin(slides)
-        columns = np.repeat(np.eye(3), count, axis=1)  # (3, 3 N): x, y and z of the frame in every configuration
-        origin = np.zeros(3 * count)
-        axes, anchors = np.empty((joints, 3 * count)), np.empty((joints, 3 * count))
-        for i in range(joints):
-            origin = origin + self._shifts[i] @ columns
-            columns = self._turns[i] @ columns
-            x, y, axes[i] = columns
-            anchors[i] = origin
-            if self.is_angle[i]:
-                columns = np.array([cosine[i] * x + sine[i] * y, cosine[i] * y - sine[i] * x, axes[i]])
-            else:
-                origin = origin + slides[i] * axes[i]
-        origin = origin + self._shifts[-1] @ columns
-        columns = self._turns[-1] @ columns
-        reached = origin + point @ columns
-        axes, arms = axes.reshape(joints, 3, count), (reached - anchors).reshape(joints, 3, count)
+        axes, arms = (np.array(rows).reshape(joints, 3, count) for rows in (frames.axes, frames.anchors))
+        np.subtract(frames.reached.reshape(3, count), arms, out=arms)
         linear = np.empty((joints, 3, count))
         for k, (a, b) in enumerate(((1, 2), (2, 0), (0, 1))):
             linear[:, k] = axes[:, a] * arms[:, b] - axes[:, b] * arms[:, a]
         slide = ~self.is_angle
         linear[slide] = axes[slide]
-        return _Chain(axes, linear, reached.reshape(3, count), columns.reshape(3, 3, count).transpose(2, 1, 0))
+        return _Chain(axes, linear, *frames.tip(count))
+
+    def _frames(self, positions: FloatArray, point: FloatArray) -> _Frames:
+        """Return the frames along the arm, all of N configurations at once."""
+        count = len(positions)
+        slides = np.tile(positions.T, 3)
+        cosine, sine = (np.tile(function(positions.T), 3) for function in (np.cos, np.sin))
+        columns = np.repeat(np.eye(3), count, axis=1)  # (3, 3 N): x, y and z of the frame in every configuration
+        origin = np.zeros(3 * count)
+        axes, anchors = [], []
+        for i, is_angle in enumerate(self.is_angle.tolist()):
+            origin = origin + self._shifts[i] @ columns
+            columns = self._turns[i] @ columns
+            x, y, axis = columns
+            axes.append(axis)
+            anchors.append(origin)
+            if is_angle:
+                columns = np.array([cosine[i] * x + sine[i] * y, cosine[i] * y - sine[i] * x, axis])
+            else:
+                origin = origin + slides[i] * axis
+        origin = origin + self._shifts[-1] @ columns
+        columns = self._turns[-1] @ columns
+        return _Frames(axes, anchors, origin + point @ columns, columns)
+
+
+class _Frames(NamedTuple):
+    """The frames along an arm in N configurations, in the base's axes: x, y and z of all configurations in a row.
+
+    Attributes:
+        axes: (3 N,) each: the axes of the joints.
+        anchors: (3 N,) each, m: a point on each axis.
+        reached: (3 N,), m: where the point of the tip frame is.
+        columns: (3, 3 N): the axes of the tip frame.
+    """
+
+    axes: list[FloatArray]
+    anchors: list[FloatArray]
+    reached: FloatArray
+    columns: FloatArray
+
+    def tip(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Return where the point is (3, N), and how the tip is turned (N, 3, 3)."""
+        return self.reached.reshape(3, count), self.columns.reshape(3, 3, count).transpose(2, 1, 0)
 
 
 class _Chain(NamedTuple):

@@ -6,8 +6,9 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
-from planner.kinematics.forward import jacobian
+from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.screws import screws_of
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 from planner.spatial import rotation_vectors, rotations_from_vectors
@@ -137,11 +138,29 @@ class _Lines:
             if len(free) != self.idle:
                 return k
             self.free[k] = free
-            end, solved = self._solve(np.array([k]), np.ones(1), self.starts[k][None])
-            if not solved[0]:
+            end = self._end(k)
+            if end is None:
                 return k
-            self.ends[k] = end[0]
+            self.ends[k] = end
         return count
+
+    def _end(self, k: int) -> FloatArray | None:
+        """Return the joint position (joints,) at the end of one line, by Newton's method; None: there is none near."""
+        q = start = self.starts[k]
+        turned = self._rotations(np.array([k]), np.ones(1))[0] if self.turns else None
+        for _ in range(MOST_ITERATIONS):
+            here, J = tool_pose(self.robot, q), jacobian(self.robot, q)[: self.rows]
+            missing = np.concatenate([self.origins[k] + self.ways[k] - here.position, np.zeros(self.robot.dof - 3)])
+            if turned is not None and here.rotation is not None:
+                missing[3:6] = here.rotation @ pin.log3(here.rotation.T @ turned)
+            missing[self.rows :] = self.free[k] @ (start - q)
+            if np.abs(missing).max() < SOLVED:
+                return q
+            try:
+                q = q + np.linalg.solve(np.vstack([J, self.free[k]]), missing)
+            except np.linalg.LinAlgError:
+                return None
+        return None
 
     def follow(self, count: int) -> FollowedLines:
         """Follow the first lines, of which the ends are solved."""

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 MOST_TURNED = 32
 """The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
 
+TURNS = np.array([0.0, -TURN, TURN])
+"""Turns of one joint from its position nearest to where the robot comes from, rad."""
+
 TINY = 1e-12
 """A manipulability that is as good as none."""
 
@@ -82,7 +85,7 @@ class Layer:
         fewest, most = _turns_within(robot, branches)
         if not (most > fewest).any():
             return cls(branches, fewest, most, conditioning, solutions=len(branches))
-        turned, branch = _turned(robot, branches, ahead)
+        turned, branch = _turned(robot, branches, ahead, fewest, most)
         fixed = np.zeros_like(turned)
         return cls(
             np.vstack([branches, turned]),
@@ -165,24 +168,21 @@ def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, Floa
     return np.minimum(fewest, 0.0), np.maximum(most, 0.0)
 
 
-def _turned(robot: Robot, branches: FloatArray, towards: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _turned(
+    robot: Robot, branches: FloatArray, towards: FloatArray, fewest: FloatArray, most: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Branches nearest to `towards`, and one turn from there in joints with finite limits; and which branch each is."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
-    fewest, most = _turns_within(robot, branches)
-    nearest = branches + TURN * np.clip(np.round((towards - branches) / TURN), fewest, most)
+    turned = branches + TURN * np.clip(np.round((towards - branches) / TURN), fewest, most)
     may_turn = robot.is_angle & np.isfinite(upper - lower) & (upper - lower >= TURN)
-    choices = [np.array([0.0, -TURN, TURN]) if turns else np.zeros(1) for turns in may_turn]
-    # One joint after the other: whether a combination of turns is within the limits, and how far it is at most.
-    within, distance = np.ones((len(branches), 1), dtype=bool), np.zeros((len(branches), 1))
-    for joint, choice in enumerate(choices):
-        turned = nearest[:, joint, None] + choice
-        inside = np.minimum(np.maximum(turned, lower[joint]), upper[joint])
-        fits, away = np.abs(turned - inside) <= TURN * ROUNDING, np.abs(inside - towards[joint])
-        within = (within[:, :, None] & fits[:, None]).reshape(len(branches), -1)
-        distance = np.maximum(distance[:, :, None], away[:, None]).reshape(len(branches), -1)
-    among = np.flatnonzero(within)
-    kept = among[distance.ravel()[among].argsort(kind="stable")[:MOST_TURNED]]
-    branch, combination = np.divmod(kept, distance.shape[1])
-    picked = np.unravel_index(combination, [len(choice) for choice in choices])
-    shifts = np.stack([choice[own] for choice, own in zip(choices, picked, strict=True)], axis=-1)
-    return np.minimum(np.maximum(nearest[branch] + shifts, lower), upper), branch
+    branch, distance = np.arange(len(branches)), np.zeros(len(branches))
+    # One joint after the other: the turns that keep it within its limits, and how far the joints are at most.
+    for joint, turns in enumerate(may_turn.tolist()):
+        choices = turned[:, joint, None] + (TURNS if turns else TURNS[:1])
+        inside = np.minimum(np.maximum(choices, lower[joint]), upper[joint])
+        rows, picked = np.nonzero(np.abs(choices - inside) <= TURN * ROUNDING)
+        turned, branch = turned[rows], branch[rows]
+        turned[:, joint] = inside[rows, picked]
+        distance = np.maximum(distance[rows], np.abs(turned[:, joint] - towards[joint]))
+    kept = distance.argsort(kind="stable")[:MOST_TURNED]
+    return turned[kept], branch[kept]

@@ -170,7 +170,8 @@ class _Search:
 
     def _next(self, stage: _Stage, stop: Stop) -> _Stage:
         best = stage.costs.argsort(kind="stable")[:DESCENTS]
-        layer = stop.layer.with_descents(stage.positions[best])
+        followed = [self.followed.get((stop.index, tuple(origin))) for origin in stage.positions.tolist()]
+        layer = stop.layer.with_descents(stage.positions[[row for row in best.tolist() if followed[row] is None]])
         reached = layer.reached_from(stage.positions)
         origin = stage.positions[:, None]
         if stop.index > 0:  # what is one joint position but for rounding becomes the same
@@ -188,8 +189,7 @@ class _Search:
             origins, candidates = np.arange(len(stage.costs)), costs.argmin(axis=1)
             positions = reached[origins, candidates]
             lost = np.zeros(len(origins), dtype=bool)
-            for row, origin in enumerate(stage.positions):
-                motion = self.followed.get((stop.index, tuple(origin.tolist())))
+            for row, motion in enumerate(followed):
                 lost[row] = isinstance(motion, RefusedMotion)
                 positions[row] = motion.end if isinstance(motion, ToolMotion) else positions[row]
             costs = np.where(lost, np.inf, stage.costs + self._motion_costs(stage.positions, positions))
@@ -221,8 +221,9 @@ class _Search:
         for i, stop in enumerate(self.stops, start=1):
             stage, row, motion = self.stages[i], rows[i], None
             if stop.asked is not None:
-                self._follow_together(i, rows)
-                result = self._follow(stop.index, stop.asked, self.stages[i - 1].positions[rows[i - 1]])
+                start = self.stages[i - 1].positions[rows[i - 1]]
+                self._follow_together(i, start)
+                result = self._follow(stop.index, stop.asked, start)
                 if isinstance(result, RefusedMotion) or np.abs(result.end - stage.positions[row]).max() > SAME_END:
                     self._follow_on(i, result)
                     del self.stages[i:]
@@ -231,27 +232,37 @@ class _Search:
             way.append(Passage(stage.positions[row], motion))
         return way
 
-    def _follow_together(self, i: int, rows: list[int]) -> None:
+    def _follow_together(self, i: int, start: FloatArray) -> None:
         """Follow the motions of the tool from stop i - 1 on all at once, as far as that goes, if they are many."""
-        start = self.stages[i - 1].positions[rows[i - 1]]
         if (self.stops[i - 1].index, tuple(start.tolist())) in self.followed:
             return
         stops = list(takewhile(lambda stop: stop.asked is not None, self.stops[i - 1 : i - 1 + self.together]))
         if len(stops) < FEWEST_TOGETHER:
             return
-        guesses = np.array([self.stages[k].positions[rows[k]] for k in range(i, i + len(stops))])
-        motions = follow_chain([stop.asked for stop in stops if stop.asked is not None], start, guesses)
+        motions = follow_chain(
+            [stop.asked for stop in stops if stop.asked is not None], start, self._nearest(stops, start)
+        )
         for stop, motion in zip(stops, motions, strict=False):
             self.followed[stop.index, tuple(start.tolist())] = motion
             start = motion.end
         # Where many have to be followed by themselves, fewer are tried.
         self.together = min(2 * self.together, MOST_TOGETHER) if motions else max(self.together // 2, FEWEST_TOGETHER)
 
+    def _nearest(self, stops: Sequence[Stop], start: FloatArray) -> FloatArray:
+        """Return the candidates (stops, joints), each the nearest to the one before, the first to `start` (joints,)."""
+        found = []
+        for stop in stops:
+            (reached,) = stop.layer.reached_from(start[None])
+            start = reached[self._motion_costs(start, reached).argmin()]
+            found.append(start)
+        return np.array(found)
+
     def _follow_on(self, i: int, motion: ToolMotion | RefusedMotion) -> None:
         """Follow the motions of the tool that come next, too: from here they lead nowhere else."""
-        for stop in self.stops[i:]:
+        for k, stop in enumerate(self.stops[i:], start=i + 1):
             if isinstance(motion, RefusedMotion) or stop.asked is None:
                 return
+            self._follow_together(k, motion.end)
             motion = self._follow(stop.index, stop.asked, motion.end)
 
     def _follow(self, index: int, asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
