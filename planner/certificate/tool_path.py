@@ -38,8 +38,18 @@ AHEAD = 1e-4
 LEAST_SINE = 1e-6
 """Least sine of an angle by the angle: near half a turn a rotation hardly tells its axis; for first guesses only."""
 
-SAMPLES = 9
-"""Number of samples of each piece, both ends included: a piece is a quintic, whose error is largest in the middle."""
+FIRST_SAMPLES = np.array([0.25, 0.5, 0.75])
+"""Unit times on each piece at which it is looked at first: the error of a quintic is largest in the middle."""
+
+SAMPLES = np.linspace(0.0, 1.0, 9)
+"""Unit times at which pieces are looked at that may have the worst deviation."""
+
+NEAR_WORST = 0.25
+"""Share of the worst deviation found first from which on a piece may have the worst: within a piece a deviation is
+smooth, and what it is at an end it is on the next piece, too."""
+
+WORTH_A_LOOK = 1e-3
+"""Share of what is allowed below which a deviation found first is left as it is: four times as much is as little."""
 
 
 class _Deviation(NamedTuple):
@@ -107,35 +117,52 @@ def _deviations(
         times = trajectory.arrivals[blended]
         tools = tool_poses(robot, trajectory.evaluate(times, [0])[0])[0]
         yield _worst("blend_deviation", np.linalg.norm(tools - centers[blended], axis=1), radii[blended], times)
-    segments, times, positions, rotations = _tool_poses(trajectory, robot, with_tool)
-    kept = np.ones(len(times), dtype=bool)
-    for end in (segments, segments + 1):
-        kept &= np.linalg.norm(positions - centers[end], axis=1) > radii[end]
-    segments, times, positions, rotations = segments[kept], times[kept], positions[kept], rotations[kept]
-    kinds: dict[tuple[type, bool], dict[int, _Line | _Circle]] = {}
-    curves = {
-        segment: (motion, motion.path)
-        for segment in with_tool
-        if (motion := solved[segment + 1].tool_motion) and isinstance(motion.path, Polyline | PoseSpline)
-    }
-    for segment in sorted(set(segments.tolist()) - set(curves)):
-        path = _path(waypoints[segment + 1], solved[segment], solved[segment + 1])
-        kinds.setdefault((type(path), path.start is None), {})[segment] = path
     tolerances = _tolerances(waypoints)
-    for segment, (motion, curve) in curves.items():
-        own = np.flatnonzero(segments == segment)
-        if len(own):
-            joints = trajectory.evaluate(times[own], [0])[0]
-            u = parameters_on(motion.curve, joints)
-            allowed = np.broadcast_to(tolerances[segment + 1], (len(own), 2))
-            found = _misses(*curve.poses(u), positions[own], rotations[own])
-            yield from _path_deviations(*found, allowed, times[own])
+
+    def sampled(pieces: np.ndarray, units: FloatArray) -> _Samples:
+        """Return the samples of pieces, but for those within the radius of a blend."""
+        samples = _samples(trajectory, robot, pieces, units)
+        kept = np.ones(len(samples.times), dtype=bool)
+        for end in (samples.segments, samples.segments + 1):
+            kept &= np.linalg.norm(samples.positions - centers[end], axis=1) > radii[end]
+        return _Samples(*(part[kept] for part in samples))
+
+    kinds: dict[tuple[type, bool], dict[int, _Line | _Circle]] = {}
+    for segment in with_tool:
+        pieces = np.flatnonzero(trajectory.segments == segment)
+        motion = solved[segment + 1].tool_motion
+        if motion and isinstance(motion.path, Polyline | PoseSpline):
+            of_curve = sampled(pieces, SAMPLES)
+            if len(of_curve.times):
+                u = parameters_on(motion.curve, of_curve.joints)
+                found = _misses(*motion.path.poses(u), of_curve.positions, of_curve.rotations)
+                allowed = np.broadcast_to(tolerances[segment + 1], (len(u), 2))
+                yield from _path_deviations(*found, allowed, of_curve.times)
+        elif len(pieces):
+            path = _path(waypoints[segment + 1], solved[segment], solved[segment + 1])
+            kinds.setdefault((type(path), path.start is None), {})[segment] = path
     for paths in kinds.values():
-        own = np.flatnonzero(np.isin(segments, list(paths)))
-        path = _of_samples(list(paths.values()), np.searchsorted(list(paths), segments[own]))
-        allowed = tolerances[segments[own] + 1]
-        found = _distances(path, positions[own], rotations[own], allowed)
-        yield from _path_deviations(*found, allowed, times[own])
+        pieces = np.flatnonzero(np.isin(trajectory.segments, list(paths)))
+        for units in (FIRST_SAMPLES, SAMPLES):
+            samples = sampled(pieces, units)
+            if not len(samples.times):
+                break
+            path = _of_samples(list(paths.values()), np.searchsorted(list(paths), samples.segments))
+            allowed = tolerances[samples.segments + 1]
+            found = _distances(path, samples.positions, samples.rotations, allowed)
+            yield from _path_deviations(*found, allowed, samples.times)
+            pieces = np.unique(samples.pieces[_near_worst(found, allowed)])
+            if not len(pieces):
+                break
+
+
+def _near_worst(found: tuple[FloatArray, FloatArray | None], allowed: FloatArray) -> np.ndarray:
+    """Return which samples (N,) come near to the worst distance or angle, by what is allowed (N, 2)."""
+    near = np.zeros(len(allowed), dtype=bool)
+    for values, limits in zip(found, allowed.T, strict=True):
+        if values is not None:
+            near |= values / limits >= max(NEAR_WORST * float((values / limits).max()), WORTH_A_LOOK)
+    return near
 
 
 def _path_deviations(
@@ -173,15 +200,33 @@ def _tolerances(waypoints: Sequence[AnyWaypoint]) -> FloatArray:
     )
 
 
-def _tool_poses(
-    trajectory: Trajectory, robot: Robot, segments: Sequence[int]
-) -> tuple[np.ndarray, FloatArray, FloatArray, FloatArray]:
-    """Sample all pieces: segments (N,), times (N,), s, and the tool's positions (N, 3), m, and rotations (N, 3, 3)."""
-    pieces = np.flatnonzero(np.isin(trajectory.segments, segments))
+class _Samples(NamedTuple):
+    """Samples of a trajectory.
+
+    Attributes:
+        pieces: (N,), index of the piece of each.
+        segments: (N,), its segment.
+        times: (N,), s.
+        joints: (N, joints), rad or m.
+        positions: (N, 3), m, of the tool.
+        rotations: (N, 3, 3), of the tool.
+    """
+
+    pieces: np.ndarray
+    segments: np.ndarray
+    times: FloatArray
+    joints: FloatArray
+    positions: FloatArray
+    rotations: FloatArray
+
+
+def _samples(trajectory: Trajectory, robot: Robot, pieces: np.ndarray, units: FloatArray) -> _Samples:
+    """Sample pieces of a trajectory at unit times on each."""
     starts, lengths = trajectory.breakpoints[pieces], trajectory.lengths[pieces]
-    times = (starts[:, None] + np.linspace(0.0, 1.0, SAMPLES) * lengths[:, None]).ravel()
-    of_samples = np.repeat(trajectory.segments[pieces], SAMPLES)
-    return of_samples, times, *tool_poses(robot, trajectory.evaluate(times, [0])[0])
+    times = (starts[:, None] + units * lengths[:, None]).ravel()
+    own = np.repeat(pieces, len(units))
+    joints = trajectory.evaluate(times, [0])[0]
+    return _Samples(own, trajectory.segments[own], times, joints, *tool_poses(robot, joints))
 
 
 def _distances(
