@@ -7,13 +7,13 @@ has tests against splines of scipy and closed forms.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from planner.certificate.checks import Check
+from planner.certificate.lines_and_circles import Circle, Line, angles_of, rotation_vectors_of
 from planner.certificate.on_curve import parameters_on
 from planner.kinematics.forward import tool_poses
 from planner.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
+    from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
 
@@ -34,9 +34,6 @@ STEPS = 2
 
 AHEAD = 1e-4
 """Step of the difference quotients for that, as a share of the path."""
-
-LEAST_SINE = 1e-6
-"""Least sine of an angle by the angle: near half a turn a rotation hardly tells its axis; for first guesses only."""
 
 FIRST_SAMPLES = np.array([0.25, 0.5, 0.75])
 """Unit times on each piece at which it is looked at first: the error of a quintic is largest in the middle."""
@@ -127,7 +124,7 @@ def _deviations(
             kept &= np.linalg.norm(samples.positions - centers[end], axis=1) > radii[end]
         return _Samples(*(part[kept] for part in samples))
 
-    kinds: dict[tuple[type, bool], dict[int, _Line | _Circle]] = {}
+    kinds: dict[tuple[type, bool], dict[int, Line | Circle]] = {}
     for segment in with_tool:
         pieces = np.flatnonzero(trajectory.segments == segment)
         motion = solved[segment + 1].tool_motion
@@ -180,12 +177,12 @@ def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatAr
     return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]))
 
 
-def _path(waypoint: AnyWaypoint, before: SolvedWaypoint, after: SolvedWaypoint) -> _Line | _Circle:
+def _path(waypoint: AnyWaypoint, before: SolvedWaypoint, after: SolvedWaypoint) -> Line | Circle:
     """Return line or circle asked to a waypoint; an orientation that was left open at its start is the one reached."""
     start = before.wanted if before.wanted.rotation is not None else before.pose
     if isinstance(waypoint.motion, CircularMotion):
-        return _Circle.through(start, waypoint.motion.via, after.wanted)
-    return _Line.between(start, after.wanted)
+        return Circle.through(start, waypoint.motion.via, after.wanted)
+    return Line.between(start, after.wanted)
 
 
 def _tolerances(waypoints: Sequence[AnyWaypoint]) -> FloatArray:
@@ -230,7 +227,7 @@ def _samples(trajectory: Trajectory, robot: Robot, pieces: np.ndarray, units: Fl
 
 
 def _distances(
-    path: _Line | _Circle, positions: FloatArray, rotations: FloatArray, tolerances: FloatArray
+    path: Line | Circle, positions: FloatArray, rotations: FloatArray, tolerances: FloatArray
 ) -> tuple[FloatArray, FloatArray | None]:
     """Distances (N,), m, and angles (N,), rad, of the tool from the points of its paths that are nearest by tolerances.
 
@@ -248,7 +245,7 @@ def _distances(
         position, rotation = path.poses(u)
         parts = [(position - positions) / tolerances[:, :1]]
         if rotation is not None:
-            parts.append(_logarithms(rotation.transpose(0, 2, 1) @ rotations) / tolerances[:, 1:])
+            parts.append(rotation_vectors_of(rotation.transpose(0, 2, 1) @ rotations) / tolerances[:, 1:])
         return np.hstack(parts)
 
     u = path.nearest(positions)
@@ -266,91 +263,10 @@ def _misses(
 ) -> tuple[FloatArray, FloatArray | None]:
     """Distances (N,), m, and angles (N,), rad, of the tool from positions (N, 3) and rotations (N, 3, 3) asked."""
     distances: FloatArray = np.linalg.norm(asked - positions, axis=1)
-    return distances, None if turned is None else _angles(turned.transpose(0, 2, 1) @ rotations)
+    return distances, None if turned is None else angles_of(turned.transpose(0, 2, 1) @ rotations)
 
 
-@dataclass(frozen=True, eq=False)
-class _Line:
-    """The straight line from pose to pose, where the tool turns about one axis in proportion; or one of each sample.
-
-    Attributes:
-        start: (..., 3, 3), rotation at the start; None: any orientation will do.
-        turns: (..., 2, 3), rad: the rotation vector from it by the share of the way and by its square.
-        origin: (..., 3), m.
-        way: (..., 3), m.
-    """
-
-    start: FloatArray | None
-    turns: FloatArray
-    origin: FloatArray
-    way: FloatArray
-
-    @classmethod
-    def between(cls, start: Pose, end: Pose) -> _Line:
-        """Return the line from pose to pose."""
-        return cls(*_turns(start, None, end, 0.5), start.position, end.position - start.position)
-
-    def nearest(self, points: FloatArray) -> FloatArray:
-        """Shares (N,) of the ways at which the lines are nearest to points (N, 3); 0.5 where there is no way."""
-        squared = (self.way**2).sum(axis=1)
-        along = ((points - self.origin) * self.way).sum(axis=1)
-        return np.where(squared > 0.0, np.clip(along / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0), 0.5)
-
-    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the ways; None: none is asked."""
-        return self.origin + u[:, None] * self.way, _turned(self.start, self.turns, u)
-
-
-@dataclass(frozen=True, eq=False)
-class _Circle:
-    """The circle from pose to pose by way of a third; or one of each sample.
-
-    Attributes:
-        start: (..., 3, 3), rotation at the start; None: any orientation will do.
-        turns: (..., 2, 3), rad: the rotation vector from it by the share of the way and by its square.
-        center: (..., 3), m.
-        x: (..., 3), m, from the center to the start.
-        y: (..., 3), m, as long, where the circle has gone by a quarter.
-        end_angle: (...,), rad, from 0 to 2 pi.
-    """
-
-    start: FloatArray | None
-    turns: FloatArray
-    center: FloatArray
-    x: FloatArray
-    y: FloatArray
-    end_angle: FloatArray
-
-    @classmethod
-    def through(cls, start: Pose, via: Pose, end: Pose) -> _Circle:
-        """Return the circle through three poses."""
-        a, b, c = start.position, via.position, end.position
-        normal = np.cross(b - a, c - a)
-        normal /= np.linalg.norm(normal)
-        # In the plane, and as far from the first point as from the others.
-        equations = np.array([normal, b - a, c - a])
-        right = [normal @ a, (b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0]
-        center = np.linalg.solve(equations, right)
-        x = a - center
-        y = np.cross(normal, x)
-        at_via, at_end = _angles_about(center, x, y, np.array([b, c]))
-        return cls(*_turns(start, via, end, at_via / at_end), center, x, y, at_end)
-
-    def nearest(self, points: FloatArray) -> FloatArray:
-        """Shares (N,) of the ways at which the arcs are nearest to points (N, 3)."""
-        angles = _angles_about(self.center, self.x, self.y, points)
-        # Beyond the arc: nearer to its end, or to its start.
-        end = np.where(angles < (self.end_angle + 2.0 * np.pi) / 2.0, self.end_angle, 0.0)
-        nearest: FloatArray = np.where(angles > self.end_angle, end, angles) / self.end_angle
-        return nearest
-
-    def poses(self, u: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Positions (N, 3), m, and rotations (N, 3, 3) at shares (N,) of the ways; None: none is asked."""
-        angles = (u * self.end_angle)[:, None]
-        return self.center + np.cos(angles) * self.x + np.sin(angles) * self.y, _turned(self.start, self.turns, u)
-
-
-def _of_samples(paths: Sequence[_Line | _Circle], rows: np.ndarray) -> _Line | _Circle:
+def _of_samples(paths: Sequence[Line | Circle], rows: np.ndarray) -> Line | Circle:
     """Return the path of each sample (N,), of paths of one kind, all with rotations or all without."""
 
     def stacked(name: str) -> Any:
@@ -358,65 +274,3 @@ def _of_samples(paths: Sequence[_Line | _Circle], rows: np.ndarray) -> _Line | _
         return None if values[0] is None else np.array(values)[rows]
 
     return type(paths[0])(*(stacked(field.name) for field in fields(paths[0])))
-
-
-def _angles_about(center: FloatArray, x: FloatArray, y: FloatArray, points: FloatArray) -> FloatArray:
-    """Angles (N,), rad, from 0 to 2 pi, of points (N, 3) in the plane of x and y, each (N, 3) or (3,)."""
-    spokes = points - center
-    angles: FloatArray = np.arctan2((spokes * y).sum(axis=-1), (spokes * x).sum(axis=-1)) % (2.0 * np.pi)
-    return angles
-
-
-def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArray | None, FloatArray]:
-    """Give the rotation (3, 3) at the start, None if any will do, and the turns (2, 3) by way of a third pose at u."""
-    if start.rotation is None or end.rotation is None:
-        return None, np.zeros((2, 3))
-    whole = _logarithm(start.rotation, end.rotation)
-    if via is None or via.rotation is None:
-        return start.rotation, np.array([whole, np.zeros(3)])
-    half = _logarithm(start.rotation, via.rotation)
-    return start.rotation, np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), np.array([half, whole]))
-
-
-def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> FloatArray | None:
-    """Rotations (N, 3, 3) at shares (N,) of the ways, from `start` (N, 3, 3) by `turns` (N, 2, 3)."""
-    if start is None:
-        return None
-    rotations: FloatArray = start @ _rotations(turns[:, 0] * u[:, None] + turns[:, 1] * (u * u)[:, None])
-    return rotations
-
-
-def _logarithm(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Give the rotation vector (3,), rad, that leads from one rotation (3, 3) to another, in the axes of the first."""
-    return np.asarray(pin.log3(start.T @ end))
-
-
-def _axial(rotations: FloatArray) -> FloatArray:
-    """Axes (N, 3) of rotations (N, 3, 3), as long as the sines of their angles."""
-    skew = (rotations - rotations.transpose(0, 2, 1)) / 2.0
-    return np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
-
-
-def _angles(rotations: FloatArray) -> FloatArray:
-    """Angles (N,), rad, of rotations (N, 3, 3)."""
-    cosines = (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0
-    angles: FloatArray = np.arctan2(np.linalg.norm(_axial(rotations), axis=1), cosines)
-    return angles
-
-
-def _logarithms(rotations: FloatArray) -> FloatArray:
-    """Rotation vectors (N, 3) of rotations (N, 3, 3) by less than half a turn."""
-    vectors: FloatArray = _axial(rotations) / np.maximum(np.sinc(_angles(rotations) / np.pi), LEAST_SINE)[:, None]
-    return vectors
-
-
-def _rotations(vectors: FloatArray) -> FloatArray:
-    """Rotations (N, 3, 3) by vectors (N, 3): Rodrigues' formula."""
-    x, y, z = vectors.T
-    none = np.zeros_like(x)
-    skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
-    angles = np.linalg.norm(vectors, axis=1)[:, None, None]
-    rotations: FloatArray = (
-        np.eye(3) + np.sinc(angles / np.pi) * skew + 0.5 * np.sinc(angles / (2.0 * np.pi)) ** 2 * skew @ skew
-    )
-    return rotations

@@ -146,7 +146,8 @@ class _Lines:
 
     def _end(self, k: int) -> FloatArray | None:
         """Return the joint position (joints,) at the end of one line, by Newton's method; None: there is none near."""
-        q = start = self.starts[k]
+        start: FloatArray = self.starts[k]
+        q = start
         turned = self._rotations(np.array([k]), np.ones(1))[0] if self.turns else None
         for _ in range(MOST_ITERATIONS):
             here, J = tool_pose(self.robot, q), jacobian(self.robot, q)[: self.rows]

@@ -170,7 +170,7 @@ def _turns_within(robot: Robot, positions: FloatArray) -> tuple[FloatArray, Floa
 
 def _turned(
     robot: Robot, branches: FloatArray, towards: FloatArray, fewest: FloatArray, most: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, np.ndarray]:
     """Branches nearest to `towards`, and one turn from there in joints with finite limits; and which branch each is."""
     lower, upper = robot.limit("lower"), robot.limit("upper")
     turned = branches + TURN * np.clip(np.round((towards - branches) / TURN), fewest, most)
