@@ -148,26 +148,30 @@ class PathLimits:
         """Return what has to hold of x at the start of each interval and of the mean u on it.
 
         Where u follows a limit along an interval, it is enough that the mean keeps the limit in the middle
-        (collocation). Elsewhere a constant u has to keep the limits all over the interval (interpolation).
+        (collocation), and x may follow a bound that dips below the straight line between those at the ends. Elsewhere a
+        constant u has to keep the limits all over the interval (interpolation).
 
         Args:
             throughout: (intervals,), where the limits have to be kept by a constant u.
         """
         middle = self.per_u[1] + self.lengths[:, None] * self.per_x[1], self.per_x[1], self.rest[1]
-        rows = self._with_speeds(*middle)
+        straight = self.bounds[:1] + (self.bounds[-1:] - self.bounds[:1]) * PROBES[1:-1, None]
+        rows = self._with_speeds(*middle, np.maximum(self.bounds[1:-1], straight))
         if not throughout.any():
             return rows
         part = self.of(throughout)
         grows = 2.0 * part.lengths[:, None]
         by_point = part.per_u + POINTS[:, None, None] * grows * part.per_x, part.per_x, part.rest
         bounding = (np.moveaxis(values, 0, 2) @ QUADRATIC_TO_BERNSTEIN for values in by_point)
-        everywhere = part._with_speeds(*(values.reshape(len(part.lengths), -1) for values in bounding))
+        everywhere = part._with_speeds(
+            *(values.reshape(len(part.lengths), -1) for values in bounding), bounds=part.bounds[1:-1]
+        )
         everywhere = everywhere.that_bind(part.bounds[0])
         return rows.with_new(np.arange(len(throughout)), throughout, everywhere)
 
-    def _with_speeds(self, a: FloatArray, b: FloatArray, c: FloatArray) -> LinearRows:
-        """Return |a u + b x + c| <= 1, each (intervals, limits), and the bounds on x at the inner probes, as rows."""
-        bound = self.bounds[1:-1].T
+    def _with_speeds(self, a: FloatArray, b: FloatArray, c: FloatArray, bounds: FloatArray) -> LinearRows:
+        """Return |a u + b x + c| <= 1, each (intervals, limits), and bounds (inner probes, intervals) on x, as rows."""
+        bound = bounds.T
         speeds = 2.0 * self.lengths[:, None] * PROBES[1:-1] / bound, 1.0 / bound, np.full_like(bound, -1.0)
         signed = (a, b, c - 1.0), (-a, -b, -c - 1.0), speeds
         return LinearRows(*(np.hstack(parts) for parts in zip(*signed, strict=True)))
@@ -209,17 +213,19 @@ class PathLimits:
         inner = PROBES[1:-1, None]
         over = x0 + (x1 - x0) * inner - self.bounds[1:-1]
         for_speed = (over / (2.0 * self.lengths * (inner - inner**2))).max(axis=0)
-        least = np.maximum(np.maximum(u - high0, low1 - u), for_speed)
-        most = np.minimum(u - low0, high1 - u)
+        least, most = np.maximum(u - high0, low1 - u), np.minimum(u - low0, high1 - u)
         middle, nearest = (least + most) / 2.0, np.clip(0.0, least, most)
         bend = np.where(
             least > most,
             middle,
             np.clip(middle, np.minimum(2.0 * nearest, 0.0), np.maximum(2.0 * nearest, 0.0)),
         )
-        # So that x stays positive in between.
-        bend = np.minimum(bend, MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths))
-        return bend, self._used(x, bend).max(axis=0)
+        # No more than the bounds on x ask for, as it costs time; and so that x stays positive in between.
+        bend = np.minimum(
+            np.maximum(bend, for_speed), MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths)
+        )
+        speeds = (over + self.bounds[1:-1] - 2.0 * bend * self.lengths * (inner - inner**2)) / self.bounds[1:-1]
+        return bend, np.maximum(self._used(x, bend), speeds.max(axis=0)).max(axis=0)
 
     def unused(self, x: FloatArray) -> FloatArray:
         """Return the share (intervals,) of the tightest limit that a constant u leaves unused, on average."""

@@ -17,7 +17,14 @@ from planner.kinematics.forward import tool_pose
 from planner.limits import Limits
 from planner.paths import JointPath, solve_path
 from planner.planning import plan
-from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, ThroughTransition
+from planner.problem import (
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    ThroughTransition,
+)
 from planner.problem_check import check_problem
 from planner.result import certified_plan
 from planner.robots import load_robot
@@ -30,8 +37,8 @@ ON_EVERY_PATH: tuple[BackEnd, ...] = (Trapezoidal(), Toppra(jerk_limited=True))
 OWN_WAY: tuple[BackEnd, ...] = (Cubic(), Quintic(), Ruckig())
 """Back ends that choose their own way between waypoints passed, and the same as all others everywhere else."""
 
-TOLERANCE = 1.002
-"""Ratio of durations that counts as equal: of hundreds of random paths all keep 1.001 but one spline (1.0013)."""
+TOLERANCE = 1.001
+"""Ratio of durations that counts as equal."""
 
 
 def is_no_slower(problem: PlanningProblem) -> None:
@@ -109,6 +116,17 @@ def test_no_slower_where_coarse_intervals_take_little_time() -> None:
     passed = (PoseWaypoint(pose=pose, transition=ThroughTransition()) for pose in (first, second))
     limits = Limits(tcp_linear_velocity=0.05, velocity_scale=0.05, acceleration_scale=0.05)
     is_no_slower(PlanningProblem(robot, (start, *passed, PoseWaypoint(pose=end, motion=LinearMotion())), limits))
+
+
+def test_no_slower_where_the_bound_on_the_speed_dips() -> None:
+    """Between gridpoints the path velocity stayed below all of it: 0.2 % slower than with limited jerk."""
+    start = JointWaypoint((-0.9014794783266478, 1.5086313925861181, -2.0302319721008897))
+    via = Pose(np.array([-0.10346864, 0.1543315, -0.00126512]))
+    circle = PoseWaypoint(
+        Pose(np.array([-0.12193026, 0.09653188, -0.00687642])), motion=CircularMotion(via, singularity="slow")
+    )
+    limits = Limits(velocity_scale=0.05, acceleration_scale=0.05)
+    is_no_slower(PlanningProblem(load_robot("three_dof_arm"), (start, circle), limits))
 
 
 def densely(path: JointPath) -> float:
