@@ -163,9 +163,8 @@ class PathLimits:
         grows = 2.0 * part.lengths[:, None]
         by_point = part.per_u + POINTS[:, None, None] * grows * part.per_x, part.per_x, part.rest
         bounding = (np.moveaxis(values, 0, 2) @ QUADRATIC_TO_BERNSTEIN for values in by_point)
-        everywhere = part._with_speeds(
-            *(values.reshape(len(part.lengths), -1) for values in bounding), bounds=part.bounds[1:-1]
-        )
+        a, b, c = (values.reshape(len(part.lengths), -1) for values in bounding)
+        everywhere = part._with_speeds(a, b, c, part.bounds[1:-1])
         everywhere = everywhere.that_bind(part.bounds[0])
         return rows.with_new(np.arange(len(throughout)), throughout, everywhere)
 
