@@ -153,7 +153,7 @@ def _entry(operation: Operation) -> dict[str, Any]:
         }
         forms: dict[str, Any] = {"application/json": content}
         if operation.lines:
-            forms[LINES] = {"schema": {"type": "string"}}
+            forms[LINES] = {"schema": {"type": "string", "format": "binary"}}
         entry["requestBody"] = {"required": True, "content": forms}
     return entry
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from clients.generate import GENERATORS
 from tests.api.requests import plan_request
 
 if TYPE_CHECKING:
@@ -24,20 +24,7 @@ def client(service: RunningService, tmp_path_factory: pytest.TempPathFactory) ->
     folder = tmp_path_factory.mktemp("generated")
     document = folder / "openapi.json"
     document.write_bytes(service.client.get("/openapi.json").content)
-    # It knows no lines of JSON by itself.
-    config = ["post_hooks: []", "content_type_overrides:", "  application/x-ndjson: application/octet-stream"]
-    (folder / "config.yml").write_text("\n".join(config))
-    result = subprocess.run(
-        [
-            *(sys.executable, "-m", "openapi_python_client", "generate", "--meta", "none"),
-            *("--path", str(document), "--config", str(folder / "config.yml")),
-            *("--output-path", str(folder / PACKAGE), "--fail-on-warning"),
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
+    GENERATORS["python"](document, folder / PACKAGE)
     sys.path.insert(0, str(folder))
     with import_module(f"{PACKAGE}.client").Client(base_url=service.url) as client:
         yield client
@@ -63,6 +50,17 @@ def test_a_plan(service: RunningService, client: Any) -> None:
     assert isinstance(answer, models.PlanAnswer)
     assert answer.to_dict() == service.post("/v1/trajectories", request).json()
     assert answer.certificate.satisfied is True
+
+
+def test_a_file(service: RunningService, client: Any) -> None:
+    """In a form that is not JSON, which the operation for plans would not read."""
+    models = generated("models")
+    body, form = models.PlanRequest.from_dict(plan_request()), models.ExportTrajectoryPlanFormat.CSV
+    file = generated("api.trajectories.export_trajectory").sync(client=client, body=body, format_=form)
+    answer = service.post("/v1/trajectories?format=csv", plan_request())
+    assert file.payload.read() == answer.content
+    with pytest.raises(AttributeError):
+        models.PlanTrajectoryPlanFormat  # noqa: B018 - there is none to choose
 
 
 def test_unions_are_read_back_as_what_they_are(client: Any) -> None:
