@@ -39,10 +39,13 @@ KEYS = {
     "key": {
         "type": "http",
         "scheme": "bearer",
-        "description": "An API key, where the service asks for one; the roles of an operation are the scopes it needs.",
+        "description": "An API key, where the service asks for one; every operation says which scope its key needs.",
     }
 }
 """How clients identify themselves. A service on a loopback address asks nobody to, so no operation requires it."""
+
+NEEDS = " Where keys are asked for, the key needs the scope `{operation.scope}`."
+"""What the description of an operation ends with."""
 
 RATE_HEADERS = {
     "RateLimit-Limit": "The most requests in a minute.",
@@ -138,9 +141,9 @@ def _entry(operation: Operation) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "tags": [operation.tag],
         "summary": operation.summary,
-        "description": operation.description,
+        "description": operation.description + ("" if operation.scope is None else NEEDS.format(operation=operation)),
         "operationId": operation.id,
-        "security": [{}] if operation.scope is None else [{}, {"key": [operation.scope]}],
+        "security": [{}] if operation.scope is None else [{}, {"key": []}],
         "responses": {str(status): response for status, response in _responses(operation).items()},
     }
     parameters = _parameters(operation)
