@@ -12,7 +12,14 @@ from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import pose_errors
 from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 from planner.tolerances import SAME_CONFIGURATION
-from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, RANK, handedness, inverse_step, null_space
+from planner.tool_motions.inverse_jacobian import (
+    NEAR_SINGULARITY,
+    RANK,
+    handedness,
+    inverse_step,
+    kept_motions,
+    null_space,
+)
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -188,7 +195,9 @@ class Follower:
         self.shortest_step, self.rank = SHORTEST_TURN / steepest, min(RANK, 1.0 / steepest)
         self.rows = len(path.twist(0.0))
         self.distance, self.angle = (SHARE_OF_TOLERANCE * allowed for allowed in tolerance)
-        self.free = null_space(self._jacobian(start))[: max(0, robot.dof - self.rows)] if free is None else free
+        self.free = (
+            kept_motions(robot, self._jacobian(start))[: max(0, robot.dof - self.rows)] if free is None else free
+        )
         self.drift = self.free @ (np.zeros(robot.dof) if end is None else end - start)
 
     def run(self) -> PiecewisePolynomial | Lost:

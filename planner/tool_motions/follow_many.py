@@ -21,7 +21,7 @@ from planner.tool_motions.follow import (
     SHARE_OF_TOLERANCE,
     SOLVED,
 )
-from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, null_space
+from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, kept_motions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -134,7 +134,7 @@ class _Lines:
         for k in range(count):
             if k:
                 self.starts[k] = self.ends[k - 1]
-            free = null_space(jacobian(self.robot, self.starts[k])[: self.rows])
+            free = kept_motions(self.robot, jacobian(self.robot, self.starts[k])[: self.rows])
             if len(free) != self.idle:
                 return k
             self.free[k] = free

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.tolerances import POSITION_TOLERANCE
+
 if TYPE_CHECKING:
+    from planner.robots import Robot
     from planner.spatial import FloatArray
 
 NEAR_SINGULARITY = 1e-3
@@ -53,3 +56,13 @@ def null_space(J: FloatArray) -> FloatArray:
     _, values, directions = np.linalg.svd(J)
     basis: FloatArray = directions[np.count_nonzero(values >= RANK * values[0]) :]
     return basis
+
+
+def kept_motions(robot: Robot, J: FloatArray) -> FloatArray:
+    """Return the joint motions (n, joints), of length one, that an arm with more joints than J has rows can keep.
+
+    They are those of joints without room to move in, as many as can be spared, and the null space of J and these.
+    """
+    has_no_room = robot.limit("upper") - robot.limit("lower") <= POSITION_TOLERANCE
+    held = np.eye(robot.dof)[has_no_room][: max(0, robot.dof - len(J))]
+    return np.vstack([held, null_space(np.vstack([J, held]))])

@@ -8,6 +8,7 @@ import pytest
 
 from planner.errors import PlanningError
 from planner.problem import JointWaypoint, PoseWaypoint
+from planner.robots import Robot
 from tests.jobs.arms import INSTALLED, places
 from tests.jobs.checks import keeps_promises, takes_no_longer_than_known
 from tests.jobs.corpus import BACK_ENDS, FROM_PACKAGE, VARIANTS, job, names, plan_job, suite
@@ -56,8 +57,17 @@ def cases() -> list[object]:
     return made
 
 
+ONCE_REFUSED = [("fixed_axis-07-panda", "toppra"), ("fixed_axis-13-panda", "toppra_jerk_limited")]
+"""Jobs outside of the suite that were refused: lines of a redundant arm of which one joint cannot move."""
+
+ONCE_UNEXPLAINED = [("infeasible-07-date_sorting_arm", "ruckig"), ("infeasible-07-kuka_kr16_l6_2", "cubic")]
+"""Jobs outside of the suite whose refusal, of a limit that is met on the way out of reach, was not looked into."""
+
+FURTHER = [(name, kind) for name, kind in ONCE_REFUSED + ONCE_UNEXPLAINED if name.rpartition("-")[2] in INSTALLED]
+
+
 @pytest.mark.sized
-@pytest.mark.parametrize(("name", "kind"), cases())
+@pytest.mark.parametrize(("name", "kind"), [*cases(), *FURTHER])
 def test_job(name: str, kind: str) -> None:
     """Planned within its promises and in the time that is known, or refused for the reason that is known."""
     asked = job(name)
@@ -65,10 +75,21 @@ def test_job(name: str, kind: str) -> None:
         with pytest.raises(PlanningError) as refusal:
             plan_job(asked, kind)
         assert refusal.value.code in asked.codes, f"{refusal.value.code}, though {asked.infeasible}"
+        meets_its_limit_on_the_way(refusal.value, asked.problem.robot)
         return
     plan = plan_job(asked, kind)
     keeps_promises(plan, kind)
     takes_no_longer_than_known(plan, asked, kind)
+
+
+def meets_its_limit_on_the_way(refusal: PlanningError, robot: Robot) -> None:
+    """A joint that is told to leave its limits is at its limit there, and the tool is where it is told to be."""
+    there = refusal.path_point
+    if refusal.code != "joint_position_limit" or there is None:
+        return
+    joint = [joint.name for joint in robot.joints].index(str(refusal.joint))
+    assert there.position[joint] == pytest.approx(refusal.limit)
+    assert tool_at(robot, there.position).position == pytest.approx(there.pose.position, abs=1e-6)
 
 
 def test_every_known_failure_is_in_the_suite() -> None:
