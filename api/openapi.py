@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 from http import HTTPStatus
-from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from api.schemas.answers import RosJointTrajectory
 from api.schemas.problem_documents import ProblemDocument
 from api.size import CAPPED_LISTS
 from api.tasks.operation import ACCESS_CODES, CONNECTION_CODES
+from api.version import service_version
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -116,14 +116,6 @@ def openapi_document(max_waypoints: int) -> dict[str, Any]:
             "securitySchemes": KEYS,
         },
     }
-
-
-def service_version() -> str:
-    """Read the version of the installed package."""
-    try:
-        return version("trajectory-planner")
-    except PackageNotFoundError:  # run from a checkout
-        return "0+checkout"
 
 
 @cache

@@ -48,6 +48,9 @@ class Settings(BaseSettings):
     batch_workers: int = Field(default=0, ge=0, le=256)
     """The number of workers that batches may use at once, while no request wants them; 0: all but one, so that a
     request need not wait for a plan of a batch to end."""
+    scheduler: str | None = None
+    """The scheduler of a Dask cluster that plans batches in place of the service's own workers, as in
+    `tcp://10.0.0.1:8786`; machines join it with `planner worker`. Needs the extra `cluster`."""
     queue_size: int = Field(default=64, ge=0)
     """The number of requests that may wait for a worker; more are answered with 503."""
     max_connections: int = Field(default=1024, ge=1)

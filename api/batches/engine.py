@@ -1,4 +1,4 @@
-"""What works on batches: the service's own workers, behind the requests that somebody waits for."""
+"""The work on batches: requests are claimed, planned by workers or by a cluster, and what comes of them is kept."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import asyncio
 import math
 import time
 import uuid
+from collections import deque
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-import orjson
 import structlog
 
-from api.batches.items import PLAN_ITEM, PLANNED, compressed
+from api.batches.items import PLANNED, compressed
+from api.batches.planners import Chunk
 from api.database import claims
 from api.database.batches import clean_up
 from api.database.claims import Claimed, Outcome
-from api.errors import DatabaseUnavailable, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
+from api.errors import MEDIA_TYPE, DatabaseUnavailable, InternalError, problem_document
 from api.failures import where_from
-from api.messages import Task
-from api.server.costs import Kind
+from api.messages import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
+    from api.batches.planners import Planners
     from api.database.database import Database
-    from api.server.pool import WorkerPool
     from api.settings import Settings
     from api.telemetry.metrics import Metrics
 
@@ -58,34 +58,35 @@ log = structlog.get_logger()
 class Engine:
     """The work of one service on the batches of its database.
 
-    It claims items, has them planned by the pool, and writes what comes of them, all from the event loop. Whatever
-    happens to it, the items that it had claimed are planned: by itself once the database is back, or by another one.
+    It claims items, has them planned, and writes what comes of them, all from the event loop. Whatever happens to it,
+    the items that it had claimed are planned: by itself once the database is back, or by another one.
 
     Attributes:
         id: What it is called in the database.
         arriving: The number of batches that this service takes in.
     """
 
-    def __init__(self, database: Database, pool: WorkerPool, settings: Settings, metrics: Metrics) -> None:
+    def __init__(self, database: Database, planners: Planners, settings: Settings, metrics: Metrics) -> None:
         self.id = uuid.uuid4().hex
         self.arriving = 0
         self._database = database
-        self._pool = pool
+        self._planners = planners
         self._settings = settings
         self._metrics = metrics
-        self._claimed: asyncio.Queue[Claimed] = asyncio.Queue()
+        self._claimed: deque[Claimed] = deque()
         self._done: list[Outcome] = []
-        self._under_way: dict[asyncio.Task[Outcome], int] = {}
+        self._under_way: dict[asyncio.Task[None], int] = {}
         self._ended: set[int] = set()
         self._new = asyncio.Event()
+        self._change = asyncio.Event()
         self._rate = 0.0
         self._definitions: dict[str, bytes] = {}
         self._tasks: list[asyncio.Task[None]] = []
 
-    def start(self) -> None:
+    async def start(self) -> None:
         """Begin to work."""
-        planners = [self._plan_item] * (2 * self._pool.most_behind)  # so many that the next ones wait at the pool
-        steps = [self._claim_items, self._beat, self._clean_up, *planners]
+        await self._planners.start()
+        steps = [self._claim_items, self._hand_out_items, self._beat, self._clean_up]
         self._tasks = [asyncio.create_task(_repeatedly(step)) for step in steps]
 
     async def stop(self) -> None:
@@ -93,6 +94,7 @@ class Engine:
         for task in [*self._tasks, *self._under_way]:
             task.cancel()
         await asyncio.gather(*self._tasks, *self._under_way, return_exceptions=True)
+        await self._planners.stop()
         try:
             await self._write_what_is_done()
             await self._database.write(claims.leave, self.id)
@@ -110,51 +112,74 @@ class Engine:
             if batch == number:
                 planning.cancel()
 
+    @property
+    def _wanted(self) -> int:
+        """The number of items to have at hand."""
+        ready = 2 * self._planners.at_once * self._planners.chunk_size
+        return min(MOST_CLAIMED, max(ready, math.ceil(AHEAD * self._rate)))
+
     async def _claim_items(self) -> None:
         """Keep enough items at hand."""
         self._new.clear()
-        wanted = min(MOST_CLAIMED, max(4 * self._pool.most_behind, math.ceil(AHEAD * self._rate)))
         found: list[Claimed] = []
-        if self._claimed.qsize() <= wanted // 2:
-            found = await self._database.write(claims.claim, self.id, wanted)
-        for item in found:
-            self._claimed.put_nowait(item)
+        if len(self._claimed) <= self._wanted // 2 and await self._database.read(claims.is_work_left):
+            # Committed before the claim: who reads in between must not take this service for dead.
+            await self._database.write(claims.beat, self.id)
+            found = await self._database.write(claims.claim, self.id, self._wanted)
+        self._claimed += found
+        self._change.set()
         if not found:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._new.wait(), BEAT if self._under_way else IDLE)
 
-    async def _plan_item(self) -> None:
-        """Plan the next item."""
-        item = await self._claimed.get()
-        if self._claimed.qsize() < 2 * self._pool.most_behind:
-            self._new.set()
-        if item.batch in self._ended:
+    async def _hand_out_items(self) -> None:
+        """Hand out the next items, unless enough are under way."""
+        self._change.clear()
+        chunk = self._next_chunk() if len(self._under_way) < self._planners.at_once else []
+        if not chunk:
+            await self._change.wait()
             return
-        planning = asyncio.ensure_future(self._outcome_of(item))
-        self._under_way[planning] = item.batch
-        try:
-            await asyncio.wait([planning])
-        finally:
-            del self._under_way[planning]
-        if not planning.cancelled():
-            self._done.append(planning.result())
-            self._metrics.count_item(planning.result().outcome)
+        planning = asyncio.create_task(self._plan(chunk))
+        self._under_way[planning] = chunk[0].batch
+        planning.add_done_callback(self._note_end)
+        if len(self._claimed) <= self._wanted // 2:
+            self._new.set()
 
-    async def _outcome_of(self, item: Claimed) -> Outcome:
-        """Plan an item; whatever happens, something comes of it."""
-        instance = f"/v1/batches/{item.batch_id}"
-        arguments = {} if item.robot is None else {"definition": await self._definition(item.robot)}
-        task = Task(PLAN_ITEM, instance, time.monotonic(), math.inf, item.request, arguments)
-        seconds = min(item.deadline, self._settings.max_deadline)
+    def _next_chunk(self) -> list[Claimed]:
+        """Take items of one batch, as many as a chunk should have; those of batches that have ended are dropped."""
+        chunk: list[Claimed] = []
+        while self._claimed and len(chunk) < self._planners.chunk_size:
+            if self._claimed[0].batch in self._ended:
+                self._claimed.popleft()
+            elif not chunk or self._claimed[0].batch == chunk[0].batch:
+                chunk.append(self._claimed.popleft())
+            else:
+                break
+        return chunk
+
+    def _note_end(self, planning: asyncio.Task[None]) -> None:
+        del self._under_way[planning]
+        self._change.set()
+
+    async def _plan(self, items: list[Claimed]) -> None:
+        """Plan items; whatever happens, something comes of each."""
+        definitions = {item.robot: await self._definition(item.robot) for item in items if item.robot is not None}
         try:
-            reply = await self._pool.run_behind(task, Kind((PLAN_ITEM, item.batch), 0), seconds)
-        except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
-            _, document = problem_document(error, instance)
-            return Outcome(item.batch, item.position, error.code, compressed(document))
+            replies = await self._planners.plan(Chunk(items, definitions))
+        except Exception as error:  # noqa: BLE001 - nobody foresaw it
+            log.error("batches_failed", failure=where_from(error))
+            failed = InternalError("the service failed on this request")
+            status, document = problem_document(failed, f"/v1/batches/{items[0].batch_id}")
+            replies = [Reply(status, MEDIA_TYPE, document, code=failed.code)] * len(items)
+        self._done += [self._outcome(item, reply) for item, reply in zip(items, replies, strict=True)]
+
+    def _outcome(self, item: Claimed, reply: Reply) -> Outcome:
+        """Take note of what came of an item."""
+        self._metrics.count_item(reply.code or PLANNED)
         if reply.failure is not None:
             log.error("task_failed", batch=item.batch_id, position=item.position, failure=reply.failure)
-        if reply.result is None:
-            return Outcome(item.batch, item.position, orjson.loads(reply.body)["code"], compressed(reply.body))
+        if reply.code is not None:
+            return Outcome(item.batch, item.position, reply.code, compressed(reply.body))
         if reply.plan is not None:
             self._metrics.count_plan(reply.plan, reply.timings)
         return Outcome(item.batch, item.position, PLANNED, reply.body, *reply.result)
@@ -176,7 +201,7 @@ class Engine:
         """Say that this service is alive, write what it has done, and drop what others have cancelled."""
         before = time.monotonic()
         done = 0
-        if self.arriving or self._under_way or self._done or not self._claimed.empty():
+        if self.arriving or self._under_way or self._done or self._claimed:
             await self._database.write(claims.beat, self.id)
             done = await self._write_what_is_done()
             numbers = set(self._under_way.values())

@@ -109,6 +109,30 @@ def serve(
 
 
 @app.command()
+def worker(
+    scheduler: Annotated[str, typer.Argument(metavar="ADDRESS", help="The scheduler, as in tcp://10.0.0.1:8786.")],
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", help="Planning processes.", show_default="one a core", min=1, max=256)
+    ] = None,
+) -> None:
+    """Join this machine to the cluster that plans a service's batches, until it is told to stop.
+
+    The rest comes from the environment, as for the service: PLANNER_WORKER_MEMORY_MIB, PLANNER_MAX_DEADLINE, ...
+    """
+    import asyncio
+
+    from api.batches.cluster_worker import join
+    from api.logs import configure_logs
+    from api.settings import Settings
+    from api.worker_main import hide_main_module
+
+    settings = Settings(access="open", **({} if workers is None else {"workers": workers}))  # type: ignore[arg-type]
+    configure_logs(settings.log_level)
+    hide_main_module()
+    asyncio.run(join(scheduler, settings))
+
+
+@app.command()
 def plan(
     request: Annotated[
         str, typer.Argument(metavar="REQUEST", help="File with a request of POST /v1/trajectories; - reads stdin.")

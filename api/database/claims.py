@@ -79,6 +79,12 @@ def beat(connection: Connection, engine: str) -> None:
         connection.execute(insert(engines).values(id=engine, seen=time.time()))
 
 
+def is_work_left(connection: Connection) -> bool:
+    """Tell whether a batch is running."""
+    running = select(batches.c.number).where(batches.c.status == "running").limit(1)
+    return connection.execute(running).first() is not None
+
+
 def claim(connection: Connection, engine: str, limit: int) -> list[Claimed]:
     """Take items of running batches to work on, of each batch about as many."""
     running = select(batches.c.number, batches.c.id).where(batches.c.status == "running")

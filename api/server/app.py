@@ -12,7 +12,9 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.routing import Match, Route
 
 from api.access.access import Access, Guarded
+from api.batches.cluster import ClusterPlanners
 from api.batches.engine import Engine
+from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
 from api.operations import OPERATIONS
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
     from starlette.requests import Request
+
+    from api.batches.planners import Planners
 
 ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
     "compare_backends": compare.compare_backends,
@@ -82,13 +86,16 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     metrics, traffic = Metrics(), Traffic(settings.max_bytes_in_flight)
     metrics.watch(workers, traffic)
     traces = None if settings.otlp_endpoint is None else Traces(settings.otlp_endpoint)
-    engine = Engine(database, workers, settings, metrics)
+    planners: Planners = PoolPlanners(workers, settings)
+    if settings.scheduler is not None:
+        planners = ClusterPlanners(settings.scheduler)
+    engine = Engine(database, planners, settings, metrics)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         database.open()
         workers.attach()
-        engine.start()
+        await engine.start()
         log.info("started", workers=settings.workers)
         yield
         await engine.stop()

@@ -12,6 +12,7 @@ from sqlalchemy import make_url
 from api.batches import engine as engine_module
 from api.batches.engine import Engine
 from api.batches.items import NewItem
+from api.batches.planners import PoolPlanners
 from api.database.batches import BatchBounds, append_items, begin_batch, cancel_batch, find_batch, open_batch
 from api.database.claims import results_behind
 from api.database.database import Database, sqlite_url
@@ -51,6 +52,10 @@ class MadeUpPool:
         return Reply(200, "", b"plan of " + task.body, result=(1.0, 0.5))
 
 
+def planners_of(pool: MadeUpPool) -> PoolPlanners:
+    return PoolPlanners(pool, Settings())  # type: ignore[arg-type]
+
+
 async def batch_of(database: Database, *requests: bytes) -> tuple[int, str]:
     arrival: Any = await database.write(begin_batch, "client", None, "arriving", BatchBounds(10, 10, 10**9))
     await database.write(append_items, arrival.number, 0, [NewItem(request, None, 10.0) for request in requests], "")
@@ -70,11 +75,11 @@ def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
     async def run() -> None:
         database, pool = Database(url), MadeUpPool()
         database.open()
-        engines = [Engine(database, pool, Settings(), Metrics()) for _ in range(2)]  # type: ignore[arg-type]
+        engines = [Engine(database, planners_of(pool), Settings(), Metrics()) for _ in range(2)]
         requests = [b"%d" % k for k in range(ITEMS)]
         number, batch_id = await batch_of(database, *requests)
         for engine in engines:
-            engine.start()
+            await engine.start()
 
         async def some() -> bool:
             return bool((await database.read(results_behind, number, -1, 10, ended=False))[0])
@@ -106,10 +111,10 @@ def test_what_does_not_end_well_is_a_result_too_and_what_is_cancelled_is_given_u
     async def run() -> None:
         database, pool = Database(sqlite_url(tmp_path)), MadeUpPool()
         database.open()
-        engine = Engine(database, pool, Settings(), Metrics())  # type: ignore[arg-type]
+        engine = Engine(database, planners_of(pool), Settings(), Metrics())
         number, batch_id = await batch_of(database, b"late", b"in time")
         other, _ = await batch_of(database, *[b"%d" % k for k in range(2000)])
-        engine.start()
+        await engine.start()
 
         async def completed() -> bool:
             batch = await database.read(find_batch, batch_id)

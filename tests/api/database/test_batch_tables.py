@@ -198,6 +198,8 @@ def test_services_that_work_at_once_do_every_item_once(engine: Engine) -> None:
         claimed = []
         while True:
             with engine.begin() as connection:
+                beat(connection, name)
+            with engine.begin() as connection:
                 found = claim(connection, name, 7)
             if not found:
                 return claimed

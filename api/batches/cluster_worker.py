@@ -1,0 +1,92 @@
+"""A machine of the cluster: a Dask worker whose work is done by planning processes, as in the service.
+
+Each has a deadline that is kept by killing it, and a cap on its memory: a hung solver costs its own request, not the
+Dask worker. Robots and solvers stay built in the processes, by content.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import structlog
+from distributed import Worker, WorkerPlugin, get_worker
+
+from api.batches.planners import PoolPlanners
+from api.server.pool import WorkerPool
+from api.version import service_version
+
+if TYPE_CHECKING:
+    from api.batches.planners import Chunk
+    from api.messages import Reply
+    from api.settings import Settings
+
+REJOINING = 1.0
+"""The time before a worker whose scheduler is gone joins again, s."""
+
+PLUGIN = "planners"
+"""The name under which the planning processes of a Dask worker are found."""
+
+log = structlog.get_logger()
+
+
+class OtherVersion(Exception):
+    """The service that sent the work has another version."""
+
+
+class _Planners(WorkerPlugin):  # type: ignore[misc]
+    """The planning processes of a Dask worker."""
+
+    name = PLUGIN
+
+    def __init__(self, planners: PoolPlanners) -> None:
+        self.planners = planners
+
+
+async def plan_chunk(version: str, chunk: Chunk) -> tuple[float, list[Reply]]:
+    """Plan the requests of a chunk in the planning processes of this machine, and give the time that it took, s.
+
+    Raises:
+        OtherVersion: This machine has another version than the service, and would plan otherwise.
+    """
+    if version != service_version():
+        raise OtherVersion(f"the service has version {version}, this machine {service_version()}")
+    planners: PoolPlanners = get_worker().plugins[PLUGIN].planners
+    started = time.monotonic()
+    replies = await planners.plan(chunk)
+    return time.monotonic() - started, replies
+
+
+async def join(scheduler: str, settings: Settings) -> None:
+    """Be a machine of the cluster until SIGTERM or SIGINT; it joins again after the scheduler was away."""
+    everything = settings.model_copy(update={"express_workers": 0, "batch_workers": settings.workers})
+    pool = WorkerPool(everything)
+    pool.attach()
+    stopped = asyncio.Event()
+    for stop_signal in (signal.SIGTERM, signal.SIGINT):
+        asyncio.get_running_loop().add_signal_handler(stop_signal, stopped.set)
+    working = asyncio.create_task(_work_again_and_again(scheduler, pool, everything))
+    await stopped.wait()
+    working.cancel()
+    await asyncio.gather(working, return_exceptions=True)
+    await pool.detach()
+    pool.stop()
+
+
+async def _work_again_and_again(scheduler: str, pool: WorkerPool, settings: Settings) -> None:
+    options: dict[str, Any] = {"nthreads": settings.workers, "memory_limit": 0, "dashboard": False}
+    while True:
+        plugin = _Planners(PoolPlanners(pool, settings))
+        worker: Any = Worker(scheduler, plugins=(plugin,), silence_logs=30, **options)
+        try:
+            with suppress(OSError):  # the scheduler is not there yet
+                await worker
+                log.info("joined", scheduler=scheduler, workers=settings.workers)
+                await worker.finished()
+        finally:
+            await worker.close(reason="planner-worker-ends")
+        log.warning("cluster_unreachable", scheduler=scheduler)
+        await asyncio.sleep(REJOINING)

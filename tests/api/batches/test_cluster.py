@@ -1,0 +1,186 @@
+"""Batches on a Dask cluster of real processes: whatever is killed, every request is planned, its result there once."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from api.batches import cluster as cluster_module
+from api.batches.cluster import ClusterPlanners
+from api.batches.cluster_worker import OtherVersion, plan_chunk
+from api.batches.engine import Engine
+from api.batches.planners import Chunk
+from api.database.claims import Claimed
+from api.database.database import Database
+from api.settings import Settings
+from api.telemetry.metrics import Metrics
+from tests.api.batches.clusters import Cluster, running_cluster
+from tests.api.conftest import RunningService, running_service, wait_until
+from tests.api.requests import joint, plan_request
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+ITEMS = 2000
+BATCHES = "/v1/batches"
+HOPELESS = {
+    "robot": "kuka_kr16_2",
+    "backend": {"kind": "min_effort"},
+    "waypoints": [joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), joint(1.5, -1.0, 1.2, 0.3, 0.5, 0.1)],
+    "deadline": 0.05,
+}
+"""What takes a second and more."""
+
+
+def requests(count: int) -> list[dict[str, Any]]:
+    return [
+        plan_request(
+            waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 1e-4 * k, 0.1, 0.5)],
+            backend={"kind": ("cubic", "quintic", "ruckig")[k % 3]},
+            sample_period=0.5,
+        )
+        for k in range(count)
+    ]
+
+
+def sent(service: RunningService, asked: list[dict[str, Any]]) -> str:
+    made = service.post(BATCHES, {"requests": asked})
+    assert made.status_code == 202, made.text
+    location: str = made.headers["Location"]
+    return location
+
+
+def finished(service: RunningService, location: str) -> int:
+    counts = service.client.get(location).json()["counts"]
+    return int(counts["total"] - counts["waiting"])
+
+
+def results(service: RunningService, location: str) -> list[Any]:
+    wait_until(lambda: service.client.get(location).json()["status"] == "completed", 180.0)
+    found = [json.loads(line) for line in service.client.get(f"{location}/results.ndjson").content.splitlines()]
+    assert [result["index"] for result in found] == list(range(len(found)))
+    return found
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Any]]:
+    """What comes of the batch on the service's own workers, where nothing happens to them."""
+    with running_service(tmp_path_factory.mktemp("undisturbed") / "log.jsonl") as service:
+        yield results(service, sent(service, requests(ITEMS)))
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    with running_cluster(tmp_path, workers=2) as cluster:
+        yield cluster
+
+
+@pytest.fixture
+def service(cluster: Cluster, tmp_path: Path) -> Iterator[RunningService]:
+    settings = {"scheduler": cluster.address, "data_directory": tmp_path, "workers": 1}
+    with running_service(tmp_path / "log.jsonl", **settings) as service:
+        yield service
+
+
+@pytest.mark.large_only
+@pytest.mark.parametrize("victim", ["planning process", "machine", "scheduler", "service"])
+def test_what_is_killed_in_the_middle_loses_nothing(
+    cluster: Cluster, service: RunningService, tmp_path: Path, expected: list[Any], victim: str
+) -> None:
+    location = sent(service, requests(ITEMS))
+    wait_until(lambda: finished(service, location) > ITEMS // 10)
+    match victim:
+        case "planning process":
+            for process in cluster.planning_processes("worker_0"):
+                process.send_signal(signal.SIGKILL)
+        case "machine":
+            cluster.kill("worker_0")
+            wait_until(lambda: finished(service, location) > ITEMS // 2)
+            cluster.start_worker("worker_0")
+        case "scheduler":
+            cluster.kill("scheduler")
+            cluster.start_scheduler()
+            cluster.wait_joined("worker_0", times=2)
+        case "service":
+            service.process.kill()
+            service.process.wait()
+            settings = {"scheduler": cluster.address, "data_directory": tmp_path, "workers": 1}
+            with running_service(tmp_path / "again.jsonl", **settings) as again:
+                assert 0 < finished(again, location) < ITEMS
+                assert results(again, location) == expected
+            return
+    assert finished(service, location) < ITEMS
+    assert results(service, location) == expected
+
+
+@pytest.mark.large_only
+def test_a_request_that_does_not_end_costs_itself_and_not_the_machine(
+    cluster: Cluster, service: RunningService
+) -> None:
+    asked = requests(20)
+    asked[7] = asked[13] = HOPELESS
+    found = results(service, sent(service, asked))
+    assert [result["index"] for result in found if result["status"] != "planned"] == [7, 13]
+    assert {found[index]["status"] for index in (7, 13)} == {"deadline_exceeded"}
+    assert all(process.poll() is None for process in cluster.processes.values())
+
+
+@pytest.mark.large_only
+def test_batches_wait_for_a_cluster_that_is_not_there_yet(tmp_path: Path) -> None:
+    cluster = Cluster(tmp_path)
+    with running_service(tmp_path / "log.jsonl", scheduler=cluster.address, workers=1) as service:
+        location = sent(service, requests(3))
+        assert service.post("/v1/trajectories", plan_request()).status_code == 200  # by the service's own worker
+        assert finished(service, location) == 0
+        cluster.start_scheduler()
+        cluster.start_worker("late")
+        assert [result["status"] for result in results(service, location)] == ["planned"] * 3
+        assert service.client.delete(location).status_code == 204
+    for process in cluster.processes.values():
+        process.terminate()
+        process.wait(20.0)
+
+
+def test_chunks_have_as_many_requests_as_take_a_second() -> None:
+    planners = ClusterPlanners("tcp://127.0.0.1:1")
+    assert planners.chunk_size == 1  # nothing is known
+    for _ in range(30):
+        planners._learn(0.02)
+    assert planners.chunk_size == 50
+    for _ in range(30):
+        planners._learn(1e-9)
+    assert planners.chunk_size == cluster_module.MOST_CHUNKED
+    for _ in range(30):
+        planners._learn(4.0)
+    assert planners.chunk_size == 1
+
+
+def test_a_chunk_has_requests_of_one_batch() -> None:
+    """So that it can be given up with its batch."""
+    planners = ClusterPlanners("tcp://127.0.0.1:1")
+    planners.chunk_size = 3
+
+    async def chunks() -> list[list[tuple[int, int]]]:
+        engine = Engine(Database(None), planners, Settings(), Metrics())
+        engine._claimed += [claimed(batch, k) for batch, count in ((1, 4), (2, 2), (3, 2)) for k in range(count)]
+        engine.forget(2)
+        found = []
+        while chunk := engine._next_chunk():
+            found.append([(item.batch, item.position) for item in chunk])
+        return found
+
+    assert asyncio.run(chunks()) == [[(1, 0), (1, 1), (1, 2)], [(1, 3)], [(3, 0), (3, 1)]]
+
+
+def claimed(batch: int, position: int) -> Claimed:
+    return Claimed(batch, str(batch), position, b"", None, 10.0)
+
+
+def test_a_machine_of_another_version_plans_nothing() -> None:
+    with pytest.raises(OtherVersion, match="of tomorrow"):
+        asyncio.run(plan_chunk("of tomorrow", Chunk([claimed(1, 0)], {})))
