@@ -132,7 +132,9 @@ def to_payload(payload: common.Payload) -> Payload:
 
 def to_limits(limits: common.Limits) -> Limits:
     """Make limits, lists as tuples."""
-    return Limits(**_with_tuples(limits.model_dump()))
+    asked = limits.model_dump()
+    pairs = {name: value and list(map(tuple, value)) for name, value in asked.items() if name.endswith("_range")}
+    return Limits(**_with_tuples(asked | pairs))
 
 
 def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:

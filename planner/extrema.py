@@ -111,7 +111,9 @@ def largest_magnitude(polynomials: UnitPolynomials, measure: FloatArray) -> tupl
     return int(found.pieces[0]), int(found.joints[0]), float(found.units[0]), float(found.values[0])
 
 
-def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups: np.ndarray) -> Extrema:
+def largest_magnitudes(
+    polynomials: UnitPolynomials, measure: FloatArray, groups: np.ndarray, directions: FloatArray | None = None
+) -> Extrema:
     """Find where |p| / measure is largest over the pieces and joints of each group, exactly.
 
     Many groups at once, such as each derivative of a motion, cost little more than one.
@@ -120,6 +122,8 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
         polynomials: The polynomials of every piece and joint, or derivatives of them, stacked.
         measure: (..., pieces, joints), positive; infinite entries never win against finite ones.
         groups: (..., pieces), from 0 on without gaps.
+        directions: (2, ..., pieces, joints), factors from 0 to 1 on the magnitudes of negative and of positive values,
+            of which one of each pair is 1; None: all are 1.
     """
     joints, order = polynomials.bernstein.shape[-2:]
     group_of_row = np.repeat(groups, joints)
@@ -127,8 +131,13 @@ def largest_magnitudes(polynomials: UnitPolynomials, measure: FloatArray, groups
     at_row, at_unit = np.zeros(len(best), dtype=int), np.zeros(len(best))
     rows, starts, width = np.arange(measure.size), np.zeros(measure.size), 1.0
     signed = polynomials.bernstein.reshape(-1, order) / measure.reshape(-1, 1)
+    weights = None if directions is None else directions.reshape(2, -1, 1)
     for _ in range(MOST_CUTS):
-        own, ratios = group_of_row[rows], np.abs(signed)
+        own = group_of_row[rows]
+        # Also with weights this is convex, so that no value exceeds the largest of its Bernstein coefficients.
+        ratios = (
+            np.abs(signed) if weights is None else np.maximum(-signed * weights[0, rows], signed * weights[1, rows])
+        )
         values = np.maximum(ratios[:, 0], ratios[:, -1])
         reached = best.copy()
         np.maximum.at(reached, own, values)

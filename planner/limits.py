@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.robots.description import RANGED_QUANTITIES
+
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -31,6 +35,9 @@ class Limits:
         tcp_angular_velocity: Angular speed of the tool, rad/s.
         velocity_scale: Factor in (0, 1] on the velocity limits.
         acceleration_scale: Factor in (0, 1] on the acceleration limits.
+        velocity_range: Lower and upper velocity of each joint, the lower one negative, where they differ.
+        acceleration_range: The same of the acceleration.
+        torque_range: The same of the torque or force.
     """
 
     velocity: tuple[float, ...] | None = None
@@ -41,6 +48,9 @@ class Limits:
     tcp_angular_velocity: float | None = None
     velocity_scale: float = 1.0
     acceleration_scale: float = 1.0
+    velocity_range: tuple[tuple[float, float], ...] | None = None
+    acceleration_range: tuple[tuple[float, float], ...] | None = None
+    torque_range: tuple[tuple[float, float], ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +66,9 @@ class SegmentLimits:
         torque: Torque or force limits (segments, joints), N m or N.
         tcp_linear_velocity: Limits of the tool's speed (segments,), m/s.
         tcp_angular_velocity: Limits of the tool's angular speed (segments,), rad/s.
+        wider: Factors (segments, 2, joints), 1 or more, by which the lower and the upper limits of a quantity are wider
+            than the array of its name, which holds the narrower of both; quantities whose limits are the same in both
+            directions are left out.
     """
 
     lower: FloatArray
@@ -66,11 +79,51 @@ class SegmentLimits:
     torque: FloatArray
     tcp_linear_velocity: FloatArray
     tcp_angular_velocity: FloatArray
+    wider: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and the upper limits of a quantity of the joints, each (segments, joints)."""
+        narrower: FloatArray = getattr(self, quantity)
+        if quantity not in self.wider:
+            return -narrower, narrower
+        lower, upper = np.moveaxis(self.wider[quantity], 1, 0)
+        return -narrower * lower, narrower * upper
+
+    def weights(self, quantity: str) -> FloatArray:
+        """Return shares (2, segments, joints) that the narrower limit is of the lower and of the upper one, up to 1."""
+        if quantity not in self.wider:
+            return np.ones((2, *getattr(self, quantity).shape))
+        weights: FloatArray = 1.0 / np.moveaxis(self.wider[quantity], 1, 0)
+        return weights
+
+    def used(self, quantity: str, segments: np.ndarray, values: FloatArray) -> FloatArray:
+        """Return the shares (..., joints) of their limits that values (..., joints) on segments (...) use."""
+        shares: FloatArray = np.abs(values) / getattr(self, quantity)[segments]
+        if quantity in self.wider:
+            shares = shares * np.where(values < 0.0, *self.weights(quantity)[:, segments])
+        return shares
+
+    def centred(self, quantity: str) -> tuple[FloatArray, FloatArray]:
+        """Return the middle between the limits of a quantity and their distance from there, each (segments, joints)."""
+        lower, upper = self.bounds(quantity)
+        if quantity not in self.wider:
+            return np.zeros_like(upper), upper
+        middle = np.add(lower, upper, out=np.zeros_like(upper), where=np.isfinite(upper)) / 2.0
+        return middle, (upper - lower) / 2.0
+
+    def along(self, travels: FloatArray) -> SegmentLimits:
+        """Return the limits of motions that go straight (segments, joints): of velocities those in their direction."""
+        if "velocity" not in self.wider:
+            return self
+        lower, upper = self.bounds("velocity")
+        wider = {quantity: factors for quantity, factors in self.wider.items() if quantity != "velocity"}
+        return replace(self, velocity=np.where(travels < 0.0, -lower, upper), wider=wider)
 
     def of(self, segments: np.ndarray) -> SegmentLimits:
         """Return the limits of some segments, in that order."""
         rows = {quantity: getattr(self, quantity)[segments] for quantity in (*JOINT_QUANTITIES, *TCP_QUANTITIES)}
-        return SegmentLimits(lower=self.lower, upper=self.upper, **rows)
+        wider = {quantity: factors[segments] for quantity, factors in self.wider.items()}
+        return SegmentLimits(lower=self.lower, upper=self.upper, **rows, wider=wider)
 
 
 def counted_velocity(limit: FloatArray) -> FloatArray:
@@ -104,9 +157,34 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         asked = [getattr(narrower, quantity, None) or getattr(common, quantity) for narrower in own]
         return np.array([np.inf if limit is None else limit for limit in asked])
 
+    of_joints = {quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES}
+    wider = {}
+    for quantity in RANGED_QUANTITIES:
+        ranges = _ranges(robot, quantity, common, own)
+        if ranges is not None:
+            bounds = np.minimum(of_joints[quantity][:, None], ranges)
+            of_joints[quantity] = bounds.min(axis=1)
+            with np.errstate(invalid="ignore"):
+                factors = bounds / of_joints[quantity][:, None]
+            wider[quantity] = np.where(np.isnan(factors), 1.0, factors)
     return SegmentLimits(
         lower=robot.limit("lower"),
         upper=robot.limit("upper"),
-        **{quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES},
+        **of_joints,
         **{quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES},
+        wider=wider,
     )
+
+
+def _ranges(robot: Robot, quantity: str, common: Limits, own: tuple[Limits | None, ...]) -> FloatArray | None:
+    """Return the magnitudes (segments, 2, joints) of lower and upper limits; None: they are the same everywhere."""
+    name, scale_name = f"{quantity}_range", f"{quantity}_scale"
+    asked = [getattr(narrower, name, None) or getattr(common, name) for narrower in own]
+    if not any(asked) and not any(quantity in joint.ranges for joint in robot.joints):
+        return None
+    ranges = np.tile(np.abs(robot.bounds(quantity)), (len(own), 1, 1))
+    for row, narrower, pairs in zip(ranges, own, asked, strict=True):
+        if pairs is not None:
+            row[:] = np.minimum(row, np.abs(pairs).T)
+        row *= getattr(common, scale_name, 1.0) * getattr(narrower, scale_name, 1.0)
+    return ranges

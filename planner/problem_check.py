@@ -12,6 +12,7 @@ from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
 from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problem import BlendTransition, JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, StopTransition
+from planner.robots.description import RANGED_QUANTITIES
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -99,6 +100,21 @@ def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tup
         number = getattr(limits, name)
         if number is not None and not number >= SMALLEST:
             yield (*field, name), TOO_SMALL
+    for quantity in RANGED_QUANTITIES:
+        name = f"{quantity}_range"
+        asked = getattr(limits, name)
+        if asked is not None and len(asked) != robot.dof:
+            yield (*field, name), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+            continue
+        for i, ((lower, upper), own) in enumerate(zip(asked or (), robot.bounds(quantity).T.tolist(), strict=False)):
+            if not (SMALLEST <= -lower < np.inf and SMALLEST <= upper < np.inf):
+                yield (
+                    (*field, name, i),
+                    f"needs a lower limit below 0 and an upper one above, no less than {SMALLEST:g}",
+                )
+            elif lower < own[0] or upper > own[1]:
+                text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"
+                yield (*field, name, i), f"wider than the robot's own {quantity} {text}"
     for quantity in JOINT_QUANTITIES:
         asked = getattr(limits, quantity)
         if asked is None:
@@ -122,7 +138,7 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
     Raises:
         MissingDynamics: One is asked, and the robot has neither inertias nor a payload.
     """
-    if not robot.has_dynamics and any(limits.torque is not None for limits in asked):
+    if not robot.has_dynamics and any(limits.torque or limits.torque_range for limits in asked):
         raise MissingDynamics(
             f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
         )

@@ -163,5 +163,5 @@ def _uses(plan: Plan, segment: int, samples: _Samples) -> Iterator[tuple[str, st
         values["torque"] = dynamics.torques(segments, samples.q, samples.v, samples.a)
     for quantity in JOINT_QUANTITIES:
         if quantity in values and plan.backend.guarantees[quantity] is Guarantee.HARD:
-            uses = np.abs(values[quantity]) / getattr(limits, quantity)[segment]
+            uses = limits.used(quantity, np.full(len(samples.times), segment), values[quantity])
             yield from ((quantity, name, uses[:, joint]) for joint, name in enumerate(names))

@@ -59,6 +59,8 @@ Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4)]
 Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]
 JointVector = Annotated[list[Number], Field(min_length=1, max_length=64)]
 JointLimits = Annotated[list[Limit], Field(min_length=1, max_length=64)]
+LimitRange = Annotated[list[Annotated[float, Field(ge=-1e9, le=1e9)]], Field(min_length=2, max_length=2)]
+JointRanges = Annotated[list[LimitRange], Field(min_length=1, max_length=64)]
 Deadline = Annotated[float, Field(gt=0.0, le=LARGEST)]
 RobotId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
 FrameName = Annotated[str, Field(min_length=1, max_length=200)]
@@ -160,6 +162,13 @@ class Limits(Schema):
     """A factor without unit on the velocity limits of all joints."""
     acceleration_scale: Scale = 1.0
     """A factor without unit on the acceleration limits of all joints."""
+    velocity_range: JointRanges | None = None
+    """The lower and the upper velocity of each joint, shape (joints, 2), rad/s or m/s, where they differ; the lower
+    ones are negative."""
+    acceleration_range: JointRanges | None = None
+    """The lower and the upper acceleration of each joint, shape (joints, 2), rad/s^2 or m/s^2, where they differ."""
+    torque_range: JointRanges | None = None
+    """The lower and the upper torque of each joint, shape (joints, 2), N m or N, where they differ."""
 
 
 class Payload(Schema):

@@ -13,6 +13,7 @@ from api.schemas.common import (
     FrameName,
     JointVector,
     Limit,
+    LimitRange,
     Number,
     Pose,
     Positive,
@@ -134,6 +135,12 @@ class OwnLimits(Schema):
     """The jerk limit, rad/s^3 or m/s^3."""
     torque: Limit | None = None
     """The torque limit, N m or N."""
+    velocity_range: LimitRange | None = None
+    """The lower and the upper velocity where they differ, the lower one negative, rad/s or m/s."""
+    acceleration_range: LimitRange | None = None
+    """The lower and the upper acceleration where they differ, rad/s^2 or m/s^2."""
+    torque_range: LimitRange | None = None
+    """The lower and the upper torque where they differ, N m or N."""
 
 
 class Changes(Schema):
@@ -207,6 +214,12 @@ class JointDescription(Answer):
     """The jerk limit, rad/s^3 or m/s^3; null: none."""
     torque: float | None
     """The torque limit, N m or N; null: none."""
+    velocity_range: list[float] | None
+    """The lower and the upper velocity, rad/s or m/s, where they differ; null: the same in both directions."""
+    acceleration_range: list[float] | None
+    """The lower and the upper acceleration, rad/s^2 or m/s^2, where they differ; null: the same in both directions."""
+    torque_range: list[float] | None
+    """The lower and the upper torque, N m or N, where they differ; null: the same in both directions."""
     provenance: dict[str, Literal["published", "datasheet", "estimate", "default", "owner"]]
     """Where each limit comes from, by the name of its quantity: `published` with the robot, its `datasheet`, an
     `estimate`, a `default` that the service filled in, or its `owner`."""

@@ -113,17 +113,23 @@ def _polynomial_checks(
     half = np.maximum((upper - lower) / 2.0, POSITION_TOLERANCE)  # of a joint without room to move in: rounding
     pieces, count = len(trajectory.lengths), len(JOINT_DERIVATIVES)
     bounds, middles = np.empty((count, pieces, robot.dof)), np.zeros((count, 1, robot.dof))
+    directions = np.ones((2, count, pieces, robot.dof)) if limits.wider else None
     bounds[0], middles[0] = np.where(limited, half, np.inf), (lower + upper) / 2.0
     for order, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
         bounds[order] = getattr(limits, quantity)[trajectory.segments]
+        if directions is not None and quantity in limits.wider:
+            directions[:, order] = limits.weights(quantity)[:, trajectory.segments]
     # Without any limit the largest value is still worth knowing: measure every joint by 1.
     measure = np.where(np.isfinite(bounds).any(axis=(1, 2), keepdims=True), bounds, 1.0)
     of_pieces = np.repeat(np.arange(count), pieces)
-    found = largest_magnitudes(derivatives[:count].minus(middles), measure, of_pieces)
+    found = largest_magnitudes(derivatives[:count].minus(middles), measure, of_pieces, directions)
     checks = []
     for order, (row, joint, u, value) in enumerate(zip(*(values.tolist() for values in found), strict=True)):
         quantity, piece = JOINT_DERIVATIVES[order], row % pieces
         bound, offset = float(bounds[order, piece, joint]), float(middles[order, 0, joint])
+        if directions is not None:
+            weight = float(directions[int(value > 0.0), order, piece, joint])
+            bound = bound / weight if weight > 0.0 else np.inf
         has_limit, bounded = np.isfinite(bound), smooth >= order - 1
         check = Check(
             quantity=quantity,
@@ -157,14 +163,17 @@ def _sampled_checks(
     torque, tool = "torque" in limited, limited != ["torque"]
     columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
     segments, motion = trajectory.segments, derivatives[:3]
-    bounds = np.hstack([getattr(limits, quantity)[segments].reshape(len(segments), -1) for quantity in limited])
+    middles, halves = limits.centred("torque")
+    # What is the same in both directions is measured from nought; a torque from the middle between its limits.
+    bounds = [halves if quantity == "torque" else getattr(limits, quantity)[:, None] for quantity in limited]
+    bounds = np.hstack(bounds)[segments]
 
     def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
         """Return the shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
         q, dq, ddq = motion.evaluate(pieces, units)
         values: dict[str, FloatArray] = {}
         if torque:
-            values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq)
+            values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq) - middles[segments[pieces]]
         if tool:
             linear, angular = tool_speeds(robot, q, dq)
             values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
@@ -190,8 +199,21 @@ def _sampled_checks(
             enforced=enforced[quantity],
             bounded=True,
         )
-        checks.append(_held_at_changes(check, trajectory, dynamics, limits) if quantity == "torque" else check)
+        if quantity == "torque":
+            if known and quantity in limits.wider:
+                state = motion.evaluate(np.array([piece]), np.array([unit]))
+                torque, joint = dynamics.torques(segments[[piece]], *state)[0], column - columns.index(quantity)
+                used = limits.used(quantity, segments[piece], torque)
+                check = _of_torque(check, joint, torque, used) if used[joint] > 0.0 else check
+            check = _held_at_changes(check, trajectory, dynamics, limits)
+        checks.append(check)
     return checks
+
+
+def _of_torque(check: Check, joint: int, torque: FloatArray, used: FloatArray) -> Check:
+    """Return the check with the torque (joints,) of a joint, and the share (joints,) of its limit that it uses."""
+    peak, ratio = abs(float(torque[joint])), float(used[joint])
+    return replace(check, peak=peak, limit=peak / ratio, ratio=ratio)
 
 
 def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDynamics, limits: SegmentLimits) -> Check:
@@ -205,16 +227,12 @@ def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDyna
         (position,) = trajectory.evaluate(time, [0])
         still = np.zeros_like(position)
         torque = inverse_dynamics(robot, position, still, still) if robot.has_dynamics else still
-        limit = np.minimum(limits.torque[waypoint - 1], limits.torque[min(waypoint, last)])
-        ratios = np.abs(torque) / limit
-        joint = int(ratios.argmax())
-        if ratios[joint] > (check.ratio or 0.0):
-            check = replace(
-                check,
-                joint=robot.joint_names[joint],
-                peak=float(abs(torque[joint])),
-                limit=float(limit[joint]),
-                ratio=float(ratios[joint]),
-                time=time,
-            )
+        used = np.maximum(
+            limits.used("torque", np.array(waypoint - 1), torque),
+            limits.used("torque", np.array(min(waypoint, last)), torque),
+        )
+        joint = int(used.argmax())
+        if used[joint] > (check.ratio or 0.0):
+            name = robot.joint_names[joint]
+            check = replace(_of_torque(check, joint, torque, used), joint=name, time=time)
     return check

@@ -130,7 +130,7 @@ def worst_overshoot(
     segments = trajectory.segments[trajectory.locate(time)[0]]
     found = []
     for quantity in continuous:
-        limit = getattr(limits, quantity)[segments]
+        limit = np.maximum(*np.abs(limits.bounds(quantity)))[segments]
         ratios = peaks[quantity] / np.maximum(limit[:-1], limit[1:])
         at, joint = np.unravel_index(int(ratios.argmax()), ratios.shape)
         found.append(Overshoot(quantity, int(joint), float(ratios[at, joint]), float(time[at])))

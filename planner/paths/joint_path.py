@@ -132,7 +132,7 @@ class JointPath:
         """Joint motions straight from waypoint to waypoint, and rest at both."""
         starts = self.positions[segments]
         travels = self.positions[segments + 1] - starts
-        durations, limits = self.durations[segments], self.limits.of(segments)
+        durations, limits = self.durations[segments], self.limits.of(segments).along(travels)
         return StraightMotions(self.robot, self.dynamics, segments, starts, travels, durations, limits)
 
     def straight_runs(self, segments: np.ndarray) -> list[Run]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
+from planner.robots.description import RANGED_QUANTITIES
 from planner.spatial import quaternion
 
 if TYPE_CHECKING:
@@ -49,4 +50,8 @@ def _describe_joint(joint: Joint) -> dict[str, Any]:
         name: value if math.isfinite(value := float(getattr(joint, name))) else None
         for name in ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
     }
-    return {"name": joint.name, "kind": joint.kind, **limits, "provenance": dict(joint.provenance)}
+    ranges = {
+        f"{quantity}_range": list(joint.ranges[quantity]) if quantity in joint.ranges else None
+        for quantity in RANGED_QUANTITIES
+    }
+    return {"name": joint.name, "kind": joint.kind, **limits, **ranges, "provenance": dict(joint.provenance)}

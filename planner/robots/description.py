@@ -20,6 +20,9 @@ Provenance = Literal["published", "datasheet", "estimate", "default", "owner"]
 LIMITED_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
 """Names of the quantities of a joint that a document may limit."""
 
+RANGED_QUANTITIES = ("velocity", "acceleration", "torque")
+"""Names of those whose limits may differ by direction."""
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -34,6 +37,8 @@ class Joint:
         acceleration: Acceleration limit, rad/s^2 or m/s^2.
         jerk: Jerk limit, rad/s^3 or m/s^3.
         torque: Torque or force limit, N m or N.
+        ranges: Lower (negative) and upper limits of velocity, acceleration or torque that differ by direction, by the
+            name of the quantity; neither is wider than the limit of that name.
         provenance: Where each of `LIMITED_QUANTITIES` comes from; no entry where there is no limit.
     """
 
@@ -45,6 +50,7 @@ class Joint:
     acceleration: float = np.inf
     jerk: float = np.inf
     torque: float = np.inf
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     provenance: Mapping[str, Provenance] = field(default_factory=dict)
 
     @property

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
+
+import numpy as np
 
 from planner.robots.checks import (
     DYNAMIC_QUANTITIES,
@@ -14,10 +17,9 @@ from planner.robots.checks import (
     check_position_limits,
     shown,
 )
+from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from planner.robots.checks import Findings
     from planner.robots.description import Joint, JointKind
 
@@ -28,13 +30,17 @@ ROUNDING = 1e-9
 """Relative amount by which a limit may be wider than the robot's own one and count as equal."""
 
 
-QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES)
+RANGES = {f"{quantity}_range": quantity for quantity in RANGED_QUANTITIES}
+"""Names of the pairs of lower and upper limits that an owner may give, and the quantities that they are of."""
+
+QUANTITIES = ("lower", "upper", *DYNAMIC_QUANTITIES, *RANGES)
 """Names of the limits that an owner may give: those of the position, and those of what moves."""
 
+OwnLimits = Mapping[str, float | Sequence[float]]
+"""Limits of one joint by their names: numbers, and pairs of numbers where the names are of `RANGES`."""
 
-def with_own_limits(
-    joints: Sequence[Joint], limits: Mapping[str, Mapping[str, float]], findings: Findings
-) -> tuple[Joint, ...]:
+
+def with_own_limits(joints: Sequence[Joint], limits: Mapping[str, OwnLimits], findings: Findings) -> tuple[Joint, ...]:
     """Return the joints with limits of their owner, wider than before only where those before are nobody's figures.
 
     Args:
@@ -50,15 +56,20 @@ def with_own_limits(
     return tuple(_with_own_limits(joint, limits.get(joint.name, {}), findings) for joint in joints)
 
 
-def _with_own_limits(joint: Joint, own: Mapping[str, float], findings: Findings) -> Joint:
+def _with_own_limits(joint: Joint, own: OwnLimits, findings: Findings) -> Joint:
     provenance = dict(joint.provenance)
     known: dict[str, Any] = {}
+    pairs = {RANGES[name]: value for name, value in own.items() if name in RANGES}
     for name, value in own.items():
+        if name in RANGES:
+            continue
         quantity = "position" if name in ("lower", "upper") else name
-        if _is_limit(joint, name, value, findings):
+        if _is_limit(value, name, joint, findings):
             known[name] = _narrowed(joint, quantity, name, value, findings)
             provenance[quantity] = "owner"
     changed = replace(joint, **known, provenance=provenance)
+    for quantity, pair in pairs.items():
+        changed = _with_range(changed, quantity, pair, findings)
     if "lower" in known or "upper" in known:
         # A continuous joint whose owner limits it, to spare its cables, is a revolute one.
         kind: JointKind = "revolute" if joint.kind == "continuous" else joint.kind
@@ -66,12 +77,31 @@ def _with_own_limits(joint: Joint, own: Mapping[str, float], findings: Findings)
     return changed
 
 
-def _is_limit(joint: Joint, name: str, value: float, findings: Findings) -> bool:
-    """Whether a limit has a name and a value that let the joint move."""
+def _with_range(joint: Joint, quantity: str, pair: float | Sequence[float], findings: Findings) -> Joint:
+    """Return the joint with limits of a quantity that differ by direction, within those that it has."""
+    name, limits = shown(joint.name), np.ravel(pair).tolist()
+    if len(limits) != 2 or not (LEAST_LIMIT <= -limits[0] <= MAX_NUMBER and LEAST_LIMIT <= limits[1] <= MAX_NUMBER):
+        text = f"the {quantity} range of {name} needs a lower limit below 0 and an upper one above"
+        findings.error("absurd_limit", name, text)
+        return joint
+    widest = getattr(joint, quantity)
+    lower, upper = joint.ranges.get(quantity, (-widest, widest))
+    if max(lower, -widest) > limits[0] or min(upper, widest) < limits[1]:
+        text = f"the {quantity} range of {name} cannot be wider than {max(lower, -widest):g} to {min(upper, widest):g}"
+        findings.error("wider_limit", name, text)
+    kept = {**joint.ranges, quantity: (limits[0], limits[1])}
+    return replace(joint, ranges=kept, provenance={**joint.provenance, quantity: "owner"})
+
+
+def _is_limit(value: float | Sequence[float], name: str, joint: Joint, findings: Findings) -> TypeGuard[float]:
+    """Whether a limit has a name and is a number that lets the joint move."""
     least = -MAX_NUMBER if name in ("lower", "upper") else LEAST_LIMIT
     if name not in QUANTITIES:
         text = f"{shown(joint.name)} has no limit called {shown(name)}; there are {', '.join(QUANTITIES)}"
         findings.error("unknown_limit", shown(joint.name), text)
+    elif not isinstance(value, float | int):
+        text = f"the {name} limit of {shown(joint.name)} is no number"
+        findings.error("absurd_limit", shown(joint.name), text)
     elif not least <= value <= MAX_NUMBER:
         text = f"the {name} limit of {shown(joint.name)} is {value:g}, not between {least:g} and {MAX_NUMBER:g}"
         findings.error("absurd_limit", shown(joint.name), text)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from planner.robots.dh import Convention, DHJoint
+    from planner.robots.own_limits import OwnLimits
     from planner.robots.payload import Payload
     from planner.spatial import FloatArray, Pose
 
@@ -134,7 +135,7 @@ class Robot(RobotDescription):
         self,
         *,
         id: str | None = None,
-        limits: Mapping[str, Mapping[str, float]] | None = None,
+        limits: Mapping[str, OwnLimits] | None = None,
         group: str | None = None,
         locked: Mapping[str, float] | None = None,
         tool: Pose | None = None,
@@ -146,7 +147,8 @@ class Robot(RobotDescription):
         Args:
             id: Name of the robot; None: this one's.
             limits: Limits of single joints by their names, e.g. `{"joint_1": {"lower": -1.0, "velocity": 0.5}}`, of
-                `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N). They may be
+                `lower`, `upper` (rad or m), `velocity`, `acceleration`, `jerk` and `torque` (N m or N), and pairs of
+                lower and upper ones that differ: `velocity_range`, `acceleration_range`, `torque_range`. They may be
                 wider than this robot's only where those are a default or an estimate, which a warning in `findings`
                 says. A continuous joint with position limits becomes a revolute one.
             group: Name of one of `groups`, whose joints are left; the others are held still. None: all are left.
@@ -287,6 +289,13 @@ class Robot(RobotDescription):
     def mass(self) -> float:
         """The mass of everything that moves, with the payload, kg; 0: no masses are known."""
         return float(sum(inertia.mass for inertia in self.model.inertias.tolist()[1:]))
+
+    def bounds(self, quantity: str) -> FloatArray:
+        """Return the lower and upper limits (2, joints) of `velocity`, `acceleration` or `torque`; SI units."""
+        widest = self.limit(quantity)
+        ranges = (joint.ranges.get(quantity, (-np.inf, np.inf)) for joint in self.joints)
+        bounds: FloatArray = np.clip(np.array(list(ranges)).T, -widest, widest)
+        return bounds
 
     @property
     def has_dynamics(self) -> bool:

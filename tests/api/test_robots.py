@@ -224,7 +224,15 @@ def test_a_derived_robot_has_its_owners_limits_tool_and_mounting(service: Runnin
     """Two links of 0.4 m and 0.3 m; the second joint is locked at a right angle, the base stands on a wall."""
     service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
     body = derived_robot(
-        limits={"joint_1": {"lower": -1.0, "upper": 1.0, "velocity": 0.5, "acceleration": 20.0}},
+        limits={
+            "joint_1": {
+                "lower": -1.0,
+                "upper": 1.0,
+                "velocity": 0.5,
+                "acceleration": 20.0,
+                "acceleration_range": [-10.0, 20.0],
+            }
+        },
         locked={"joint_2": math.pi / 2.0},
         tool={"position": [0.0, 0.0, 0.1], "orientation": None},
         mounting={"position": [0.0, 0.0, 1.0], "orientation": {"kind": "rpy", "rpy": [math.pi / 2.0, 0.0, 0.0]}},
@@ -237,6 +245,7 @@ def test_a_derived_robot_has_its_owners_limits_tool_and_mounting(service: Runnin
     assert {finding.code for finding in robot.findings} == {"limit_widened"}
     (only,) = robot.joints
     assert (only.lower, only.upper, only.velocity, only.acceleration) == (-1.0, 1.0, 0.5, 20.0)
+    assert (only.acceleration_range, only.velocity_range) == ([-10.0, 20.0], None)
     assert only.provenance == {
         "position": "owner",
         "velocity": "owner",
@@ -252,7 +261,8 @@ def test_a_derived_robot_has_its_owners_limits_tool_and_mounting(service: Runnin
     hold = service.post("/v1/dynamics/inverse", {"robot": "in_cell", "positions": [[0.0]]}).json()["torques"]
     assert hold[0][0] == pytest.approx(2.0 * 9.81 * 0.4)  # its z axis is level: the mass of link 1 hangs at its end
     plan = plan_request(robot="in_cell", waypoints=[joint(-1.0), joint(1.0)], backend={"kind": "trapezoidal"})
-    assert service.post(PLAN, plan).json()["duration"] == pytest.approx(2.0 / 0.5 + 0.5 / 20.0, rel=1e-4)
+    ramps = (0.5 / 20.0 + 0.5 / 10.0) / 2.0  # it gains speed faster than it brakes
+    assert service.post(PLAN, plan).json()["duration"] == pytest.approx(2.0 / 0.5 + ramps, rel=1e-4)
     service.client.delete(f"{ROBOTS}/in_cell")
 
 

@@ -25,6 +25,7 @@ EXAMPLES = ROOT / "examples"
 
 REQUESTS = {  # waypoints, and the published duration, s; None: none is published
     "blended_lines.json": (4, None),
+    "brakes_gently.json": (3, None),
     "contours.json": (3, None),
     "date_sorting_transition_1.json": (2, 30.0),
     "date_sorting_transition_2.json": (2, 30.0),

@@ -51,6 +51,9 @@ WORK_OBJECT = Pose.from_rpy([0.3, -0.2, 0.1], [0.2, -0.4, 1.0])
 LEAST_DURATIONS = (0.0, 0.0, 0.0, 0.1, 2.0)
 """Least durations that segments are asked for, s."""
 
+RANGES = (None, None, (0.3, 1.0), (1.0, 0.6))
+"""Shares of limits downwards and upwards where they differ."""
+
 Check = Callable[[PlanningProblem], None]
 """Fails where something does not hold of a problem's plan."""
 
@@ -127,8 +130,18 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         acceleration_scale=draw(st.floats(0.01, 1.0)),
         tcp_linear_velocity=draw(st.sampled_from([*no_speeds, 0.05, 0.5])),
         tcp_angular_velocity=draw(st.sampled_from([*no_speeds, 0.2, 2.0])),
+        velocity_range=_ranges(problem.robot, "velocity", draw(st.sampled_from(RANGES))),
+        acceleration_range=_ranges(problem.robot, "acceleration", draw(st.sampled_from(RANGES))),
     )
     return replace(problem, waypoints=tuple(waypoints), limits=limits)
+
+
+def _ranges(robot: Robot, quantity: str, shares: tuple[float, float] | None) -> tuple[tuple[float, float], ...] | None:
+    """The joints' limits, every second one of them turned around; None: as the robot has them."""
+    if shares is None:
+        return None
+    limits = np.minimum(robot.limit(quantity), 1e3).tolist()
+    return tuple((-shares[k % 2] * limit, shares[(k + 1) % 2] * limit) for k, limit in enumerate(limits))
 
 
 @st.composite
@@ -170,7 +183,13 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         before = made
     scale = draw(st.floats(0.05, 1.0))
     speed = draw(st.sampled_from([None, None, 0.05, 0.5]))
-    limits = Limits(velocity_scale=scale, acceleration_scale=scale, tcp_linear_velocity=speed)
+    limits = Limits(
+        velocity_scale=scale,
+        acceleration_scale=scale,
+        tcp_linear_velocity=speed,
+        velocity_range=_ranges(robot, "velocity", RANGES[rng.integers(len(RANGES))]),
+        acceleration_range=_ranges(robot, "acceleration", RANGES[rng.integers(len(RANGES))]),
+    )
     return PlanningProblem(robot, tuple(waypoints), limits)
 
 

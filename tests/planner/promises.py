@@ -26,8 +26,9 @@ def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
             assert (values >= limits.lower - 1e-9).all()
             assert (values <= limits.upper + 1e-9).all()
         elif guarantees[quantity] is Guarantee.HARD:
-            bound = getattr(limits, quantity)[trajectory.segments][:, None]
-            assert (np.abs(values) <= bound * (1.0 + 1e-9)).all()
+            lower, upper = (bound[trajectory.segments][:, None] for bound in limits.bounds(quantity))
+            assert (values <= upper * (1.0 + 1e-9)).all()
+            assert (values >= lower * (1.0 + 1e-9)).all()
 
 
 def keeps_least_durations(result: Plan) -> None:
@@ -58,7 +59,9 @@ def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
     for segment, q, v, a in zip(segments, *trajectory.evaluate(times, [0, 1, 2]), strict=True):
         if loaded[segment].has_dynamics:
             torque = pin.rnea(loaded[segment].model, data, q, v, a)
-            assert (np.abs(torque) <= limits.torque[segment] * (1.0 + 1e-6)).all()
+            lower, upper = (bound[segment] for bound in limits.bounds("torque"))
+            assert (torque <= upper * (1.0 + 1e-6)).all()
+            assert (torque >= lower * (1.0 + 1e-6)).all()
         pin.forwardKinematics(robot.model, data, q, v)
         speed = pin.getFrameVelocity(robot.model, data, robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         assert np.linalg.norm(speed.linear) <= limits.tcp_linear_velocity[segment] * (1.0 + 1e-6)

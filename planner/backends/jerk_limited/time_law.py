@@ -211,18 +211,22 @@ class LimitsOnCurve:
     def along(self, law: PiecewisePolynomial) -> LinearLimits:
         """Linearise all limits at the gridpoints of the law's pieces, each divided by the limit itself."""
         s, ds, dds, first, second, third = self.rates(law)
-        own = self.limits.of(self.curve.segments[self.pieces(law)])
-        speeds = (np.abs(first) / own.velocity).max(axis=2)[..., None]
+        segments = self.curve.segments[self.pieces(law)]
+        own = self.limits.of(segments)
+        speeds = self.limits.used("velocity", np.broadcast_to(segments, s.shape), first).max(axis=2)[..., None]
+        middle, half = own.centred("acceleration")
         if self.sampled.has_tool:
             speeds = np.maximum(speeds, self.sampled.tool_use(s, own)[..., None] * ds)
         no, yes = np.zeros_like(first), np.ones_like(first)
         groups: list[tuple[FloatArray, ...]] = [
             (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
-            (second / own.acceleration, first / own.acceleration, no, no, yes, no),
+            (second / half, first / half, no, -middle / half + no, yes, no),
             (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
         ]
         if self.sampled.limits_torque:
-            groups.append((*(x / own.torque for x in self.sampled.torques_at(s, ds, dds)), yes, no))
+            middle, half = own.centred("torque")
+            *moved, gravity = self.sampled.torques_at(s, ds, dds)
+            groups.append((*(x / half for x in (*moved, gravity - middle)), yes, no))
         by_limits = ([x[k].reshape(s.size, -1).T for x in groups] for k in range(6))
         return LinearLimits(*(np.ascontiguousarray(np.concatenate(rows)) for rows in by_limits))
 
@@ -255,7 +259,8 @@ class _Sampled:
         if knows_torques:
             segments = curve.segments[curve.locate(self.gridpoints)[0]]
             dynamics = path_dynamics(robot, q, dq, ddq)
-            refuse_what_gravity_exceeds(robot, segments, dynamics.gravity, path.limits.torque[segments])
+            middle, half = (values[segments] for values in path.limits.centred("torque"))
+            refuse_what_gravity_exceeds(robot, segments, dynamics.gravity, middle, half)
             self.dynamics = np.concatenate(dynamics, axis=1).T
 
     def tool_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:

@@ -87,28 +87,33 @@ def ramps_error(binding: BindingLimit) -> LimitsUnsatisfiable:
     return LimitsUnsatisfiable(f"no duration was found with which these ramps keep {binding.named}")
 
 
-def refuse_what_gravity_exceeds(robot: Robot, segments: np.ndarray, gravity: FloatArray, limit: FloatArray) -> None:
+def refuse_what_gravity_exceeds(
+    robot: Robot, segments: np.ndarray, gravity: FloatArray, middle: FloatArray, half: FloatArray
+) -> None:
     """Refuse a path on which standing still takes too much torque, which no duration helps.
 
     Args:
         robot: The robot, with its payload.
         segments: Index (...,) of the segment of each row.
         gravity: Torques (..., joints) without motion, N m or N.
-        limit: Torque limits (..., joints), N m or N.
+        middle: The middle (..., joints) between the lower and the upper torque limits, N m or N.
+        half: Their distance (..., joints) from there.
 
     Raises:
         LimitsUnsatisfiable: Gravity alone reaches a torque limit.
     """
-    worst = np.unravel_index(np.argmax(np.abs(gravity) / limit), gravity.shape)
-    if abs(gravity[worst]) >= limit[worst]:
+    beyond = gravity - middle
+    worst = np.unravel_index(np.argmax(np.abs(beyond) / half), gravity.shape)
+    if abs(beyond[worst]) >= half[worst]:
+        limit = abs(middle[worst] + np.copysign(half[worst], beyond[worst]))
         segment, joint = int(segments[worst[:-1]]), robot.joint_names[worst[-1]]
         raise LimitsUnsatisfiable(
             f"gravity alone asks {abs(gravity[worst]):.6g} of {joint} on segment {segment}, "
-            f"its torque limit is {limit[worst]:.6g}",
+            f"its torque limit is {limit:.6g}",
             segment=segment,
             joint=joint,
             value=float(abs(gravity[worst])),
-            limit=float(limit[worst]),
+            limit=float(limit),
         )
 
 

@@ -29,6 +29,8 @@ class SampledLimits:
     """The limits of torque and tool speed, whose use is found on samples.
 
     Attributes:
+        middle: The middle (segments, joints) between the lower and the upper torque limits, N m or N.
+        torque: The distance (segments, joints) of both from there.
         limited: Whether (segments,) a segment has such a limit.
         each: The limits there are, one of each joint and two of the tool.
     """
@@ -36,7 +38,9 @@ class SampledLimits:
     def __init__(self, dynamics: SegmentDynamics, limits: SegmentLimits) -> None:
         self.dynamics, self.robot = dynamics, dynamics.robots[0]
         self.linear, self.angular = limits.tcp_linear_velocity, limits.tcp_angular_velocity
-        self.torque = limits.torque if dynamics.has_dynamics else np.full_like(limits.torque, np.inf)
+        self.middle, self.torque = limits.centred("torque")
+        if not dynamics.has_dynamics:
+            self.torque = np.full_like(self.torque, np.inf)
         self.limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
         self.each: list[BindingLimit] = [
             *(BindingLimit("torque", name) for name in self.robot.joint_names),
@@ -68,7 +72,7 @@ class SampledLimits:
 
         def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
             """Return the factors (N, limits) that samples of pieces `at` (N,) need."""
-            torque = partial(self._stretch_for_torque, segments=pieces.segments[at], q=q, v=v, a=a)
+            torque = partial(self._stretch_for_torque, rows=rows[at], segments=pieces.segments[at], q=q, v=v, a=a)
             return self._of_samples(rows[at], q, v, torque)
 
         return _peaks(needed, pieces, groups, above)
@@ -84,7 +88,7 @@ class SampledLimits:
         def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
             """Return the shares (N, limits) that samples of pieces `at` (N,) use."""
             torques = partial(self.dynamics.torques, pieces.segments[at], q, v, a)
-            return self._of_samples(rows[at], q, v, lambda limit: np.abs(torques()) / limit)
+            return self._of_samples(rows[at], q, v, lambda limit: np.abs(torques() - self.middle[rows[at]]) / limit)
 
         return _peaks(shares, pieces, np.arange(len(rows)))[0]
 
@@ -102,15 +106,25 @@ class SampledLimits:
         return values
 
     def _stretch_for_torque(
-        self, limit: FloatArray, segments: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray
+        self,
+        limit: FloatArray,
+        rows: np.ndarray,
+        segments: np.ndarray,
+        q: FloatArray,
+        v: FloatArray,
+        a: FloatArray,
     ) -> FloatArray:
-        """Return factors (N, joints) on time T: the torque of q(t / T) is g + b / T^2, b that of T = 1 less gravity."""
+        """Return factors (N, joints) on time T: the torque of q(t / T) is g + b / T^2, b that of T = 1 less gravity.
+
+        Torques count from the middle between their limits.
+        """
         still = np.zeros_like(q)
         states = ([q, q], [still, v], [still, a])
         gravity, torque = self.dynamics.torques(segments, *map(np.array, states))
-        refuse_what_gravity_exceeds(self.robot, segments, gravity, limit)
+        middle = self.middle[rows]
+        refuse_what_gravity_exceeds(self.robot, segments, gravity, middle, limit)
         inertial = torque - gravity
-        headroom = limit - np.sign(inertial) * gravity
+        headroom = limit - np.sign(inertial) * (gravity - middle)
         factors: FloatArray = np.sqrt(np.abs(inertial) / headroom)
         return factors
 

@@ -62,8 +62,16 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
         limit = np.array([getattr(path.limits, JOINT_DERIVATIVES[order])[pieces.segments] for order in orders])
         of_pieces = np.add.outer(len(segments) * np.arange(len(orders)), groups)
         derivatives = derivatives_on_unit_time(pieces, len(JOINT_DERIVATIVES))
-        found = largest_magnitudes(derivatives[orders], limit, of_pieces)
+        weights = None
+        if path.limits.wider:
+            weights = np.stack(
+                [path.limits.weights(JOINT_DERIVATIVES[order])[:, pieces.segments] for order in orders], 1
+            )
+        found = largest_magnitudes(derivatives[orders], limit, of_pieces, weights)
         ratios = np.abs(found.values) / limit.reshape(-1, limit.shape[2])[found.pieces, found.joints]
+        if weights is not None:
+            of_found = weights.reshape(2, -1, limit.shape[2])[:, found.pieces, found.joints]
+            ratios *= np.where(found.values < 0.0, *of_found)
         for k, (ratio, joint) in enumerate(zip(ratios.tolist(), found.joints.tolist(), strict=True)):
             order, group = orders[k // len(segments)], k % len(segments)
             note(group, ratio ** (1.0 / order), BindingLimit(JOINT_DERIVATIVES[order], path.robot.joint_names[joint]))

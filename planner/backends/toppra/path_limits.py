@@ -268,8 +268,8 @@ def path_limits(
     """
     squares = factors[intervals.segments] ** 2
     q, first, second = intervals.at(POINTS)
-    limit = limits.acceleration[intervals.segments]
-    parts: list[tuple[FloatArray, ...]] = [(first / limit, second / limit, np.zeros_like(q))]
+    middle, half = (values[intervals.segments] for values in limits.centred("acceleration"))
+    parts: list[tuple[FloatArray, ...]] = [(first / half, second / half, np.broadcast_to(-middle / half, q.shape))]
     if dynamics.has_dynamics and np.isfinite(limits.torque[intervals.segments]).any():
         parts.append(_torques(dynamics, limits, intervals, (q, first, second)))
     per_u, per_x, rest = (np.concatenate(values, axis=2) for values in zip(*parts, strict=True))
@@ -294,9 +294,9 @@ def _torques(
     own[-1, :-1] = intervals.rests[1:-1] | ~np.all([_equal(rows[-1, :-1], rows[0, 1:]) for rows in states], axis=0)
     found = dynamics.along_path(segments[own], q[own], first[own], second[own])
     inertia, centripetal, gravity = (_at_all_points(rows, own) for rows in found)
-    limit = limits.torque[segments]
-    refuse_what_gravity_exceeds(dynamics.robots[0], segments, gravity, limit)
-    return inertia / limit, centripetal / limit, np.clip(gravity / limit, -MOST_GRAVITY, MOST_GRAVITY)
+    middle, half = (values[segments] for values in limits.centred("torque"))
+    refuse_what_gravity_exceeds(dynamics.robots[0], segments, gravity, middle, half)
+    return inertia / half, centripetal / half, np.clip((gravity - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)
 
 
 def _equal(ends: FloatArray, starts: FloatArray) -> np.ndarray:
@@ -323,7 +323,7 @@ def _bounds(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> FloatA
     """Bounds on x (probes, intervals) by the speed limits of joints and tool."""
     q, first, _ = intervals.at(PROBES)
     segments = intervals.segments
-    used = (np.abs(first) / limits.velocity[segments]).max(axis=2)
+    used = limits.used("velocity", segments, first).max(axis=2)
     of_tool = limits.tcp_linear_velocity[segments], limits.tcp_angular_velocity[segments]
     if np.isfinite(of_tool).any():
         joints = q.shape[2]

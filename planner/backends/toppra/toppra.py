@@ -20,7 +20,7 @@ from planner.backends.shared.time_scaling import slowest, time_scalings
 from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
 from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of, solved_again
 from planner.backends.toppra.solver_failed import SolverFailed
-from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids
+from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_HARD, Guarantee
 from planner.polynomials import joined
 from planner.tolerances import DURATION_TOLERANCE
@@ -131,9 +131,9 @@ def _unless_stopping_is_faster(
     if not run.is_spline or len(run.segments) == 1 or not np.isnan(path.durations[run.segments]).all():
         return own
     motions, duration = path.straight_motions(run.segments), float(own.lengths.sum())
-    travels, limits = np.abs(motions.travels), motions.limits
-    slowness = (travels / limits.velocity).max(axis=1)
-    sluggishness = (travels / limits.acceleration).max(axis=1)
+    slowness = (np.abs(motions.travels) / motions.limits.velocity).max(axis=1)
+    gaining, braking = reciprocal_accelerations(motions)
+    sluggishness = (gaining.max(axis=1) + braking.max(axis=1)) / 2.0
     if not (slowness > 0.0).all():
         return own
     cruises = slowness**2 > sluggishness

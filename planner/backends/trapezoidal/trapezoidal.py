@@ -79,37 +79,48 @@ class Trapezoidal:
 def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
     """Run straight lines at path velocity V and path acceleration A: T = 1/V + V/A, or 2/sqrt(A) without a cruise.
 
-    Each joint binds V by its velocity and A by its acceleration; the slowest of each counts.
+    Each joint binds V by its velocity and A by its acceleration; the slowest of each counts. Where joints brake with
+    another acceleration than they gain speed with, 1/A is the mean of both reciprocals.
     """
-    travels, limits = np.abs(motions.travels), motions.limits
-    inverse_v = travels / limits.velocity
-    inverse_a = travels / limits.acceleration
+    inverse_v = np.abs(motions.travels) / motions.limits.velocity
+    gaining, braking = reciprocal_accelerations(motions)
     slowness = inverse_v.max(axis=1)
-    sluggishness = inverse_a.max(axis=1)
+    by_ramp = gaining.max(axis=1), braking.max(axis=1)
+    sluggishness = (by_ramp[0] + by_ramp[1]) / 2.0
     cruises = slowness**2 > sluggishness * (1.0 + ROUNDING)
     with np.errstate(divide="ignore", invalid="ignore"):
         shortest = np.where(cruises, slowness + sluggishness / slowness, 2.0 * np.sqrt(sluggishness))
-        ramp = np.where(cruises, (sluggishness / slowness) / shortest, 0.5)
+        ramps = [np.where(cruises, (own / slowness) / shortest, own / (2.0 * sluggishness)) for own in by_ramp]
     # Without an acceleration limit the fastest law is a jump; the document's thirds stand in for it.
     jump = sluggishness == 0.0
-    ramp = np.where(jump, 1.0 / 3.0, ramp)
+    t1, t3 = (np.where(jump, 1.0 / 3.0, ramp) for ramp in ramps)
     shortest = np.where(jump, slowness * 1.5, shortest)
     velocity_binds = (cruises | jump)[:, None] & (inverse_v == slowness[:, None])
     bounds = {
         "velocity": np.where(velocity_binds, shortest[:, None], 0.0),
-        "acceleration": np.where(inverse_a == sluggishness[:, None], shortest[:, None], 0.0),
+        "acceleration": np.where(
+            (gaining == by_ramp[0][:, None]) | (braking == by_ramp[1][:, None]), shortest[:, None], 0.0
+        ),
     }
-    laws = _trapezoids(ramp, ramp)
+    laws = _trapezoids(t1, t3)
     return time_straight_motions(motions, bounds, lambda _durations: laws)
+
+
+def reciprocal_accelerations(motions: StraightMotions) -> tuple[FloatArray, FloatArray]:
+    """Return 1/A, each (rows, joints), s^2, that each joint would need by itself, gaining speed and braking."""
+    travels = motions.travels
+    lower, upper = motions.limits.bounds("acceleration")
+    back = travels < 0.0
+    return np.abs(travels) / np.where(back, -lower, upper), np.abs(travels) / np.where(back, upper, -lower)
 
 
 def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPolynomial:
     """Run straight lines with given ramps: cruise at 1 / (T - t1/2 - t3/2), reached in t1 and left in t3."""
-    travels, limits = np.abs(motions.travels), motions.limits
-    ramps = (t1 + t3) / 2.0
+    travels, ramps = np.abs(motions.travels), (t1 + t3) / 2.0
+    gaining, braking = reciprocal_accelerations(motions)
     bounds = {
-        "velocity": travels / limits.velocity + ramps,
-        "acceleration": travels / (limits.acceleration * min(t1, t3)) + ramps,
+        "velocity": travels / motions.limits.velocity + ramps,
+        "acceleration": np.maximum(gaining / t1, braking / t3) + ramps,
         RAMPS: np.full_like(travels, t1 + t3),
     }
     return time_straight_motions(motions, bounds, lambda durations: _trapezoids(t1 / durations, t3 / durations))

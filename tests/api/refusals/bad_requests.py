@@ -258,6 +258,27 @@ BAD_REQUESTS = [
     Bad("huge integer", PLAN, second(joint(10**30, 0.2, 0.3)), INVALID, "/waypoints/1/position/0"),
     Bad("fractional seed", PLAN, plan_request(seed=0.5), INVALID, "/seed"),
     Bad("negative seed", PLAN, plan_request(seed=-1), INVALID, "/seed"),
+    Bad(
+        "a range whose lower limit is not below 0",
+        PLAN,
+        plan_request(limits={"velocity_range": [[0.5, 1.0], [-1.0, 1.0], [-1.0, 1.0]]}),
+        INVALID,
+        "/limits/velocity_range/0",
+    ),
+    Bad(
+        "a range of three numbers",
+        PLAN,
+        plan_request(limits={"acceleration_range": [[-1.0, 0.0, 1.0]]}),
+        INVALID,
+        "/limits/acceleration_range/0",
+    ),
+    Bad(
+        "ranges for two of three joints",
+        PLAN,
+        second_changed(limits={"acceleration_range": [[-1.0, 1.0], [-1.0, 1.0]]}),
+        INVALID,
+        "/waypoints/1/limits/acceleration_range",
+    ),
     Bad("negative duration", PLAN, second_changed(duration=-1.0), INVALID, "/waypoints/1/duration"),
     Bad("no duration of the whole", PLAN, plan_request(duration=0.0), INVALID, "/duration"),
     Bad(

@@ -14,6 +14,8 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidRobotModel
 from planner.kinematics import forward_kinematics
 from planner.robots import Robot, load_robot
+from planner.robots.describe import describe
+from planner.robots.own_limits import OwnLimits
 from planner.robots.payload import Payload
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.robots.frames import frame_pose
@@ -79,9 +81,29 @@ def test_a_continuous_joint_with_limits_is_revolute() -> None:
     assert findings(refused) == {("one_sided_position_limit", "turn")}
 
 
+def test_limits_that_differ_by_direction_are_narrower_than_those_of_both() -> None:
+    own = ARM.derived(limits={"bend": {"velocity": 0.5, "velocity_range": [-0.5, 0.25], "torque_range": (-3.0, 1.0)}})
+    index = ARM.joint_names.index("bend")
+    assert own.bounds("velocity")[:, index].tolist() == [-0.5, 0.25]
+    assert own.bounds("torque")[:, index].tolist() == [-3.0, 1.0]
+    assert own.joints[index].provenance["torque"] == "owner"
+    assert describe(own)["joints"][index]["velocity_range"] == [-0.5, 0.25]
+    np.testing.assert_array_equal(own.bounds("acceleration"), [-ARM.limit("acceleration"), ARM.limit("acceleration")])
+    own.derived(limits={"bend": {"velocity_range": [-0.4, 0.25]}})
+    for wider in ([-0.5, 0.3], [-0.6, 0.2]):
+        with pytest.raises(InvalidRobotModel) as refused:
+            own.derived(limits={"bend": {"velocity_range": wider}})
+        assert findings(refused) == {("wider_limit", "bend")}
+
+
 @pytest.mark.parametrize(
     ("limits", "code"),
     [
+        ({"bend": {"velocity_range": [-0.1]}}, "absurd_limit"),
+        ({"bend": {"velocity_range": [0.0, 0.1]}}, "absurd_limit"),
+        ({"bend": {"velocity_range": [-0.1, math.nan]}}, "absurd_limit"),
+        ({"bend": {"jerk_range": [-1.0, 1.0]}}, "unknown_limit"),
+        ({"bend": {"jerk": [-1.0, 1.0]}}, "absurd_limit"),
         ({"arm": {"velocity": 1.0}}, "unknown_joint"),
         ({"bend": {"speed": 1.0}}, "unknown_limit"),
         ({"bend": {"velocity": 0.0}}, "absurd_limit"),
@@ -93,7 +115,7 @@ def test_a_continuous_joint_with_limits_is_revolute() -> None:
         ({"bend": {"lower": 1.0, "upper": 1.0}}, "lower_not_below_upper"),
     ],
 )
-def test_limits_that_are_none_are_refused(limits: dict[str, dict[str, float]], code: str) -> None:
+def test_limits_that_are_none_are_refused(limits: dict[str, OwnLimits], code: str) -> None:
     with pytest.raises(InvalidRobotModel) as refused:
         ARM.derived(limits=limits)
     assert code in {finding for finding, _ in findings(refused)}
