@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.export import csv, json, msgpack, npz, ros2, urscript
+from planner.export import csv, fanuc, json, krl, mcap, msgpack, npz, rapid, ros2, urscript, urscript_moves
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 
 if TYPE_CHECKING:
@@ -18,7 +18,12 @@ FORMATS: dict[str, Format] = {
         ros2.FORMAT,
         msgpack.FORMAT,
         npz.FORMAT,
+        mcap.FORMAT,
         urscript.FORMAT,
+        urscript_moves.FORMAT,
+        krl.FORMAT,
+        rapid.FORMAT,
+        fanuc.FORMAT,
     )
 }
 """Every format by its name; the first is the default."""
@@ -30,7 +35,8 @@ def render(plan: Plan, format: str = "json", options: ExportOptions = ExportOpti
     Args:
         plan: The plan.
         format: `json` (the answer of the service), `csv`, `ros2` (a `JointTrajectory` message as JSON), `msgpack` (as
-            `json`), `npz` (numpy's arrays) or `urscript` (a program for Universal Robots).
+            `json`), `npz` (numpy's arrays), `mcap` (a recording of ROS 2 messages), or a program: `urscript` and
+            `urscript_moves` (Universal Robots), `krl` (KUKA), `rapid` (ABB), `fanuc_ls` (Fanuc).
         options: The period of the samples, and what is included.
 
     Returns:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from api.schemas.answers import RosJointTrajectory
-from planner.export import INCLUDABLE
+from planner.export import FORMATS, INCLUDABLE
 from tests.api.requests import plan_request
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def test_what_there_is_not_is_refused_with_what_there_is(service: RunningService
         answer = service.post(PATH, plan_request(), **options)
         problem = answer.json()
         assert (answer.status_code, problem["code"]) == (406, "not_acceptable")
-        assert problem["formats"] == ["json", "csv", "ros2", "msgpack", "npz", "urscript"]
+        assert problem["formats"] == list(FORMATS)
 
 
 def test_problems_stay_problems(service: RunningService) -> None:

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import socket
 import tempfile
@@ -13,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import httpx
 import orjson
+import pytest
 
 from api import errors
 from api.operations import OPERATIONS
@@ -180,10 +183,55 @@ def _raw(service: RunningService, request: str) -> Any:
     return json.loads(answer.partition(b"\r\n\r\n")[2])
 
 
+OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash"}
+"""Fields whose values are others each time."""
+
+FOR_PEOPLE = {"detail", "message", "explanation"}
+"""Fields whose words name the robots that are installed, or a time."""
+
+
+def differences(shown: Any, answered: Any, where: str = "") -> list[str]:
+    """Where an answer is not as it is shown; it may have further fields."""
+    if isinstance(shown, dict) and isinstance(answered, dict):
+        found = [f"{where}/{name} is missing" for name in shown.keys() - answered.keys()]
+        for name in shown.keys() & answered.keys():
+            if name not in OF_THE_MOMENT | FOR_PEOPLE:
+                found += differences(shown[name], answered[name], f"{where}/{name}")
+        return found
+    if isinstance(shown, list) and isinstance(answered, list) and len(shown) == len(answered):
+        pairs = enumerate(zip(shown, answered, strict=True))
+        return [found for i, pair in pairs for found in differences(*pair, f"{where}/{i}")]
+    if isinstance(shown, float) and isinstance(answered, float):
+        return [] if answered == pytest.approx(shown, rel=1e-5, abs=1e-9) else [f"{where}: {answered} for {shown}"]
+    if isinstance(shown, str) and isinstance(answered, str) and parsed(shown) != shown:
+        return differences(parsed(shown), parsed(answered), where)
+    return [] if type(shown) is type(answered) and shown == answered else [f"{where}: {answered!r} for {shown!r}"]
+
+
+def parsed(text: str) -> Any:
+    """The values of lines of JSON, of events, or of a table."""
+    lines = [line.removeprefix("data: ") for line in text.splitlines()]
+    if any(line.startswith("{") for line in lines):
+        return [json.loads(line) for line in lines if line.startswith("{")]
+    if len(lines) > 1 and "," in lines[0]:
+        header, *rows = csv.reader(io.StringIO(text, newline=""))
+        return [header, *([float(cell) for cell in row] for row in rows)]
+    return text
+
+
+def kept(shown: dict[str, Any], recorded: dict[str, Any]) -> dict[str, Any]:
+    """The examples that are recorded, those that say the same as what is shown as they are shown."""
+    return {
+        name: shown[name] if name in shown and not differences(value, shown[name]) else value
+        for name, value in recorded.items()
+    }
+
+
 if __name__ == "__main__":
+    SHOWN = json.loads(FILE.read_bytes())
     with tempfile.TemporaryDirectory() as folder, running_service(Path(folder) / "log.jsonl") as running:
         parts = [
             f'"{part}": {{\n' + ",\n".join(f'"{name}": {json.dumps(value)}' for name, value in entries.items()) + "\n}"
-            for part, entries in examples(running).items()
+            for part, entries in ((part, kept(SHOWN[part], found)) for part, found in examples(running).items())
         ]
         FILE.write_text("{" + ",\n".join(parts) + "}\n", encoding="utf-8")

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -15,44 +12,10 @@ from api.openapi import examples
 from api.operations import OPERATIONS
 from api.schemas.problem_documents import ProblemDocument
 from tests.api.contract import recorded_examples
+from tests.api.contract.recorded_examples import differences
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
-
-OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash"}
-"""Fields whose values are others each time."""
-
-FOR_PEOPLE = {"detail", "message", "explanation"}
-"""Fields whose words name the robots that are installed, or a time."""
-
-
-def differences(shown: Any, answered: Any, where: str = "") -> list[str]:
-    """Where an answer is not as it is shown; it may have further fields."""
-    if isinstance(shown, dict) and isinstance(answered, dict):
-        found = [f"{where}/{name} is missing" for name in shown.keys() - answered.keys()]
-        for name in shown.keys() & answered.keys():
-            if name not in OF_THE_MOMENT | FOR_PEOPLE:
-                found += differences(shown[name], answered[name], f"{where}/{name}")
-        return found
-    if isinstance(shown, list) and isinstance(answered, list) and len(shown) == len(answered):
-        pairs = enumerate(zip(shown, answered, strict=True))
-        return [found for i, pair in pairs for found in differences(*pair, f"{where}/{i}")]
-    if isinstance(shown, float) and isinstance(answered, float):
-        return [] if answered == pytest.approx(shown, rel=1e-5, abs=1e-9) else [f"{where}: {answered} for {shown}"]
-    if isinstance(shown, str) and isinstance(answered, str) and parsed(shown) != shown:
-        return differences(parsed(shown), parsed(answered), where)
-    return [] if type(shown) is type(answered) and shown == answered else [f"{where}: {answered!r} for {shown!r}"]
-
-
-def parsed(text: str) -> Any:
-    """The values of lines of JSON, of events, or of a table."""
-    lines = [line.removeprefix("data: ") for line in text.splitlines()]
-    if any(line.startswith("{") for line in lines):
-        return [json.loads(line) for line in lines if line.startswith("{")]
-    if len(lines) > 1 and "," in lines[0]:
-        header, *rows = csv.reader(io.StringIO(text, newline=""))
-        return [header, *([float(cell) for cell in row] for row in rows)]
-    return text
 
 
 @pytest.fixture(scope="module")

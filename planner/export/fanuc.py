@@ -1,0 +1,82 @@
+"""LS: a teach-pendant program of joint motions for Fanuc in its listing form, each with its time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import UnsupportedFormat
+from planner.export.base import ExportOptions, Format
+from planner.export.programs import moves, numbers
+
+if TYPE_CHECKING:
+    from planner.kinematics import FloatArray
+    from planner.result import Plan
+
+MILLISECOND = 1e-3
+"""The unit of the times of motions, s."""
+
+MOST_POINTS = 32_000
+"""The most points that are written: no controller numbers more."""
+
+REMARKS = (
+    "J3 = third joint - second joint",
+    "deg; signs as ROS-Industrial",
+    "no velocities, no torques",
+    "first goes to the start, slowly",
+)
+"""What the program says of itself, in lines of 32 characters at most: a pendant shows no more."""
+
+
+def render(plan: Plan, options: ExportOptions) -> bytes:
+    """Write a plan as a program of joint motions with times in milliseconds.
+
+    Positions are in degrees. Fanuc counts J3 from the horizontal, not from the link before: it is the model's third
+    joint less its second, as models of ROS-Industrial have them.
+
+    Raises:
+        UnsupportedFormat: It does not begin and end at rest, the arm has not six joints that turn, or there are too
+            many points.
+    """
+    motions = moves(plan, "LS", options.sample_period)
+    statements, points = [f"!{remark} ;" for remark in REMARKS], [motions[0].position[0]]
+    statements += ["UFRAME_NUM=0 ;", "UTOOL_NUM=1 ;", "J P[1] 5% FINE ;"]
+    elapsed, written = 0.0, 0
+    for move in motions:
+        for k in range(1, len(move.time)):
+            points.append(move.position[k])
+            # Rounded so that the sum does not drift.
+            step = max(round((elapsed + move.time[k]) / MILLISECOND) - written, 1)
+            written += step
+            ending = "FINE" if k == len(move.time) - 1 else "CNT100"
+            statements.append(f"J P[{len(points)}] {step}msec {ending} ;")
+        elapsed += float(move.time[-1])
+        if move.rest > 0.0:
+            statements.append(f"WAIT {move.rest:.2f}(sec) ;")
+    if len(points) > MOST_POINTS:
+        raise UnsupportedFormat(f"LS takes {MOST_POINTS} points; ask for a longer sample period")
+    lines = [
+        "/PROG  PLANNED",
+        "/ATTR",
+        f'COMMENT = "{plan.path.robot.id[:16]}";',
+        "PROTECT = READ_WRITE;",
+        "DEFAULT_GROUP = 1,*,*,*,*;",
+        "/MN",
+        *(f"{number:5d}:  {statement}" for number, statement in enumerate(statements, 1)),
+        "/POS",
+        *(line for number, point in enumerate(points, 1) for line in _position(number, point)),
+        "/END",
+    ]
+    return ("\r\n".join(lines) + "\r\n").encode()
+
+
+def _position(number: int, joints: FloatArray) -> list[str]:
+    of_controller = np.degrees(joints)
+    of_controller[2] -= of_controller[1]
+    angles = [f"\tJ{i} = {angle} deg" for i, angle in enumerate(numbers(of_controller), 1)]
+    return [f"P[{number}]{{", "   GP1:", "\tUF : 0, UT : 1,", ",\r\n".join(angles), "};"]
+
+
+FORMAT = Format("fanuc_ls", "text/x-fanuc-ls", ".ls", render)
+"""The form of listed teach-pendant programs for Fanuc."""

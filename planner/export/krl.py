@@ -1,0 +1,69 @@
+"""KRL: a program of splines of the axes for KUKA, with the time of every point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.export.base import ExportOptions, Format
+from planner.export.programs import AT_START, moves, numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.export.programs import Move
+    from planner.result import Plan
+
+
+def render(plan: Plan, options: ExportOptions) -> bytes:
+    """Write a plan as a program of PTP_SPLINE blocks, one a motion from rest to rest, with time blocks.
+
+    Axes are in degrees, A1 to A6 in the order of the joints.
+
+    Raises:
+        UnsupportedFormat: It does not begin and end at rest, or the arm has not six joints that turn.
+    """
+    robot = plan.path.robot
+    motions = moves(plan, "KRL", options.sample_period)
+    start = numbers(np.degrees(motions[0].position[0]))
+    away = " OR ".join(f"(ABS($AXIS_ACT.A{i} - ({angle})) > {np.degrees(AT_START):.3f})" for i, angle in _axes(start))
+    lines = [
+        "DEF planned_trajectory()",
+        f"; {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: a point every {options.sample_period:g} s",
+        "; A1 to A6 are the joints of the model in degrees: its zeros and signs have to be the robot's",
+        "; the controller plans its own spline through the points; velocities and torques are not carried",
+        f"IF {away} THEN",
+        "HALT ; the robot is not at the start of the trajectory",
+        "ENDIF",
+        f"PTP {_position(start)}",
+        *(line for move in motions for line in _block(move)),
+        "END",
+    ]
+    return ("\r\n".join(lines) + "\r\n").encode()
+
+
+def _block(move: Move) -> Iterator[str]:
+    duration = float(move.time[-1])
+    if duration > 0.0:
+        yield "PTP_SPLINE"
+        yield "TIME_BLOCK START"
+        for angles, part in zip(np.degrees(move.position[1:]), np.diff(move.time) / duration * 100.0, strict=True):
+            yield f"SPTP {_position(numbers(angles))}"
+            yield f"TIME_BLOCK PART = {part:.9f}"
+        yield f"TIME_BLOCK END = {duration:.6f}"
+        yield "ENDSPLINE"
+    if move.rest > 0.0:
+        yield f"WAIT SEC {move.rest:.6f}"
+
+
+def _position(angles: list[str]) -> str:
+    return "{" + ", ".join(f"A{i} {angle}" for i, angle in _axes(angles)) + "}"
+
+
+def _axes(angles: list[str]) -> Iterator[tuple[int, str]]:
+    yield from enumerate(angles, 1)
+
+
+FORMAT = Format("krl", "text/x-krl", ".src", render)
+"""The form of programs for KUKA."""

@@ -1,0 +1,103 @@
+"""MCAP: a recording of ROS 2 messages, for players and viewers: the trajectory, and the joint states on their times."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+from mcap_ros2.writer import Writer
+
+from planner.export.base import ExportOptions, Format, sample
+
+if TYPE_CHECKING:
+    from planner.result import Plan
+
+NANOSECONDS = 1_000_000_000
+"""Number of nanoseconds in a second."""
+
+TRAJECTORY_TOPIC = "joint_trajectory"
+"""The topic of the trajectory, below the root."""
+
+STATES_TOPIC = "joint_states"
+"""The topic of the samples, below the root, on which ROS 2 has the states of joints."""
+
+TIME = "int32 sec\nuint32 nanosec\n"
+"""The fields of `builtin_interfaces/Time` and `Duration`."""
+
+HEADER = f"""
+{"=" * 80}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{"=" * 80}
+MSG: builtin_interfaces/Time
+{TIME}"""
+"""The definition of the header of messages, after those that have one."""
+
+JOINT_STATE = f"std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort{HEADER}"
+"""The definition of `sensor_msgs/msg/JointState`."""
+
+JOINT_TRAJECTORY = f"""std_msgs/Header header
+string[] joint_names
+trajectory_msgs/JointTrajectoryPoint[] points{HEADER}{"=" * 80}
+MSG: trajectory_msgs/JointTrajectoryPoint
+float64[] positions
+float64[] velocities
+float64[] accelerations
+float64[] effort
+builtin_interfaces/Duration time_from_start
+{"=" * 80}
+MSG: builtin_interfaces/Duration
+{TIME}"""
+"""The definition of `trajectory_msgs/msg/JointTrajectory`."""
+
+
+def render(plan: Plan, options: ExportOptions) -> bytes:
+    """Write a plan as messages on `/joint_trajectory` (one, at 0) and `/joint_states` (one a sample, at its time).
+
+    Efforts are the torques when these are included. The time of the recording begins at 0.
+
+    Raises:
+        MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
+    """
+    samples = sample(plan, options)
+    names = list(plan.path.robot.joint_names)
+    efforts = [[]] * len(samples.time) if samples.torque is None else samples.torque.tolist()
+    positions, velocities, accelerations = (
+        rows.tolist() for rows in (samples.position, samples.velocity, samples.acceleration)
+    )
+    times = [round(time * NANOSECONDS) for time in samples.time.tolist()]
+    points = [
+        {
+            "positions": positions[k],
+            "velocities": velocities[k],
+            "accelerations": accelerations[k],
+            "effort": efforts[k],
+            "time_from_start": _time(time),
+        }
+        for k, time in enumerate(times)
+    ]
+    file = BytesIO()
+    writer = Writer(file)
+    trajectory = writer.register_msgdef("trajectory_msgs/msg/JointTrajectory", JOINT_TRAJECTORY)
+    state = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
+    message = {"header": _header(0), "joint_names": names, "points": points}
+    writer.write_message(f"/{TRAJECTORY_TOPIC}", trajectory, message, 0)
+    for k, time in enumerate(times):
+        message = {"header": _header(time), "name": names, "position": positions[k]}
+        message |= {"velocity": velocities[k], "effort": efforts[k]}
+        writer.write_message(f"/{STATES_TOPIC}", state, message, time, sequence=k)
+    writer.finish()
+    return file.getvalue()
+
+
+def _header(time: int) -> dict[str, Any]:
+    return {"stamp": _time(time), "frame_id": ""}
+
+
+def _time(nanoseconds: int) -> dict[str, int]:
+    return {"sec": nanoseconds // NANOSECONDS, "nanosec": nanoseconds % NANOSECONDS}
+
+
+FORMAT = Format("mcap", "application/x-mcap", ".mcap", render)
+"""The form of recordings that ROS 2's players and Foxglove read."""

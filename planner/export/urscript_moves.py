@@ -1,0 +1,66 @@
+"""URScript: a program of `movej` and `movel` from stop to stop for an arm of Universal Robots, with their times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from planner.errors import UnsupportedFormat
+from planner.export.base import ExportOptions, Format
+from planner.export.programs import moves
+from planner.export.urscript import halt_away_from_start, joints
+from planner.guarantees import leaves_straight_motions
+from planner.problem import JointMotion, LinearMotion, StopTransition
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.result import Plan
+
+
+def render(plan: Plan, options: ExportOptions) -> bytes:
+    """Write a plan as one statement a segment, which the controller plans for itself in the time of the segment.
+
+    Raises:
+        UnsupportedFormat: A waypoint is passed without a stop, a motion is neither straight in joint space nor a line
+            of the tool, or the arm has not six joints that turn.
+    """
+    robot = plan.path.robot
+    moves(plan, "URScript", options.sample_period)  # refuses arms of another kind
+    program = "\n".join(
+        [
+            f"# {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: joint positions in rad.",
+            "# The controller plans each motion by its own law in the time given: the certificate is not that of what",
+            "# it does. Lines are those of the tool that is set there, which has to be the plan's.",
+            "def planned_trajectory():",
+            *halt_away_from_start(plan.path.positions[0]),
+            *(f"  {line}" for line in _statements(plan)),
+            "end",
+            "planned_trajectory()",
+        ]
+    )
+    return f"{program}\n".encode()
+
+
+def _statements(plan: Plan) -> Iterator[str]:
+    arrivals, departures = plan.trajectory.arrivals.tolist(), plan.trajectory.departures.tolist()
+    for i, waypoint in enumerate(plan.problem.waypoints):
+        if 0 < i < len(arrivals) - 1 and not isinstance(waypoint.transition, StopTransition):
+            raise UnsupportedFormat(f"this form stops at every waypoint; waypoint {i} is passed", waypoint=i)
+        duration = arrivals[i] - departures[i - 1] if i > 0 else 0.0
+        if duration > 0.0:
+            position = joints(plan.path.positions[i])
+            match waypoint.motion:
+                case JointMotion() if not leaves_straight_motions(plan.backend):
+                    yield f"movej({position}, t={duration!r})"
+                case LinearMotion():
+                    yield f"movel({position}, t={duration!r})"
+                case _:
+                    message = f"this form has lines and straight joint motions only; the way to waypoint {i} is another"
+                    raise UnsupportedFormat(message, waypoint=i)
+        rest = departures[i] - arrivals[i]
+        if rest > 0.0:
+            yield f"sleep({rest!r})"
+
+
+FORMAT = Format("urscript_moves", "text/x-urscript-moves", ".moves.script", render)
+"""The form of programs for Universal Robots with a statement for each motion."""

@@ -1,0 +1,225 @@
+"""Programs of robots, each read back by a grammar of the statements that it may have."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from planner.backends import Cubic, MinEffort, Quintic, Ruckig
+from planner.errors import UnsupportedFormat
+from planner.export import ExportOptions, render
+from planner.planning import plan
+from planner.problem import (
+    BlendTransition,
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    ThroughTransition,
+)
+from planner.result import Plan
+from planner.robots import load_robot
+from planner.spatial import Pose
+from tests.planner.problems import problem_of
+
+NUMBER = r"-?\d+(?:\.\d+)?"
+PERIOD = 0.05
+ROBOT = load_robot("kuka_kr16_l6_2")
+START = np.array([0.0, -1.57, 1.57, 0.0, 0.5, 0.0])
+THIRD = START + np.array([0.3, 0.4, 0.1, -0.2, 0.3, 0.4])
+WAYPOINTS = [
+    JointWaypoint(START, dwell=0.3),
+    JointWaypoint(START + 0.2, transition=ThroughTransition()),
+    JointWaypoint(THIRD, dwell=0.4567),
+    JointWaypoint(THIRD),  # rests
+    JointWaypoint(START - 0.1),
+]
+
+
+@pytest.fixture(scope="module")
+def solved() -> Plan:
+    return plan(PlanningProblem(ROBOT, WAYPOINTS), Quintic())
+
+
+@dataclass
+class Read:
+    """What a program does: at which times it passes which positions (degrees), and where it comes to rest."""
+
+    times: list[float] = field(default_factory=lambda: [0.0])
+    positions: list[list[float]] = field(default_factory=list)
+    stops: list[int] = field(default_factory=list)
+    rest: float = 0.0
+
+    def go(self, seconds: float, position: list[float]) -> None:
+        self.times.append(self.times[-1] + self.rest + seconds)
+        self.positions.append(position)
+        self.rest = 0.0
+
+
+def angles(text: str) -> list[float]:
+    return [float(found) for found in re.findall(rf"(?:[AJ]\d\s*=?\s*|(?<=[\[,])\s*)({NUMBER})", text)]
+
+
+def read_krl(program: str) -> Read:
+    read, lines = Read(), [line for line in program.splitlines() if not line.startswith(";")]
+    position = r"\{A1 N, A2 N, A3 N, A4 N, A5 N, A6 N\}".replace("N", NUMBER)
+    assert lines[0] == "DEF planned_trajectory()" and lines[-1] == "END"
+    condition = " OR ".join(rf"\(ABS\(\$AXIS_ACT\.A{i} - \({NUMBER}\)\) > 0\.573\)" for i in range(1, 7))
+    assert re.fullmatch(f"IF {condition} THEN", lines[1])
+    assert [line.partition(" ;")[0] for line in lines[2:4]] == ["HALT", "ENDIF"]
+    assert re.fullmatch(f"PTP {position}", lines[4])
+    read.positions.append(angles(lines[4]))
+    block: list[tuple[list[float], float]] | None = None
+    rows = iter(lines[5:-1])
+    for line in rows:
+        if line == "PTP_SPLINE":
+            assert block is None and next(rows) == "TIME_BLOCK START"
+            block = []
+        elif re.fullmatch(f"SPTP {position}", line):
+            part = re.fullmatch(rf"TIME_BLOCK PART = ({NUMBER})", next(rows))
+            assert block is not None and part is not None
+            block.append((angles(line), float(part[1])))
+        elif found := re.fullmatch(rf"TIME_BLOCK END = ({NUMBER})", line):
+            assert block and next(rows) == "ENDSPLINE"
+            assert sum(share for _, share in block) == pytest.approx(100.0)
+            for row, share in block:
+                read.go(float(found[1]) * share / 100.0, row)
+            read.stops.append(len(read.positions) - 1)
+            block = None
+        else:
+            found = re.fullmatch(rf"WAIT SEC ({NUMBER})", line)
+            assert found is not None and block is None, line
+            read.rest += float(found[1])
+    return read
+
+
+def read_rapid(program: str) -> Read:
+    read, lines = Read(), [line.strip() for line in program.splitlines() if not line.strip().startswith("!")]
+    condition = " OR ".join(rf"Abs\(actual\.robax\.rax_{i}-\(({NUMBER})\)\)>0\.573" for i in range(1, 7))
+    head = ["MODULE PlannedTrajectory", r"PROC planned_trajectory\(\)", "VAR jointtarget actual;"]
+    head += [r"actual:=CJointT\(\);", f"IF {condition} THEN", 'TPWrite "[^"]{1,80}";', "EXIT;", "ENDIF"]
+    matches = [re.fullmatch(pattern, line) for pattern, line in zip(head, lines, strict=False)]
+    assert all(matches) and matches[4] is not None
+    read.positions.append([float(value) for value in matches[4].groups()])
+    assert lines[-2:] == ["ENDPROC", "ENDMODULE"]
+    row = ",".join([NUMBER] * 6)
+    for line in lines[len(head) : -2]:
+        if found := re.fullmatch(rf"WaitTime ({NUMBER});", line):
+            read.rest += float(found[1])
+            continue
+        found = re.fullmatch(
+            rf"MoveAbsJ \[\[({row})\],\[(?:9E9,){{5}}9E9\]\],v1000\\T:=({NUMBER}),(fine|z0),tool0;", line
+        )
+        assert found is not None, line
+        read.go(float(found[2]), [float(value) for value in found[1].split(",")])
+        if found[3] == "fine":
+            read.stops.append(len(read.positions) - 1)
+    return read
+
+
+def read_fanuc(program: str) -> Read:
+    """J3 counts from the horizontal: the third joint is J3 plus J2."""
+    read = Read()
+    head, _, rest = program.partition("/MN\r\n")
+    statements, _, points = rest.partition("/POS\r\n")
+    assert head.splitlines()[:2] == ["/PROG  PLANNED", "/ATTR"] and points.endswith("/END\r\n")
+    pattern = r"P\[(\d+)\]\{\r\n   GP1:\r\n\tUF : 0, UT : 1,\r\n((?:\tJ\d = N deg,?\r\n){6})\};\r\n".replace(
+        "N", NUMBER
+    )
+    assert re.sub(pattern, "", points) == "/END\r\n"
+    taught = [[float(v) for v in re.findall(rf"= ({NUMBER}) deg", block)] for _, block in re.findall(pattern, points)]
+    assert [int(number) for number, _ in re.findall(pattern, points)] == list(range(1, len(taught) + 1))
+    for number, line in enumerate(statements.splitlines(), 1):
+        found = re.fullmatch(r" *(\d+):  (.*) ;", line)
+        assert found is not None and int(found[1]) == number
+        statement = found[2]
+        if found := re.fullmatch(r"J P\[(\d+)\] (?:(\d+)msec|5%) (CNT100|FINE)", statement):
+            position = taught[int(found[1]) - 1]
+            position[2] += position[1]
+            if found[2] is None:
+                read.positions.append(position)
+                continue
+            assert int(found[2]) >= 1
+            read.go(int(found[2]) / 1000.0, position)
+            if found[3] == "FINE":
+                read.stops.append(len(read.positions) - 1)
+        elif found := re.fullmatch(rf"WAIT ({NUMBER})\(sec\)", statement):
+            read.rest += float(found[1])
+        else:
+            assert re.fullmatch(r"!.{1,32}|UFRAME_NUM=0|UTOOL_NUM=1", statement), statement
+    return read
+
+
+@pytest.mark.parametrize(
+    ("name", "reader", "precision"),
+    [("krl", read_krl, 1e-5), ("rapid", read_rapid, 1e-5), ("fanuc_ls", read_fanuc, 0.005)],
+)
+def test_a_program_passes_the_positions_at_their_times(
+    solved: Plan, name: str, reader: object, precision: float
+) -> None:
+    """In degrees, from stop to stop; the time of Fanuc has steps of 1 ms, its rests of 10 ms."""
+    assert callable(reader)
+    read = reader(render(solved, name, ExportOptions(PERIOD)).decode())
+    trajectory = solved.trajectory
+    assert read.times[-1] + read.rest == pytest.approx(trajectory.duration, abs=2.0 * precision)
+    times = np.minimum(read.times, trajectory.duration)
+    expected, speeds = trajectory.evaluate(times, [0, 1])
+    off = np.abs(np.radians(read.positions) - expected).max(axis=1)
+    assert (off <= 1e-7 + 2.0 * precision * (1e-9 + np.abs(speeds).max())).all()
+    assert len(read.stops) == 2
+    assert np.abs(np.radians(np.array(read.positions)[read.stops]) - solved.path.positions[[2, 4]]).max() < 1e-7
+    assert np.diff(read.times).max() < PERIOD + 0.4567 + 0.01
+
+
+def test_moves_are_one_statement_a_segment() -> None:
+    line = JointWaypoint(START + np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0]), motion=LinearMotion(), dwell=0.25)
+    solved = plan(PlanningProblem(ROBOT, [JointWaypoint(START), line, JointWaypoint(START + 0.3)]), Cubic())
+    program = render(solved, "urscript_moves").decode()
+    found = re.findall(r"^  (movej|movel|sleep)\((?:(\[[^]]*\]), t=)?([^)]*)\)$", program, flags=re.MULTILINE)
+    assert [name for name, _, _ in found] == ["movel", "sleep", "movej"]
+    arrivals, departures = solved.trajectory.arrivals, solved.trajectory.departures
+    assert [float(seconds) for _, _, seconds in found] == [arrivals[1], 0.25, arrivals[2] - departures[1]]
+    assert eval(found[0][1]) == solved.path.positions[1].tolist()  # noqa: S307
+    assert eval(found[2][1]) == solved.path.positions[2].tolist()  # noqa: S307
+
+
+@pytest.mark.parametrize(
+    ("waypoint", "reason"),
+    [
+        (JointWaypoint(START + 0.1, transition=ThroughTransition()), "stops at every waypoint"),
+        (JointWaypoint(START + 0.1, transition=BlendTransition(0.01)), "stops at every waypoint"),
+        (
+            PoseWaypoint(
+                Pose([1.5, 0.1, 1.1]), motion=CircularMotion(Pose([1.45, 0.05, 1.05]), tolerance_position=1e-3)
+            ),
+            "another",
+        ),
+    ],
+)
+def test_moves_refuse_what_the_form_cannot_carry(waypoint: JointWaypoint, reason: str) -> None:
+    solved = plan(PlanningProblem(ROBOT, [JointWaypoint(START), waypoint, JointWaypoint(START + 0.3)]), Cubic())
+    with pytest.raises(UnsupportedFormat, match=reason) as refused:
+        render(solved, "urscript_moves")
+    assert refused.value.waypoint == 1
+
+
+@pytest.mark.parametrize("name", ["krl", "rapid", "fanuc_ls", "urscript_moves"])
+def test_programs_refuse_other_arms_and_motion_at_the_ends(name: str) -> None:
+    with pytest.raises(UnsupportedFormat, match="three_dof_arm"):
+        render(plan(problem_of("three_dof_arm", 0, 2)), name)
+    problem = PlanningProblem(ROBOT, [JointWaypoint(START), JointWaypoint(START + 0.3)])
+    moving = plan(problem, Ruckig(initial_velocity=[0.1] * 6))
+    with pytest.raises(UnsupportedFormat, match="begins and ends at rest"):
+        render(moving, name)
+    with pytest.raises(UnsupportedFormat, match="apart or more"):
+        render(plan(problem), name, ExportOptions(0.001))
+
+
+def test_moves_refuse_a_way_of_the_back_ends_own() -> None:
+    problem = PlanningProblem(ROBOT, [JointWaypoint(START), replace(JointWaypoint(START + 0.3), duration=2.0)])
+    with pytest.raises(UnsupportedFormat, match="the way to waypoint 1"):
+        render(plan(problem, MinEffort(iterations=0)), "urscript_moves")
