@@ -39,6 +39,7 @@ class Result(NamedTuple):
         robot: The digest of the added robot that it names; None: another one, or none.
         outcome: `planned`, or the code of a problem.
         result: The saved plan, or the problem document, compressed.
+        duration: The duration of the trajectory, s; None: there is none.
     """
 
     position: int
@@ -46,6 +47,7 @@ class Result(NamedTuple):
     robot: str | None
     outcome: str
     result: bytes
+    duration: float | None
 
 
 def compressed(content: bytes) -> bytes:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from api.cli import database, keys
+from api.cli import batches, database, keys
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,6 +29,8 @@ app = typer.Typer(
 
 app.add_typer(database.app)
 app.add_typer(keys.app)
+app.command()(batches.batch)
+app.command()(batches.sweep)
 
 
 def _robot_ids(incomplete: str) -> list[str]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import httpx
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
 HOST = "127.0.0.1"
@@ -36,7 +36,7 @@ class ServiceDidNotStart(Exception):
 
 @contextmanager
 def local_service(
-    log: Path, workers: int | None = None, checkout: Path | None = None
+    log: Path, workers: int | None = None, checkout: Path | None = None, settings: Mapping[str, str] | None = None
 ) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
     """Run the real service on a free port until the block ends.
 
@@ -44,6 +44,7 @@ def local_service(
         log: The file that its log goes to.
         workers: The number of its workers, without one more for cheap requests; None: as the settings say.
         checkout: The folder of the version that is to run, absolute; None: the one that runs this.
+        settings: Environment variables that it has besides.
 
     Yields:
         Its base URL, and its process.
@@ -55,7 +56,7 @@ def local_service(
     command = [sys.executable, "-m", "api.cli", "serve", "--host", HOST, "--port", str(port)]
     if workers is not None:
         command += ["--workers", str(workers)]
-    environment = dict(os.environ)
+    environment = os.environ | dict(settings or {})
     if checkout is not None:
         environment["PYTHONPATH"] = str(checkout)
     if workers is not None:

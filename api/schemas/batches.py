@@ -142,6 +142,8 @@ class BatchResult(Answer):
     """The index of the request in the batch, counted from 0."""
     status: str
     """`planned`, or the code of the problem."""
+    duration: float | None = None
+    """With `planned`: the duration of the trajectory, s."""
     trajectory: PlanAnswer | None = None
     """With `planned`, and the format `json`: the answer that the request alone would get."""
     content: str | None = None

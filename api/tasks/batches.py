@@ -212,6 +212,7 @@ def _rendered(result: Result, form: Format, definition: bytes | None, work: Work
     if result.outcome != PLANNED:
         entry["problem"] = orjson.Fragment(decompressed(result.result))
         return orjson.dumps(entry)
+    entry["duration"] = result.duration
     try:
         content = _written(result, form, definition, work)
     except PlanningError as refusal:  # the form cannot carry it
