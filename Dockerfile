@@ -11,7 +11,11 @@ WORKDIR /source
 
 # The dependencies change seldom: a layer of their own is built once.
 COPY pyproject.toml constraints.txt ./
-RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" \
+# Further packages by the names of their extras, with commas between them: robots, postgresql, cluster, otel.
+ARG EXTRAS=""
+RUN EXTRAS="$EXTRAS" python -c "import os, tomllib; project = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
+extras = filter(None, os.environ['EXTRAS'].split(',')); \
+print(*project['dependencies'], *(line for name in extras for line in project['optional-dependencies'][name]), sep='\n')" \
         > requirements.txt \
     && pip install -c constraints.txt -r requirements.txt
 

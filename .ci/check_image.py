@@ -33,6 +33,7 @@ def main() -> None:
     root, config = sys.argv[1], json.loads(Path(sys.argv[2]).read_text())
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
     check_refusal(root, config)
+    check_extras(root, config)
     config["Env"].append("PLANNER_ACCESS=open")
     with tempfile.TemporaryFile("w+") as log:
         try:
@@ -51,6 +52,17 @@ def check_refusal(root: str, config: dict[str, Any]) -> None:
     assert ended.returncode == 2, f"exit status {ended.returncode} without keys and without PLANNER_ACCESS=open"
     assert "PLANNER_ACCESS" in ended.stderr, ended.stderr
     print("without a database for keys it does not start")
+
+
+def check_extras(root: str, config: dict[str, Any]) -> None:
+    """Check that the image has the packages of the extras that it was built with."""
+    for program in (
+        ["python", "-c", "import psycopg"],
+        ["dask", "scheduler", "--help"],
+        ["planner", "worker", "--help"],
+    ):
+        subprocess.run(command(root, config, program, []), check=True, timeout=60, stdout=subprocess.DEVNULL)
+    print("PostgreSQL's driver and Dask are there")
 
 
 def check_service(root: str, config: dict[str, Any], log: IO[str]) -> None:

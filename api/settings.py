@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from ipaddress import ip_address
 from pathlib import Path  # noqa: TC003 - pydantic evaluates the annotations
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, SecretStr, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+from api.processors import available_processors
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
@@ -40,8 +41,9 @@ class Settings(BaseSettings):
     database_url: SecretStr | None = None
     """The database that takes the place of SQLite's file, for services on several machines:
     `postgresql://user:password@host/name`."""
-    workers: int = Field(default_factory=lambda: len(os.sched_getaffinity(0)), ge=1, le=256)
-    """The number of worker processes, each with one plan at a time; default: one a core."""
+    workers: int = Field(default_factory=available_processors, ge=1, le=256)
+    """The number of worker processes, each with one plan at a time; default: one for each processor that the process
+    may use, by its affinity and the quota of its container."""
     express_workers: int = Field(default=1, ge=0, le=256)
     """The number of further worker processes, which take only requests that are known to be done soon: these need not
     wait for long ones."""

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from api.processors import available_processors
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -169,7 +171,7 @@ def _service(asked: Asked, console: Console) -> Iterator[httpx.Client]:
         with httpx.Client(base_url=asked.url, headers=headers, timeout=60.0) as client:
             yield client
         return
-    workers = asked.workers or len(os.sched_getaffinity(0))
+    workers = asked.workers or available_processors()
     work = asked.folder / WORK
     work.mkdir(exist_ok=True)
     settings = {"PLANNER_DATA_DIRECTORY": str(work.absolute()), "PLANNER_BATCH_WORKERS": str(workers)}

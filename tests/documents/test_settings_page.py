@@ -1,0 +1,19 @@
+"""docs/settings.md is what its script makes, and says of every setting what it is."""
+
+from __future__ import annotations
+
+import pytest
+
+from api.settings import Settings
+from benchmarks.pages.settings import document
+from tests.locations import ROOT
+
+
+def test_the_page_is_what_the_script_makes() -> None:
+    assert (ROOT / "docs/settings.md").read_text(encoding="utf-8") == document()
+
+
+@pytest.mark.parametrize("name", Settings.model_fields)
+def test_every_setting_is_explained(name: str) -> None:
+    description = Settings.model_fields[name].description
+    assert description and description.endswith(".") and len(description.split()) > 3
