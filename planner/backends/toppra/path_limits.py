@@ -175,12 +175,16 @@ class PathLimits:
         signed = (a, b, c - 1.0), (-a, -b, -c - 1.0), speeds
         return LinearRows(*(np.hstack(parts) for parts in zip(*signed, strict=True)))
 
-    def dips(self, x: FloatArray) -> FloatArray:
+    def dips(self, x_at_ends: FloatArray) -> FloatArray:
         """Return by how much (intervals,) x may exceed its bound between probes, relative to the bound.
 
         Where x is far below the bound, that is 0.
+
+        Args:
+            x_at_ends: (intervals, 2), at the start and the end of each.
         """
-        linear = x[:-1] + np.diff(x) * PROBES[:, None]
+        x0, x1 = x_at_ends.T
+        linear = x0 + (x1 - x0) * PROBES[:, None]
         close = linear > CLOSE * self.bounds
         between = np.diff(self.bounds, n=2, axis=0) / self.bounds[1:-1] / 8.0
         dips: FloatArray = np.where(close[:-2] | close[1:-1] | close[2:], between, 0.0).max(axis=0)
@@ -195,17 +199,17 @@ class PathLimits:
         reach = np.divide(1.0, size, out=np.full_like(a, np.inf), where=binds)
         return (middle - reach).max(axis=1), (middle + reach).min(axis=1)
 
-    def bend(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def bend(self, x_at_ends: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the bend (intervals,) that keeps the limits at the ends of intervals, and how well it does.
 
         Args:
-            x: (intervals + 1,), at the gridpoints.
+            x_at_ends: (intervals, 2), at the start and the end of each.
 
         Returns:
             A bend that keeps the limits, near 0 and with room at both ends, or one that breaks them the least; and the
             largest share of a limit that is used then.
         """
-        x0, x1 = x[:-1], x[1:]
+        x0, x1 = x_at_ends.T
         u = (x1 - x0) / (2.0 * self.lengths)
         low0, high0 = self.range_of_u(0, x0)
         low1, high1 = self.range_of_u(-1, x1)
@@ -224,32 +228,42 @@ class PathLimits:
             np.maximum(bend, for_speed), MOST_BEND * (np.sqrt(x0) + np.sqrt(x1)) ** 2 / (2.0 * self.lengths)
         )
         speeds = (over + self.bounds[1:-1] - 2.0 * bend * self.lengths * (inner - inner**2)) / self.bounds[1:-1]
-        return bend, np.maximum(self._used(x, bend), speeds.max(axis=0)).max(axis=0)
+        return bend, np.maximum(self._used(x_at_ends, bend), speeds.max(axis=0)).max(axis=0)
 
-    def unused(self, x: FloatArray) -> FloatArray:
-        """Return the share (intervals,) of the tightest limit that a constant u leaves unused, on average."""
-        speeds = (x[:-1] + np.diff(x) * PROBES[:, None]) / self.bounds
-        used = np.maximum(self._used(x, np.zeros_like(self.lengths)), speeds)
+    def unused(self, x_at_ends: FloatArray) -> FloatArray:
+        """Return the share (intervals,) of the tightest limit that a constant u leaves unused, on average.
+
+        Args:
+            x_at_ends: (intervals, 2), at the start and the end of each.
+        """
+        x0, x1 = x_at_ends.T
+        speeds = (x0 + (x1 - x0) * PROBES[:, None]) / self.bounds
+        used = np.maximum(self._used(x_at_ends, np.zeros_like(self.lengths)), speeds)
         unused: FloatArray = np.maximum(1.0 - used, 0.0).mean(axis=0)
         return unused
 
-    def _used(self, x: FloatArray, bend: FloatArray) -> FloatArray:
+    def _used(self, x_at_ends: FloatArray, bend: FloatArray) -> FloatArray:
         """Return the largest share (probes, intervals) that the motion takes of what gravity leaves of a limit.
 
         Args:
-            x: (intervals + 1,), at the gridpoints.
+            x_at_ends: (intervals, 2), at the start and the end of each.
             bend: (intervals,).
         """
-        p, d = PROBES[:, None], self.lengths
-        u_at = np.diff(x) / (2.0 * d) + bend * (2.0 * p - 1.0)
-        x_at = x[:-1] + np.diff(x) * p - 2.0 * bend * d * (p - p**2)
-        per_u, per_x, rest = (
-            (AT_PROBES @ part.reshape(len(POINTS), -1)).reshape(len(PROBES), *part.shape[1:])
-            for part in (self.per_u, self.per_x, self.rest)
-        )
+        p, d, (x0, x1) = PROBES[:, None], self.lengths, x_at_ends.T
+        u_at = (x1 - x0) / (2.0 * d) + bend * (2.0 * p - 1.0)
+        x_at = x0 + (x1 - x0) * p - 2.0 * bend * d * (p - p**2)
+        per_u, per_x = (_at_probes(part) for part in (self.per_u, self.per_x))
         moved = per_u * u_at[..., None] + per_x * x_at[..., None]
-        used: FloatArray = (np.abs(moved) / (1.0 - np.sign(moved) * rest)).max(axis=2)
+        if self.rest.any():
+            moved /= 1.0 - np.sign(moved) * _at_probes(self.rest)
+        used: FloatArray = np.abs(moved).max(axis=2)
         return used
+
+
+def _at_probes(values: FloatArray) -> FloatArray:
+    """Interpolate values (points, intervals, limits) at the probes: (probes, intervals, limits)."""
+    found: FloatArray = (AT_PROBES @ values.reshape(len(POINTS), -1)).reshape(len(PROBES), *values.shape[1:])
+    return found
 
 
 def path_limits(

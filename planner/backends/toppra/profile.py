@@ -123,6 +123,14 @@ class Profile:
         times: FloatArray = 2.0 * ratios * np.where(np.abs(squares) < SERIES, series, exact)
         return times
 
+    @property
+    def wasted(self) -> FloatArray:
+        """The time (intervals,), s, that constant path accelerations cost where they have to keep the limits."""
+        wasted = np.zeros(len(self.bend))
+        if self.solved is not None and (rows := np.flatnonzero(self.solved.throughout)).size:
+            wasted[rows] = self.times[rows] * self.solved.limits.of(rows).unused(self.x_at_ends[rows])
+        return wasted
+
     @cached_property
     def mean_times(self) -> FloatArray:
         """The mean time (intervals,), s, of the intervals of the same run."""
@@ -204,22 +212,24 @@ def _solved(
     from planner.backends.toppra.reachability import fastest_profile
 
     limits, throughout, rows, reach = solved
+    bends = _Bends.unknown(len(intervals.lengths))
     for solution in range(refinements + repairs + 1):
         reach = fastest_profile(intervals.lengths, rows, limits.at_gridpoints, intervals.rests, reach, changed)
-        x = reach.x
-        bend, used = limits.bend(x)
+        bends = bends.known_for(limits, reach.x)
         solved = SolvedLimits(limits, throughout, rows, reach)
-        profile = Profile(intervals, x, np.where(throughout, 0.0, bend), solved)
+        profile = Profile(intervals, reach.x, np.where(throughout, 0.0, bends.bend), solved)
         if solution == refinements + repairs:
             break
-        times, unused = profile.times, limits.unused(x) if throughout.any() else np.zeros(len(bend))
-        wasted = np.where(throughout, times * unused, 0.0)
-        broken = (used > TOLERATED) & ~throughout
-        hopeless = broken & (used > MENDED_BY_PARTS)
+        broken = (bends.used > TOLERATED) & ~throughout
+        hopeless = broken & (bends.used > MENDED_BY_PARTS)
+        wasted = profile.wasted if solution < refinements else np.zeros(0)
         throughout = throughout | broken
-        coarse = broken | (limits.dips(x) > TOLERATED - 1.0) | (wasted > WASTE * profile.mean_times)
-        lost = wasted.sum() > NEGLECTED * times.sum() or times[hopeless].sum() > STUCK * times.sum()
-        if solution < refinements and (solution == 0 or lost):
+        if solution < refinements and (
+            solution == 0
+            or wasted.sum() > NEGLECTED * profile.times.sum()
+            or profile.times[hopeless].sum() > STUCK * profile.times.sum()
+        ):
+            coarse = broken | (limits.dips(bends.ends) > TOLERATED - 1.0) | (wasted > WASTE * profile.mean_times)
             parts, starts, ends = _refined(profile, limits, coarse)
             new = ends - starts < 1.0
             if not new.any():
@@ -229,13 +239,45 @@ def _solved(
             throughout = (throughout[parts] & ~new) | hopeless[parts]
             limits = limits.with_new(parts, new, path_limits(path.dynamics, path.limits, intervals.of(new), factors))
             rows = rows.with_new(parts, changed, limits.of(changed).rows(throughout[changed]))
-            reach = reach.with_new(parts, starts > 0.0)
+            reach, bends = reach.with_new(parts, starts > 0.0), bends.with_new(parts, new)
         elif broken.any():
-            rows = rows.with_new(np.arange(len(x) - 1), broken, limits.of(broken).rows(throughout[broken]))
+            rows = rows.with_new(np.arange(len(broken)), broken, limits.of(broken).rows(throughout[broken]))
             changed = broken
         else:
             break
     return profile
+
+
+class _Bends(NamedTuple):
+    """The bends that keep the limits, and for which x.
+
+    Attributes:
+        ends: (intervals, 2), x at the ends of each interval; not a number where nothing is known.
+        bend: (intervals,).
+        used: (intervals,), the largest share of a limit that is used then.
+    """
+
+    ends: FloatArray
+    bend: FloatArray
+    used: FloatArray
+
+    @classmethod
+    def unknown(cls, count: int) -> _Bends:
+        """Return bends of which nothing is known."""
+        return cls(np.full((count, 2), np.nan), np.zeros(count), np.zeros(count))
+
+    def known_for(self, limits: PathLimits, x: FloatArray) -> _Bends:
+        """Return the bends for x (intervals + 1,) at the gridpoints; what is known already is not computed again."""
+        ends, bend, used = np.column_stack([x[:-1], x[1:]]), self.bend.copy(), self.used.copy()
+        rows = np.flatnonzero((ends != self.ends).any(axis=1))
+        bend[rows], used[rows] = limits.of(rows).bend(ends[rows])
+        return _Bends(ends, bend, used)
+
+    def with_new(self, rows: np.ndarray, new: np.ndarray) -> _Bends:
+        """Return the bends on rows (N,) of these intervals; where they are new (N,) nothing is known."""
+        ends, bend, used = (part[rows] for part in self)
+        ends[new] = np.nan
+        return _Bends(ends, bend, used)
 
 
 def _refined(profile: Profile, limits: PathLimits, coarse: np.ndarray) -> tuple[np.ndarray, FloatArray, FloatArray]:
