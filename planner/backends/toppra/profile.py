@@ -55,6 +55,13 @@ two points that keep it shrinks with the square of their distance."""
 PARTS = 4
 """Parts that an interval is split into where no path acceleration follows the limits along it."""
 
+MANY = 10_000
+"""Number of intervals of a whole path from which on no more are made to gain time, which takes seconds: curves with
+noise on them, of thousands of sharp turns."""
+
+MANY_OF_A_SEGMENT = 100
+"""Number of intervals of each segment that are not too many, however many segments there are."""
+
 SERIES = 1e-4
 """Square below which the inverse of a tangent is a series of three terms, exact to rounding."""
 
@@ -122,6 +129,12 @@ class Profile:
         series = 1.0 + squares / 3.0 + squares**2 / 5.0
         times: FloatArray = 2.0 * ratios * np.where(np.abs(squares) < SERIES, series, exact)
         return times
+
+    @property
+    def has_many_intervals(self) -> bool:
+        """Whether there are so many intervals that no more should be made."""
+        segments = np.count_nonzero(np.diff(self.intervals.segments, prepend=-1))
+        return len(self.x) > max(MANY, MANY_OF_A_SEGMENT * segments)
 
     @property
     def wasted(self) -> FloatArray:
@@ -224,7 +237,7 @@ def _solved(
         hopeless = broken & (bends.used > MENDED_BY_PARTS)
         wasted = profile.wasted if solution < refinements else np.zeros(0)
         throughout = throughout | broken
-        if solution < refinements and (
+        if (solution < refinements and not profile.has_many_intervals) and (
             solution == 0
             or wasted.sum() > NEGLECTED * profile.times.sum()
             or profile.times[hopeless].sum() > STUCK * profile.times.sum()

@@ -211,7 +211,7 @@ def _within_limits(
     """Return the fastest motion, and how its segments are still to be scaled in time: hardly at all.
 
     Between the places where limits are computed they may be broken. Where one is, by more than a little, the intervals
-    of that segment are halved; if that does not help, its limits are tightened.
+    of that segment are halved; if that does not help, its limits are tightened. Of very many intervals it is slowed.
     """
     factors = np.ones(len(path.durations))
     needed: dict[int, TimeScaling] = {}
@@ -220,7 +220,7 @@ def _within_limits(
         pieces = pieces_of(profile, tolerances)
         needed |= time_scalings(path, pieces.of(np.isin(pieces.segments, another)), kept)
         broken = [segment for segment, scaling in needed.items() if scaling.factor > TIGHTENED]
-        if not broken or attempt == MOST_ATTEMPTS - 1:
+        if not broken or attempt == MOST_ATTEMPTS - 1 or profile.has_many_intervals:
             break
         changed = np.isin(profile.intervals.segments, broken)
         if attempt:
