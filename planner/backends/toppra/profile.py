@@ -133,7 +133,7 @@ class Profile:
     @property
     def has_many_intervals(self) -> bool:
         """Whether there are so many intervals that no more should be made."""
-        segments = np.count_nonzero(np.diff(self.intervals.segments, prepend=-1))
+        segments = int(np.count_nonzero(np.diff(self.intervals.segments, prepend=-1)))
         return len(self.x) > max(MANY, MANY_OF_A_SEGMENT * segments)
 
     @property

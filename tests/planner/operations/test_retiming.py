@@ -144,6 +144,17 @@ def test_a_larger_deviation_is_faster() -> None:
     assert durations == sorted(durations, reverse=True)
 
 
+def test_noise_beyond_the_deviation_gets_no_more_intervals_than_pay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """2,000 points with noise three times as large as allowed took toppra a minute: 135,000 intervals, then twice."""
+    points = HOME + LINE[::20] + np.random.default_rng(0).normal(scale=3e-3, size=LINE[::20].shape)
+    fine = retime_trajectory(kuka(), points, Toppra())
+    monkeypatch.setattr("planner.backends.toppra.profile.MANY", 200)
+    coarse = retime_trajectory(kuka(), points, Toppra())
+    assert len(coarse.trajectory.lengths) < 0.5 * len(fine.trajectory.lengths)
+    assert coarse.certificate.satisfied
+    assert fine.trajectory.duration <= coarse.trajectory.duration <= 1.1 * fine.trajectory.duration
+
+
 def test_points_that_do_not_move_are_a_rest() -> None:
     for points in (HOME[None], np.tile(HOME, (5, 1)), HOME + 1e-9 * LINE[::100]):
         done = retime_trajectory(kuka(), points)
