@@ -141,9 +141,13 @@ def _slow_part(plan: Plan, segment: int, limit: float, samples: _Samples, first:
     """Return what there is to say of samples `first` to before `last`."""
     speeds = samples.speeds[first:last]
     lowest = float(speeds.min())
-    slowest = samples.of(first + np.flatnonzero(speeds <= lowest + SLOWEST_PART * (limit - lowest)))
-    uses = {(quantity, joint): float(use.max()) for quantity, joint, use in _uses(plan, segment, slowest)}
-    (quantity, joint), use = max(uses.items(), key=lambda entry: entry[1])
+    rows = first + np.flatnonzero(speeds <= lowest + SLOWEST_PART * (limit - lowest))
+    shares = {(quantity, joint): use for quantity, joint, use in _uses(plan, segment, samples.of(rows))}
+    binds = min(BINDS, max(float(use.max()) for use in shares.values()))
+    # Of several limits that are used up, in braking and in cruising, it is the one that is for the longest time.
+    periods = np.gradient(samples.times)[rows]
+    quantity, joint = max(shares, key=lambda one: float(periods @ (shares[one] >= binds)))
+    use = float(shares[quantity, joint].max())
     if use < BINDS:
         asked = not np.isnan(plan.path.durations[segment])
         quantity, joint = DURATION if asked else TIME_LAW, None

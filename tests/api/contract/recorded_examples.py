@@ -183,7 +183,7 @@ def _raw(service: RunningService, request: str) -> Any:
     return json.loads(answer.partition(b"\r\n\r\n")[2])
 
 
-OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash"}
+OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_hash", "next_cursor"}
 """Fields whose values are others each time."""
 
 FOR_PEOPLE = {"detail", "message", "explanation"}
