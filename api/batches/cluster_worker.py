@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
+import tempfile
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -78,6 +79,7 @@ async def join(scheduler: str, settings: Settings) -> None:
 
 async def _work_again_and_again(scheduler: str, pool: WorkerPool, settings: Settings) -> None:
     options: dict[str, Any] = {"nthreads": settings.workers, "memory_limit": 0, "dashboard": False}
+    options["local_directory"] = tempfile.gettempdir()  # the folder that it runs in may be read-only
     while True:
         plugin = _Planners(PoolPlanners(pool, settings))
         worker: Any = Worker(scheduler, plugins=(plugin,), silence_logs=30, **options)
