@@ -13,6 +13,7 @@ from fastapi import Request, Response
 from starlette.responses import StreamingResponse
 
 from api.access.access import audit
+from api.batches.archive import zipped
 from api.batches.arrival import Body, Refused, take_in
 from api.batches.items import RENDER_RESULTS, Result
 from api.batches.status import described, finished, listed
@@ -103,30 +104,44 @@ async def get_batch_results(request: Request) -> Response:
     batch = await _batch(request, request.path_params["id"])
     page, has_more = await _results(service, batch, behind, limit)
     is_last = batch.status != "running" and not has_more
-    arguments: dict[str, Any] = {"results": page, "form": form, "lines": False, "last": is_last, "behind": behind}
+    arguments: dict[str, Any] = {"results": page, "form": form, "shape": "page", "last": is_last, "behind": behind}
     arguments["definitions"] = await _definitions(service, page)
     return respond(await run(request, RENDER_RESULTS, **arguments))
 
 
 async def stream_batch_results(request: Request) -> Response:
     """Answer GET /v1/batches/{id}/results.ndjson: all results, as they come, until the batch has ended."""
-    service = service_of(request)
-    batch = await _batch(request, request.path_params["id"])
-    form = _form(request)
-    empty = await _rendered(service, [], form, request.url.path)
+    batch, empty = await _first_look(request, "lines")
     if empty.result is None:  # there is no such form
         return respond(empty)
-    return _streamed(request, _lines_of(request, service, batch, form), empty.media_type)
+    pieces = (reply.body async for reply in _pieces_of(request, batch, "lines"))
+    return _streamed(request, pieces, empty.media_type)
 
 
-async def _lines_of(request: Request, service: Service, batch: BatchRecord, form: str | None) -> AsyncIterator[bytes]:
-    behind = -1
+async def download_batch_results(request: Request) -> Response:
+    """Answer GET /v1/batches/{id}/results.zip: an archive of all results, until the batch has ended."""
+    batch, empty = await _first_look(request, "files")
+    if empty.result is None:
+        return respond(empty)
+    name = {"Content-Disposition": f'attachment; filename="{batch.id}.zip"'}
+    return _streamed(request, zipped(_pieces_of(request, batch, "files")), empty.media_type, name)
+
+
+async def _first_look(request: Request, shape: str) -> tuple[BatchRecord, Reply]:
+    """Find the batch whose results are asked for, and see whether there is the form that is asked for."""
+    batch = await _batch(request, request.path_params["id"])
+    return batch, await _rendered(service_of(request), [], _form(request), shape, request.url.path)
+
+
+async def _pieces_of(request: Request, batch: BatchRecord, shape: str) -> AsyncIterator[Reply]:
+    """Have all results written, some at a time, as they come."""
+    service, form, behind = service_of(request), _form(request), -1
     while not request.scope["state"].get("stopping"):
         batch = await _batch(request, batch.id)
         found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
         while found:
-            reply = await _rendered(service, found, form, request.url.path)
-            yield reply.body
+            reply = await _rendered(service, found, form, shape, request.url.path)
+            yield reply
             behind, found = found[reply.result - 1].position, found[reply.result :]
             if not found:
                 found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
@@ -135,10 +150,10 @@ async def _lines_of(request: Request, service: Service, batch: BatchRecord, form
         await asyncio.sleep(LOOK)
 
 
-async def _rendered(service: Service, results: Sequence[Result], form: str | None, path: str) -> Reply:
+async def _rendered(service: Service, results: Sequence[Result], form: str | None, shape: str, path: str) -> Reply:
     """Have a part of a stream written; while there is too much to do, later."""
     definitions = await _definitions(service, results)
-    arguments = {"results": results, "form": form, "lines": True, "definitions": definitions}
+    arguments = {"results": results, "form": form, "shape": shape, "definitions": definitions}
     for tries in range(1, MOST_TRIES + 1):
         now = time.monotonic()
         task = Task(RENDER_RESULTS, path, now, now + service.settings.max_deadline, b"", arguments)
@@ -168,9 +183,11 @@ async def stream_batch_events(request: Request) -> Response:
     return _streamed(request, _events(request, service, batch, seen), "text/event-stream")
 
 
-def _streamed(request: Request, pieces: AsyncIterator[bytes], media_type: str) -> Response:
-    """Send pieces as they come."""
-    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+def _streamed(
+    request: Request, pieces: AsyncIterator[bytes], media_type: str, more: Mapping[str, str] | None = None
+) -> Response:
+    """Send pieces as they come, with further headers."""
+    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no", **(more or {})}
     if request.method == "HEAD":
         return Response(None, HTTPStatus.OK, headers, media_type)
     return StreamingResponse(pieces, HTTPStatus.OK, headers, media_type)

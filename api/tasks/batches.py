@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 CHUNK = 500
 """The number of requests that go into the database at once."""
 
+PROBLEM_SUFFIX = ".problem.json"
+"""How the name of a file in an archive ends that has a problem document in place of a plan."""
+
 PAGE_BYTES = 4 * 2**20
 """The bytes after which a page of results ends."""
 
@@ -182,13 +185,15 @@ def render_results(work: Work) -> Reply:
     """Write results as GET /v1/batches/{id}/results does, up to so many bytes; the result is how many they are.
 
     Arguments: `results`, each a `Result`; `form`, the name of a format, or None; `definitions` of added
-    robots by their digests; `lines`: one result a line, in place of a page with `next_cursor`; `last`: whether
-    nothing comes behind them.
+    robots by their digests; `shape`: `page`, with `next_cursor`, `lines`, one result a line, or `files`, a file for
+    each plan or problem in place of a body; `last`: whether nothing comes behind them.
     """
     from api.negotiation import negotiated
 
     asked = work.arguments
     form = negotiated(asked["form"], "*/*")
+    if asked["shape"] == "files":
+        return _as_files(form, work)
     entries: list[bytes] = []
     size = 0
     with work.stage("serialise"):
@@ -197,13 +202,35 @@ def render_results(work: Work) -> Reply:
             size += len(entries[-1])
             if size > PAGE_BYTES:
                 break
-        if asked["lines"]:
+        if asked["shape"] == "lines":
             body = b"".join(entry + b"\n" for entry in entries)
             return Reply(200, "application/x-ndjson", body, work.timings, result=len(entries))
         is_last = asked["last"] and len(entries) == len(asked["results"])
         cursor = asked["results"][len(entries) - 1].position if entries else asked["behind"]
         page = {"results": list(map(orjson.Fragment, entries)), "next_cursor": None if is_last else str(cursor)}
     return replace(work.reply(page), result=len(entries))
+
+
+def _as_files(form: Format, work: Work) -> Reply:
+    """Write results as files of an archive: the result is how many they are, and their names and contents, pickled."""
+    files: list[tuple[str, bytes]] = []
+    size = 0
+    with work.stage("serialise"):
+        for result in work.arguments["results"]:
+            name = f"{result.position:06d}"
+            try:
+                definition = work.arguments["definitions"].get(result.robot)
+                planned = result.outcome == PLANNED
+                content = _written(result, form, definition, work) if planned else decompressed(result.result)
+                suffix = form.suffix if planned else PROBLEM_SUFFIX
+            except PlanningError as refusal:  # the form cannot carry it
+                _, content = problem_document(refusal, work.task.instance)
+                suffix = PROBLEM_SUFFIX
+            files.append((name + suffix, content))
+            size += len(content)
+            if size > PAGE_BYTES:
+                break
+    return Reply(200, "application/zip", pickle.dumps(files), work.timings, result=len(files))
 
 
 def _rendered(result: Result, form: Format, definition: bytes | None, work: Work) -> bytes:
@@ -329,6 +356,20 @@ OPERATIONS = (
         codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
         formats_of_plans=True,
         media_type="application/x-ndjson",
+    ),
+    Operation(
+        id="download_batch_results",
+        method="GET",
+        path="/v1/batches/{id}/results.zip",
+        tag="batches",
+        scope="batches",
+        summary="All results of a batch as an archive: a file for each plan, named after the index of its request.",
+        description="Requests without a plan have their problem document, `INDEX.problem.json`. The archive is sent "
+        "while it is made, and ends with the batch.",
+        answer=bytes,
+        codes=("invalid_request", "not_acceptable", "unknown_batch", *DATABASE_CODES),
+        file=True,
+        media_type="application/zip",
     ),
     Operation(
         id="stream_batch_events",

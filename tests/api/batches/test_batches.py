@@ -8,6 +8,7 @@ from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -126,6 +127,23 @@ def test_results_are_streamed(service: RunningService, finished: str) -> None:
     stream = service.client.get(f"{finished}/results.ndjson")
     assert stream.headers["content-type"].startswith("application/x-ndjson")
     assert [json.loads(line) for line in stream.content.splitlines()] == results(service, finished)
+
+
+def test_results_come_as_an_archive(service: RunningService, finished: str) -> None:
+    answer = service.client.get(f"{finished}/results.zip?format=csv")
+    assert answer.headers["content-type"] == "application/zip"
+    assert answer.headers["content-disposition"] == f'attachment; filename="{finished.rpartition("/")[2]}.zip"'
+    with ZipFile(BytesIO(answer.content)) as archive:
+        assert archive.testzip() is None
+        planned = [f"{k:06d}.csv" for k in range(5)]
+        assert archive.namelist() == [*planned, "000005.problem.json", "000006.problem.json"]
+        alone = service.post("/v1/trajectories?format=csv", requests(1)[0])
+        assert archive.read("000000.csv") == alone.content
+        assert json.loads(archive.read("000005.problem.json"))["code"] == "unknown_robot"
+    assert service.client.get(f"{finished}/results.zip?format=csv").content == answer.content
+    with ZipFile(BytesIO(service.client.get(f"{finished}/results.zip?format=urscript").content)) as archive:
+        assert json.loads(archive.read("000000.problem.json"))["code"] == "unsupported_format"
+    assert service.client.get(f"{finished}/results.zip?format=of_nobody").json()["code"] == "not_acceptable"
 
 
 def test_a_list_and_lines_and_a_grid_of_the_same_requests_are_the_same(service: RunningService) -> None:

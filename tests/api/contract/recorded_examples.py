@@ -10,8 +10,10 @@ import io
 import json
 import socket
 import tempfile
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from zipfile import ZipFile
 
 import httpx
 import orjson
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 FILE = ROOT / "api" / "openapi_examples.json"
 PLAN, ROBOTS, BATCHES = "/v1/trajectories", "/v1/robots", "/v1/batches"
 QUERIES = {"list_robots": {"limit": 2}, "list_batches": {"limit": 2}, "export_trajectory": {"format": "csv"}}
+QUERIES["download_batch_results"] = {"format": "csv"}
 
 TORQUES = plan_request(robot="ngv_refuelling_arm", waypoints=[joint(*[0.1] * 6), joint(*[0.2] * 6)], include=["torque"])
 KUKA = {"robot": "kuka_kr16_l6_2"}
@@ -91,7 +94,7 @@ def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
                 reply = service.client.request(operation.method, path, json=body, params=QUERIES.get(operation.id))
                 assert reply.is_success, reply.text
                 is_json = reply.headers["Content-Type"] == "application/json"
-                shown = reply.json() if is_json else _excerpt(reply.text)
+                shown = reply.json() if is_json else _excerpt(reply)
                 of_operation.setdefault(str(reply.status_code), {})[name] = shown
     for robot in ("planar_arm", "kuka_in_cell_4"):
         service.client.delete(f"{ROBOTS}/{robot}")
@@ -99,10 +102,12 @@ def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
     return found
 
 
-def _excerpt(text: str) -> str:
-    """The whole text; of the metrics, which are others each time, one that is not."""
-    metrics = [line for line in text.splitlines(keepends=True) if "planner_batches_running" in line]
-    return "".join(metrics) or text
+def _excerpt(reply: httpx.Response) -> str:
+    """The whole text; of the metrics, which are others each time, one that is not; of an archive the names in it."""
+    if reply.headers["Content-Type"] == "application/zip":
+        return " ".join(ZipFile(BytesIO(reply.content)).namelist())
+    metrics = [line for line in reply.text.splitlines(keepends=True) if "planner_batches_running" in line]
+    return "".join(metrics) or reply.text
 
 
 def _id(service: RunningService, tag: str) -> str:
