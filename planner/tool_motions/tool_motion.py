@@ -153,6 +153,12 @@ class RefusedMotion:
     point: PathPoint
     error: PlanningError
 
+    @property
+    def is_out_of_reach(self) -> bool:
+        """Whether the path leads out of the arm's reach, so that it can be followed from no other start either."""
+        depends_on_start = self.asked.before.rotation is None and self.asked.after.rotation is not None
+        return isinstance(self.error, UnreachableWaypoint) and not depends_on_start
+
 
 def follow_motion(asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
     """Follow a motion of the tool from a joint position (joints,) at the waypoint before.

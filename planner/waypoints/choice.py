@@ -157,8 +157,8 @@ class _Search:
         self.together = MOST_TOGETHER
 
     def run(self) -> list[Passage] | RefusedMotion:
-        """Return the way, or the first motion that could not be followed."""
-        while True:
+        """Return the way, or the first motion that could not be followed, from anywhere if that is known."""
+        while self.refused is None or not self.refused.is_out_of_reach:
             while len(self.stages) <= len(self.stops):
                 self.stages.append(self._next(self.stages[-1], self.stops[len(self.stages) - 1]))
             if np.isinf(self.stages[-1].costs).all():
@@ -167,6 +167,7 @@ class _Search:
             way = self._followed_way(self._best_rows())
             if way is not None:
                 return way
+        return self.refused
 
     def _next(self, stage: _Stage, stop: Stop) -> _Stage:
         best = stage.costs.argsort(kind="stable")[:DESCENTS]
@@ -271,5 +272,5 @@ class _Search:
         if key not in self.followed:
             self.followed[key] = result = self.follow(asked, start)
             if isinstance(result, RefusedMotion):
-                self.refused = self.refused or result
+                self.refused = result if self.refused is None or result.is_out_of_reach else self.refused
         return self.followed[key]

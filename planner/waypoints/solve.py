@@ -132,8 +132,9 @@ class _Sequence:
         for end in ends:
             stops = self._stops(solved, end, position)
             way = shortest_way(self.robot, stops, position, weight, self.follow)
-            if isinstance(way, RefusedMotion) and (wider := self._with_wider_choice(stops)) != stops:
-                way = shortest_way(self.robot, wider, position, weight, self.follow)
+            if isinstance(way, RefusedMotion) and not way.is_out_of_reach:
+                wider = self._with_wider_choice(stops)
+                way = shortest_way(self.robot, wider, position, weight, self.follow) if wider != stops else way
             if isinstance(way, RefusedMotion):
                 way.error.remedies = tuple(motion_remedies(way, self.waypoints[way.asked.index - 1]))
                 raise way.error
