@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +13,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from planner.backends import BackEnd, Ruckig, Toppra, Trapezoidal
 from planner.errors import InvalidProblem, UnreachableWaypoint
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
@@ -32,6 +35,8 @@ from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import NoPath
 from planner.tool_motions.pose_splines import PoseSpline
+from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion, follow_motion
+from planner.waypoints.solve import solve_waypoints
 from tests.jobs.tracing import tool_at, trace
 
 HOME = np.array((0.3, -1.2, 1.4, 0.2, 0.6, 0.1))
@@ -293,3 +298,25 @@ def test_ways_that_wander_about_their_ends_are_certified(size: float, radius: fl
             ways.append(PoseWaypoint(poses[-1], motion=LinearMotion()))
         checks = plan(PlanningProblem(robot, ways), Trapezoidal()).certificate.checks
         assert max(check.ratio for check in checks if check.quantity.startswith("path_")) < 0.5  # type: ignore[type-var]
+
+
+@pytest.mark.parametrize("motion", [lambda via: PolylineMotion(via, 0.01), SplineMotion], ids=["polyline", "spline"])
+def test_what_leads_out_of_reach_is_followed_from_one_start_only(
+    motion: Callable[[list[Pose]], CartesianMotion],
+) -> None:
+    """From every solution of a redundant arm at the pose before it took 10 to 20 s to be refused."""
+    robot, home = load_robot("panda"), np.array([0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5])
+    start = tool_pose(robot, home)
+    beyond = Pose(start.position + np.array([0.6, 0.1, 0.1]), start.rotation)
+    assert np.linalg.norm(beyond.position - [0.0, 0.0, 0.333]) > 0.855 + 0.1034  # the maker's reach, and the hand's
+    end = Pose(start.position + np.array([0.02, -0.1, 0.05]), start.rotation)
+    waypoints = (JointWaypoint(tuple(home + 0.1)), PoseWaypoint(start), PoseWaypoint(end, motion=motion([beyond])))
+    followed = []
+
+    def follow(asked: AskedMotion, position: FloatArray) -> ToolMotion | RefusedMotion:
+        followed.append(position)
+        return follow_motion(asked, position)
+
+    with pytest.raises(UnreachableWaypoint, match="leaves what panda can reach"):
+        solve_waypoints(robot, waypoints, InverseKinematicsOptions(), follow)
+    assert len(followed) == 1
