@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from api.action_conversion import to_action, with_waits
 from api.schemas import common, requests, robots, waypoints
 from planner import problem
 from planner.backends import BACKENDS, BackEnd
@@ -45,12 +46,13 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.
     robot = mounted(with_tool(robot, request.tool), request.mounting)
     return problem.PlanningProblem(
         robot=robot,
-        waypoints=to_waypoints(request.waypoints, robot, request.frames),
+        waypoints=with_waits(to_waypoints(request.waypoints, robot, request.frames), request.actions),
         limits=to_limits(request.limits),
         inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
         duration=request.duration,
         start_tolerance=request.start_tolerance,
+        actions=tuple(map(to_action, request.actions)),
     )
 
 

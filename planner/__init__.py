@@ -18,6 +18,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from planner.action_times import TimedAction as TimedAction
+    from planner.actions import AtDistance as AtDistance
+    from planner.actions import AtTime as AtTime
+    from planner.actions import AtWaypoint as AtWaypoint
+    from planner.actions import SetOutput as SetOutput
+    from planner.actions import Wait as Wait
     from planner.backends import BACKENDS as BACKENDS
     from planner.backends import Auto as Auto
     from planner.backends import BackEnd as BackEnd
@@ -132,6 +138,8 @@ if TYPE_CHECKING:
     from planner.waypoints.reachability import reachability as reachability
 
 _NAMES = {
+    "planner.action_times": ("TimedAction",),
+    "planner.actions": ("AtDistance", "AtTime", "AtWaypoint", "SetOutput", "Wait"),
     "planner.backends": (
         "BACKENDS",
         "Auto",

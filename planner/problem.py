@@ -16,6 +16,7 @@ from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.actions import Action
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.robots.payload import Payload
@@ -328,6 +329,7 @@ class PlanningProblem:
             fast as the limits allow.
         start_tolerance: How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it
             is taken to be at the limit, and a warning says so.
+        actions: What happens on the way besides motion; the plan says when.
     """
 
     robot: Robot
@@ -337,10 +339,12 @@ class PlanningProblem:
     payload: Payload | None = None
     duration: float | None = None
     start_tolerance: float = START_TOLERANCE
+    actions: Sequence[Action] = ()
 
     def __post_init__(self) -> None:
-        """Keep the waypoints in a tuple, which cannot change."""
+        """Keep waypoints and actions in tuples, which cannot change."""
         object.__setattr__(self, "waypoints", tuple(self.waypoints))
+        object.__setattr__(self, "actions", tuple(self.actions))
 
     def segment_limits(self) -> SegmentLimits:
         """Return the limits in force on each segment; of a single waypoint, those while the robot rests there."""

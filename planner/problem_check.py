@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.actions import AtWaypoint, Wait
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
@@ -159,6 +160,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
     yield from _payload_faults(problem)
+    yield from _action_faults(problem)
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):
             yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
@@ -170,6 +172,22 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
     yield from _duration_faults(problem)
     yield from limit_faults(robot, problem.limits, ("limits",))
+
+
+def _action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find actions at waypoints that there are not, and waits where the robot does not rest for as long."""
+    waited = [0.0] * len(problem.waypoints)
+    for i, action in enumerate(problem.actions):
+        at = action.at
+        if isinstance(at, AtWaypoint) and not 0 <= at.waypoint < len(waited):
+            yield ("actions", i, "at", "waypoint"), f"the waypoints are 0 to {len(waited) - 1}"
+        elif isinstance(action, Wait) and not isinstance(at, AtWaypoint):
+            yield ("actions", i, "at"), "the robot waits at waypoints only: let this be one"
+        elif isinstance(action, Wait) and isinstance(at, AtWaypoint):
+            waited[at.waypoint] += action.duration
+            dwell = problem.waypoints[at.waypoint].dwell
+            if waited[at.waypoint] > dwell * (1.0 + DURATION_TOLERANCE):
+                yield ("actions", i, "duration"), f"the robot rests for {dwell:g} s there, its dwell"
 
 
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.action_times import action_times
 from planner.backends.shared.assembly import assemble
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
@@ -23,6 +25,7 @@ from planner.waypoints.solve import given_positions
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.action_times import TimedAction
     from planner.backends.base import BackEnd
     from planner.certificate.checks import Certificate
     from planner.paths import JointPath
@@ -57,6 +60,11 @@ class Plan:
     certificate: Certificate
     warnings: tuple[PlanWarning, ...]
 
+    @cached_property
+    def actions(self) -> tuple[TimedAction, ...]:
+        """What happens on the way besides motion, with its times."""
+        return action_times(self.path.robot, self.trajectory, self.problem.actions)
+
 
 def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
     """Put time on the path of a problem and certify the trajectory.
@@ -69,6 +77,7 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
     Raises:
         InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
         InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
+        InvalidProblem: An action is asked for after the end of the trajectory.
         LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
         PlanningError: Another refusal of the back end.
     """
@@ -78,7 +87,9 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
     warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
-    return Plan(problem, backend, path, trajectory, certificate, warnings)
+    made = Plan(problem, backend, path, trajectory, certificate, warnings)
+    _ = made.actions  # refused here where one is after the end
+    return made
 
 
 def _rest(path: JointPath, backend: BackEnd) -> Trajectory:

@@ -227,6 +227,25 @@ class ToolSpeedReport(Answer):
     """The parts on which it does not, in order."""
 
 
+class TimedAction(Answer):
+    """An action with its time."""
+
+    index: int
+    """The index of the action in the request, counted from 0."""
+    kind: Literal["set_output", "wait"]
+    """What happens: an output is set, or the robot waits."""
+    time: float
+    """When it happens, s from the start of the trajectory; of a wait: when it begins."""
+    distance: float
+    """The length of the way that the tool has gone by then, m."""
+    name: str | None = None
+    """With `set_output`: the name of the output."""
+    value: bool | float | None = None
+    """With `set_output`: the value that it takes, a number in its own unit."""
+    duration: float | None = None
+    """With `wait`: how long, s."""
+
+
 class PlanWarning(Answer):
     """Something to know about a plan that is good all the same."""
 
@@ -253,6 +272,8 @@ class PlanAnswer(Answer):
     """The waypoints as they were solved and timed, in order."""
     certificate: CertificateAnswer
     """What was checked after planning: the peaks of all quantities against their limits."""
+    actions: list[TimedAction] | None = None
+    """The actions of the request in the order in which they happen; when there are any."""
     polynomials: list[JointPolynomials] | None = None
     """The trajectory itself, as one piecewise polynomial a joint; when included."""
     tcp_polynomials: list[LinePolynomials] | None = None

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 from typing_extensions import TypeAliasType
 
+from api.schemas.actions import Action  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.backends import Backend, backend_schemas
 from api.schemas.common import (
     DEFAULT_DEADLINE,
@@ -110,6 +111,8 @@ class TrajectoryRequest(Schema):
     start_tolerance: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-4
     """How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it is taken to be at
     the limit, and the warning `position_snapped` says so."""
+    actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
+    """What happens on the way besides motion; the answer has `actions` with their times."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
     """The time between two rows of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import UnsupportedFormat
 from planner.kinematics import forward_kinematics, quaternion, tool_accelerations, tool_poses, tool_velocities
 from planner.spatial import rpy_from_rotations
 
@@ -96,6 +97,16 @@ class Samples:
     tcp_rpy: FloatArray | None
     tcp_velocity: tuple[FloatArray, FloatArray] | None
     tcp_acceleration: tuple[FloatArray, FloatArray] | None
+
+
+def refuse_actions(plan: Plan, form: str) -> None:
+    """Refuse to leave actions out.
+
+    Raises:
+        UnsupportedFormat: The plan has actions.
+    """
+    if plan.problem.actions:
+        raise UnsupportedFormat(f"{form} carries no actions; json, msgpack, npz, mcap and programs of robots do")
 
 
 def sample(plan: Plan, options: ExportOptions) -> Samples:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import orjson
 
-from planner.export.base import ExportOptions, Format, sample
+from planner.export.base import ExportOptions, Format, refuse_actions, sample
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
@@ -18,7 +18,11 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan in columns `time`, `segment`, `position.<joint>`, `velocity.<joint>`, ... and what is included.
 
     Lines end in CRLF, as in RFC 4180.
+
+    Raises:
+        UnsupportedFormat: The plan has actions.
     """
+    refuse_actions(plan, "CSV")
     names = plan.path.robot.joint_names
     samples = sample(plan, options)
     header, blocks = ["time", "segment"], [samples.time[:, None], samples.segment[:, None].astype(float)]

@@ -8,9 +8,10 @@ import numpy as np
 
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import moves, numbers
+from planner.export.programs import moves, name_of, numbers
 
 if TYPE_CHECKING:
+    from planner.actions import SetOutput
     from planner.kinematics import FloatArray
     from planner.result import Plan
 
@@ -33,11 +34,11 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of joint motions with times in milliseconds.
 
     Positions are in degrees. Fanuc counts J3 from the horizontal, not from the link before: it is the model's third
-    joint less its second, as models of ROS-Industrial have them.
+    joint less its second, as models of ROS-Industrial have them. Outputs are called DO_3, RO_1, AO_1 or GO_1.
 
     Raises:
-        UnsupportedFormat: It does not begin and end at rest, the arm has not six joints that turn, or there are too
-            many points.
+        UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, the arm
+            has not six joints that turn, or there are too many points.
     """
     motions = moves(plan, "LS", options.sample_period)
     statements, points = [f"!{remark} ;" for remark in REMARKS], [motions[0].position[0]]
@@ -52,8 +53,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             ending = "FINE" if k == len(move.time) - 1 else "CNT100"
             statements.append(f"J P[{len(points)}] {step}msec {ending} ;")
         elapsed += float(move.time[-1])
-        if move.rest > 0.0:
-            statements.append(f"WAIT {move.rest:.2f}(sec) ;")
+        for step in move.steps_of_the_rest():
+            statements.append(f"WAIT {step:.2f}(sec) ;" if isinstance(step, float) else _output(step))
     if len(points) > MOST_POINTS:
         raise UnsupportedFormat(f"LS takes {MOST_POINTS} points; ask for a longer sample period")
     lines = [
@@ -69,6 +70,14 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         "/END",
     ]
     return ("\r\n".join(lines) + "\r\n").encode()
+
+
+def _output(output: SetOutput) -> str:
+    if isinstance(output.value, bool):
+        found = name_of(output, r"(DO|RO)_(\d{1,4})", "LS", "DO_3 or RO_1")
+        return f"{found[1]}[{found[2]}]={'ON' if output.value else 'OFF'} ;"
+    found = name_of(output, r"(AO|GO)_(\d{1,4})", "LS", "AO_1 or GO_1 where the value is a number")
+    return f"{found[1]}[{found[2]}]={round(output.value)} ;"
 
 
 def _position(number: int, joints: FloatArray) -> list[str]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
+from planner.actions import SetOutput
 from planner.certificate.sampling import certify_sampling, worst_overshoot
 from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
@@ -23,6 +24,7 @@ from planner.trajectory import PlanWarning
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
+    from planner.action_times import TimedAction
     from planner.export.base import Samples
     from planner.operations import CertifiedTrajectory
     from planner.result import Plan
@@ -82,6 +84,8 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
             for warning in (*plan.warnings, *_sample_warnings(plan, samples, options.sample_period))
         ],
     }
+    if plan.problem.actions:
+        answer["actions"] = list(map(_action, plan.actions))
     if "polynomials" in options.include:
         answer["polynomials"] = _polynomials(robot.joint_names, trajectory)
     if "tcp_polynomials" in options.include:
@@ -188,6 +192,15 @@ def _polynomials(joint_names: tuple[str, ...], trajectory: Trajectory) -> list[d
         }
         for j, name in enumerate(joint_names)
     ]
+
+
+def _action(timed: TimedAction) -> dict[str, Any]:
+    action = timed.action
+    if isinstance(action, SetOutput):
+        own: dict[str, Any] = {"kind": "set_output", "name": action.name, "value": action.value}
+    else:
+        own = {"kind": "wait", "duration": action.duration}
+    return {"index": timed.index, "time": timed.time, "distance": timed.distance, **own}
 
 
 def _line_polynomial(line: LinePolynomial) -> dict[str, Any]:

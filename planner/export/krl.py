@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import AT_START, moves, numbers
+from planner.export.programs import AT_START, moves, name_of, numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -15,14 +15,18 @@ if TYPE_CHECKING:
     from planner.export.programs import Move
     from planner.result import Plan
 
+OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,23}"
+"""The names of signals: identifiers of 24 characters at most."""
+
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of PTP_SPLINE blocks, one a motion from rest to rest, with time blocks.
 
-    Axes are in degrees, A1 to A6 in the order of the joints.
+    Axes are in degrees, A1 to A6 in the order of the joints. Outputs are signals that the controller declares.
 
     Raises:
-        UnsupportedFormat: It does not begin and end at rest, or the arm has not six joints that turn.
+        UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, or the arm
+            has not six joints that turn.
     """
     robot = plan.path.robot
     motions = moves(plan, "KRL", options.sample_period)
@@ -53,8 +57,13 @@ def _block(move: Move) -> Iterator[str]:
             yield f"TIME_BLOCK PART = {part:.9f}"
         yield f"TIME_BLOCK END = {duration:.6f}"
         yield "ENDSPLINE"
-    if move.rest > 0.0:
-        yield f"WAIT SEC {move.rest:.6f}"
+    for step in move.steps_of_the_rest():
+        if isinstance(step, float):
+            yield f"WAIT SEC {step:.6f}"
+        else:
+            name = name_of(step, OUTPUT_NAME, "KRL", "gripper, a signal that is declared")[0]
+            yield "WAIT SEC 0.0"  # the interpreter does not run ahead
+            yield f"{name} = {str(step.value).upper() if isinstance(step.value, bool) else repr(step.value)}"
 
 
 def _position(angles: list[str]) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 from mcap_ros2.writer import Writer
 
+from planner.actions import SetOutput
 from planner.export.base import ExportOptions, Format, sample
 
 if TYPE_CHECKING:
@@ -20,6 +22,12 @@ TRAJECTORY_TOPIC = "joint_trajectory"
 
 STATES_TOPIC = "joint_states"
 """The topic of the samples, below the root, on which ROS 2 has the states of joints."""
+
+OUTPUTS_TOPIC = "outputs"
+"""The topic of the outputs that are set, below the root."""
+
+KEY_VALUE = "string key\nstring value"
+"""The definition of `diagnostic_msgs/msg/KeyValue`."""
 
 TIME = "int32 sec\nuint32 nanosec\n"
 """The fields of `builtin_interfaces/Time` and `Duration`."""
@@ -55,7 +63,8 @@ MSG: builtin_interfaces/Duration
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as messages on `/joint_trajectory` (one, at 0) and `/joint_states` (one a sample, at its time).
 
-    Efforts are the torques when these are included. The time of the recording begins at 0.
+    Outputs that are set are on `/outputs` at their times, a name and a value in JSON. Efforts are the torques when
+    these are included. The time of the recording begins at 0.
 
     Raises:
         MissingDynamics: Torques are included, and the robot has neither inertias nor a payload.
@@ -83,6 +92,12 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     state = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
     message = {"header": _header(0), "joint_names": names, "points": points}
     writer.write_message(f"/{TRAJECTORY_TOPIC}", trajectory, message, 0)
+    if plan.problem.actions:
+        value = writer.register_msgdef("diagnostic_msgs/msg/KeyValue", KEY_VALUE)
+        for timed in plan.actions:
+            if isinstance(timed.action, SetOutput):
+                pair = {"key": timed.action.name, "value": json.dumps(timed.action.value)}
+                writer.write_message(f"/{OUTPUTS_TOPIC}", value, pair, round(timed.time * NANOSECONDS))
     for k, time in enumerate(times):
         message = {"header": _header(time), "name": names, "position": positions[k]}
         message |= {"velocity": velocities[k], "effort": efforts[k]}

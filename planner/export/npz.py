@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.actions import SetOutput
 from planner.export.base import ExportOptions, Format, sample
 
 if TYPE_CHECKING:
@@ -17,7 +18,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as arrays: the samples as `Samples` names them, the joints' names, and the polynomials if included.
 
     `joint_names` are text (joints,), `arrivals` and `departures` times (waypoints,), s, `breakpoints` (pieces + 1,), s,
-    and `coefficients` (pieces, joints, order), ascending powers of the time since the piece began.
+    and `coefficients` (pieces, joints, order), ascending powers of the time since the piece began. Outputs that are set
+    are `output_time` (outputs,), s, `output_name` and `output_value`, in their order.
     """
     trajectory, samples = plan.trajectory, vars(sample(plan, options))
     for name in ("velocity", "acceleration"):
@@ -27,6 +29,13 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     arrays = {name: values for name, values in samples.items() if values is not None}
     if "polynomials" in options.include:
         arrays |= {"breakpoints": trajectory.breakpoints, "coefficients": trajectory.coefficients}
+    outputs = [(timed.time, timed.action) for timed in plan.actions if isinstance(timed.action, SetOutput)]
+    if outputs:
+        arrays |= {
+            "output_time": np.array([time for time, _ in outputs]),
+            "output_name": np.array([action.name for _, action in outputs]),
+            "output_value": np.array([float(action.value) for _, action in outputs]),
+        }
     file = BytesIO()
     np.savez(
         file,

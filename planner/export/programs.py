@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.actions import SetOutput
 from planner.errors import UnsupportedFormat
 from planner.tolerances import NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.action_times import TimedAction
     from planner.kinematics import FloatArray
     from planner.result import Plan
 
@@ -34,11 +37,24 @@ class Move:
         time: (N,), s from the start of the motion, strictly increasing from 0; N is 1 where there is only a rest.
         position: (N, joints), rad.
         rest: How long the robot rests at its end, s.
+        outputs: The outputs that are set in the rest, each with the time since it began, s, in their order.
     """
 
     time: FloatArray
     position: FloatArray
     rest: float
+    outputs: tuple[tuple[float, SetOutput], ...] = ()
+
+    def steps_of_the_rest(self) -> Iterator[float | SetOutput]:
+        """Yield what happens in the rest, in order: waits, s, and outputs that are set."""
+        waited = 0.0
+        for time, output in self.outputs:
+            if time > waited:
+                yield time - waited
+            waited = max(time, waited)
+            yield output
+        if self.rest > waited:
+            yield self.rest - waited
 
 
 def moves(plan: Plan, language: str, period: float) -> list[Move]:
@@ -50,7 +66,8 @@ def moves(plan: Plan, language: str, period: float) -> list[Move]:
         period: The time between points, s; the last point of a motion is at its end.
 
     Raises:
-        UnsupportedFormat: The arm is another, the trajectory begins or ends in motion, or the period is too short.
+        UnsupportedFormat: The arm is another, the trajectory begins or ends in motion, an output is set in motion, or
+            the period is too short.
     """
     robot, trajectory = plan.path.robot, plan.trajectory
     if robot.dof != JOINTS or not robot.is_angle.all():
@@ -62,10 +79,15 @@ def moves(plan: Plan, language: str, period: float) -> list[Move]:
     is_stop = speeds <= NEGLIGIBLE_SHARE * max(peak, 1.0)
     if not (is_stop[0] and is_stop[-1]):
         raise UnsupportedFormat(f"{language} begins and ends at rest, which this trajectory does not")
-    return list(_between(plan, np.flatnonzero(is_stop).tolist(), period))
+    return list(_between(plan, np.flatnonzero(is_stop).tolist(), period, _outputs(plan), language))
 
 
-def _between(plan: Plan, stops: list[int], period: float) -> Iterator[Move]:
+def _outputs(plan: Plan) -> list[TimedAction]:
+    """List the outputs that are set, the first one first."""
+    return [timed for timed in plan.actions if isinstance(timed.action, SetOutput)]
+
+
+def _between(plan: Plan, stops: list[int], period: float, outputs: list[TimedAction], language: str) -> Iterator[Move]:
     """Make a motion between each two stops."""
     trajectory = plan.trajectory
     arrivals, departures = trajectory.arrivals, trajectory.departures
@@ -74,11 +96,34 @@ def _between(plan: Plan, stops: list[int], period: float) -> Iterator[Move]:
         count = max(int(np.ceil((end - start) / period * (1.0 - NEGLIGIBLE_SHARE))), 0)
         time = np.append(start + np.arange(count) * period, end)
         position = trajectory.evaluate(time, [0])[0]
-        rest = float(departures[after] - arrivals[after])
-        if (position == position[0]).all():  # it only rests
-            yield Move(np.zeros(1), position[:1], rest + float(end - start))
+        only_rests = bool((position == position[0]).all())
+        begin = float(start if only_rests else end)
+        rest = float(departures[after]) - begin
+        rounding = NEGLIGIBLE_SHARE * trajectory.duration
+        if outputs and outputs[0].time < begin - rounding:
+            moment = f"{outputs[0].time:.6g} s"
+            raise UnsupportedFormat(f"{language} sets outputs where the robot rests; at {moment} it moves")
+        here = []
+        while outputs and outputs[0].time <= begin + rest + rounding:
+            timed = outputs.pop(0)
+            assert isinstance(timed.action, SetOutput)  # noqa: S101 - they are all
+            here.append((max(timed.time - begin, 0.0), timed.action))
+        if only_rests:
+            yield Move(np.zeros(1), position[:1], rest, tuple(here))
         else:
-            yield Move(time - start, position, rest)
+            yield Move(time - start, position, rest, tuple(here))
+
+
+def name_of(output: SetOutput, pattern: str, language: str, example: str) -> re.Match[str]:
+    """Match the name of an output with those that a language has.
+
+    Raises:
+        UnsupportedFormat: It has no such name.
+    """
+    found = re.fullmatch(pattern, output.name)
+    if found is None:
+        raise UnsupportedFormat(f"{language} has no output called {output.name!r}; a name is like {example}")
+    return found
 
 
 def numbers(values: FloatArray, decimals: int = 6) -> list[str]:

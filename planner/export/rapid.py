@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import AT_START, moves, numbers
+from planner.export.programs import AT_START, moves, name_of, numbers
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,14 +18,18 @@ if TYPE_CHECKING:
 NO_EXTERNAL_AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
 """The value of RAPID for external axes that there are not."""
 
+OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}"
+"""The names of signals: identifiers of 32 characters at most."""
+
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a module of MoveAbsJ with the time of every point.
 
-    Axes are in degrees, rax_1 to rax_6 in the order of the joints.
+    Axes are in degrees, rax_1 to rax_6 in the order of the joints. Outputs are signals that the controller has.
 
     Raises:
-        UnsupportedFormat: It does not begin and end at rest, or the arm has not six joints that turn.
+        UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, or the arm
+            has not six joints that turn.
     """
     robot = plan.path.robot
     motions = moves(plan, "RAPID", options.sample_period)
@@ -58,8 +62,14 @@ def _statements(move: Move) -> Iterator[str]:
         target = f"[[{','.join(numbers(np.degrees(move.position[k])))}],{NO_EXTERNAL_AXES}]"
         zone = "fine" if k == last else "z0"
         yield f"MoveAbsJ {target},v1000\\T:={move.time[k] - move.time[k - 1]:.6f},{zone},tool0;"
-    if move.rest > 0.0:
-        yield f"WaitTime {move.rest:.6f};"
+    for step in move.steps_of_the_rest():
+        if isinstance(step, float):
+            yield f"WaitTime {step:.6f};"
+        else:
+            name = name_of(step, OUTPUT_NAME, "RAPID", "doGripper, a signal that is configured")[0]
+            yield (
+                f"SetDO {name},{int(step.value)};" if isinstance(step.value, bool) else f"SetAO {name},{step.value!r};"
+            )
 
 
 FORMAT = Format("rapid", "text/x-rapid", ".mod", render)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import orjson
 
-from planner.export.base import ExportOptions, Format, sample
+from planner.export.base import ExportOptions, Format, refuse_actions, sample
 
 if TYPE_CHECKING:
     from planner.result import Plan
@@ -19,7 +19,11 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as the message: header, joint_names, points of positions, velocities, accelerations, effort, time.
 
     Efforts are the torques when these are included. `frame_id` is empty and `stamp` 0: start at once.
+
+    Raises:
+        UnsupportedFormat: The plan has actions.
     """
+    refuse_actions(plan, "JointTrajectory")
     samples = sample(plan, options)
     efforts = [[]] * len(samples.time) if samples.torque is None else samples.torque.tolist()
     # Rounded once, so that two points never share a time and the last is the duration to the nanosecond.

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from planner.actions import SetOutput
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format, sample
-from planner.export.programs import AT_START, JOINTS
+from planner.export.programs import AT_START, JOINTS, name_of
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
@@ -23,21 +26,32 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of joint positions at the sample period, which the controller follows.
 
     Raises:
-        UnsupportedFormat: The arm has not six joints that turn.
+        UnsupportedFormat: The arm has not six joints that turn, or an output has a name that the controller has not.
     """
     robot, duration = plan.path.robot, plan.trajectory.duration
     if robot.dof != JOINTS or not robot.is_angle.all():
         raise UnsupportedFormat(f"URScript moves arms of {JOINTS} joints that turn, which {robot.id} is not")
     samples = sample(plan, options)
     positions, periods = list(map(joints, samples.position)), (samples.time[1:] - samples.time[:-1]).tolist()
+    outputs: dict[int, list[str]] = {}
+    for timed in plan.actions:
+        if isinstance(timed.action, SetOutput):
+            nearest = int(np.abs(samples.time - timed.time).argmin())
+            outputs.setdefault(nearest, []).append(f"  {set_output(timed.action)}")
     lines = [
         f"# {robot.id}, {plan.backend.kind}, {duration!r} s: joint positions (rad) every {options.sample_period:g} s.",
-        f"# The controller runs behind them by up to {LOOKAHEAD} s; velocities, torques and events are not carried.",
+        f"# The controller runs behind them by up to {LOOKAHEAD} s; outputs are set with the nearest point;",
+        "# velocities and torques are not carried.",
         "def planned_trajectory():",
         *halt_away_from_start(samples.position[0]),
+        *outputs.pop(0, ()),
         *(
-            f"  servoj({position}, t={period!r}, lookahead_time={LOOKAHEAD}, gain={GAIN})"
-            for position, period in zip(positions[1:], periods, strict=True)
+            line
+            for k, (position, period) in enumerate(zip(positions[1:], periods, strict=True), 1)
+            for line in (
+                f"  servoj({position}, t={period!r}, lookahead_time={LOOKAHEAD}, gain={GAIN})",
+                *outputs.get(k, ()),
+            )
         ),
         "  stopj(2.0)",
         "end",
@@ -60,6 +74,20 @@ def halt_away_from_start(position: FloatArray) -> list[str]:
         "    i = i + 1",
         "  end",
     ]
+
+
+def set_output(output: SetOutput) -> str:
+    """Write what sets an output, which is called like standard_digital_out_3.
+
+    Raises:
+        UnsupportedFormat: It has another name.
+    """
+    if isinstance(output.value, bool):
+        pattern = r"(standard|configurable|tool)_digital_out_(\d)"
+        found = name_of(output, pattern, "URScript", "standard_digital_out_3")
+        return f"set_{found[1]}_digital_out({found[2]}, {output.value})"
+    found = name_of(output, r"standard_analog_out_([01])", "URScript", "standard_analog_out_0 where it takes a number")
+    return f"set_standard_analog_out({found[1]}, {output.value!r})"
 
 
 def joints(position: FloatArray) -> str:

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
 from planner.export.programs import moves
-from planner.export.urscript import halt_away_from_start, joints
+from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.guarantees import leaves_straight_motions
 from planner.problem import JointMotion, LinearMotion, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.export.programs import Move
     from planner.result import Plan
 
 
@@ -25,7 +26,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             of the tool, or the arm has not six joints that turn.
     """
     robot = plan.path.robot
-    moves(plan, "URScript", options.sample_period)  # refuses arms of another kind
+    motions = moves(plan, "URScript", options.sample_period)
     program = "\n".join(
         [
             f"# {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: joint positions in rad.",
@@ -33,7 +34,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             "# it does. Lines are those of the tool that is set there, which has to be the plan's.",
             "def planned_trajectory():",
             *halt_away_from_start(plan.path.positions[0]),
-            *(f"  {line}" for line in _statements(plan)),
+            *(f"  {line}" for line in _statements(plan, motions)),
             "end",
             "planned_trajectory()",
         ]
@@ -41,14 +42,13 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     return f"{program}\n".encode()
 
 
-def _statements(plan: Plan) -> Iterator[str]:
-    arrivals, departures = plan.trajectory.arrivals.tolist(), plan.trajectory.departures.tolist()
-    for i, waypoint in enumerate(plan.problem.waypoints):
-        if 0 < i < len(arrivals) - 1 and not isinstance(waypoint.transition, StopTransition):
+def _statements(plan: Plan, motions: list[Move]) -> Iterator[str]:
+    last = len(plan.path.positions) - 1
+    for i, (waypoint, move) in enumerate(zip(plan.problem.waypoints, motions, strict=False)):
+        if 0 < i < last and not isinstance(waypoint.transition, StopTransition):
             raise UnsupportedFormat(f"this form stops at every waypoint; waypoint {i} is passed", waypoint=i)
-        duration = arrivals[i] - departures[i - 1] if i > 0 else 0.0
-        if duration > 0.0:
-            position = joints(plan.path.positions[i])
+        if len(move.time) > 1:
+            position, duration = joints(plan.path.positions[i]), float(move.time[-1])
             match waypoint.motion:
                 case JointMotion() if not leaves_straight_motions(plan.backend):
                     yield f"movej({position}, t={duration!r})"
@@ -57,9 +57,8 @@ def _statements(plan: Plan) -> Iterator[str]:
                 case _:
                     message = f"this form has lines and straight joint motions only; the way to waypoint {i} is another"
                     raise UnsupportedFormat(message, waypoint=i)
-        rest = departures[i] - arrivals[i]
-        if rest > 0.0:
-            yield f"sleep({rest!r})"
+        for step in move.steps_of_the_rest():
+            yield f"sleep({step!r})" if isinstance(step, float) else set_output(step)
 
 
 FORMAT = Format("urscript_moves", "text/x-urscript-moves", ".moves.script", render)

@@ -10,6 +10,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
+from planner.actions import Action, AtDistance, AtTime, AtWaypoint, SetOutput, Wait
 from planner.backends import BACKENDS, BackEnd
 from planner.kinematics import Pose, configurations, forward_kinematics
 from planner.limits import Limits
@@ -133,7 +134,22 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         velocity_range=_ranges(problem.robot, "velocity", draw(st.sampled_from(RANGES))),
         acceleration_range=_ranges(problem.robot, "acceleration", draw(st.sampled_from(RANGES))),
     )
-    return replace(problem, waypoints=tuple(waypoints), limits=limits)
+    actions = _actions(waypoints, draw(st.lists(st.integers(0, 2**16), max_size=3)))
+    return replace(problem, waypoints=tuple(waypoints), limits=limits, actions=actions)
+
+
+def _actions(waypoints: list[AnyWaypoint], drawn: list[int]) -> tuple[Action, ...]:
+    """Outputs and waits at waypoints, and outputs at the start by distance and time, by the numbers drawn."""
+    actions: list[Action] = []
+    for number in drawn:
+        at = AtWaypoint(number % len(waypoints))
+        dwell = waypoints[at.waypoint].dwell
+        if number % 3 == 0 and dwell > 0.0:
+            actions.append(Wait(at, dwell / 4.0))
+        else:
+            moments = (at, AtTime(0.0), AtDistance(0.0))
+            actions.append(SetOutput(moments[number % 5 % 3], "x", bool(number % 2)))
+    return tuple(actions)
 
 
 def _ranges(robot: Robot, quantity: str, shares: tuple[float, float] | None) -> tuple[tuple[float, float], ...] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from planner.actions import AtWaypoint
 from planner.backends import Guarantee
 from planner.kinematics import tool_speeds
 from planner.polynomials import differentiate, horner
@@ -36,6 +37,22 @@ def keeps_least_durations(result: Plan) -> None:
     took = result.trajectory.arrivals[1:] - result.trajectory.departures[:-1]
     least = [waypoint.minimum_duration for waypoint in result.problem.waypoints[1:]]
     assert (took >= np.array(least) * (1.0 - 1e-9)).all()
+
+
+def times_its_actions(result: Plan) -> None:
+    """In order, each once, on the trajectory; those at waypoints while the robot is there."""
+    found = result.actions
+    assert sorted(one.index for one in found) == list(range(len(result.problem.actions)))
+    times = [one.time for one in found]
+    assert times == sorted(times)
+    assert all(0.0 <= time <= result.trajectory.duration for time in times)
+    distances = [one.distance for one in found]
+    assert (np.diff(distances) >= -1e-9).all()
+    for one in found:
+        if isinstance(one.action.at, AtWaypoint):
+            at = one.action.at.waypoint
+            start, end = result.trajectory.arrivals[at], result.trajectory.departures[at]
+            assert start <= one.time <= end + 1e-9 * (1.0 + end)
 
 
 def is_continuous(result: Plan, derivatives: int) -> None:

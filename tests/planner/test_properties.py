@@ -14,7 +14,13 @@ from planner.export import FORMATS, ExportOptions
 from planner.planning import plan
 from planner.problem import PlanningProblem
 from tests.planner.problems import PARTS, REQUESTS, backend_of, problems, try_on_random
-from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_least_durations, keeps_sampled_limits
+from tests.planner.promises import (
+    is_continuous,
+    keeps_joint_limits,
+    keeps_least_durations,
+    keeps_sampled_limits,
+    times_its_actions,
+)
 
 CONTINUITY = {"cubic": 1, "trapezoidal": 1, "quintic": 2, "toppra": 1, "min_effort": 2, "ruckig": 2, "auto": 2}
 
@@ -51,5 +57,6 @@ def keeps_its_promises(backend: BackEnd, problem: PlanningProblem) -> None:
     assert np.abs(trajectory.evaluate(trajectory.departures, [0])[0] - positions).max() <= 1e-9
     keeps_joint_limits(result)
     keeps_least_durations(result)
+    times_its_actions(result)
     keeps_sampled_limits(result)
     is_continuous(result, CONTINUITY[backend.kind])
