@@ -46,6 +46,20 @@ def load(
 
 
 @app.command()
+def batches(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    items: Annotated[int, typer.Option(help="Requests of each batch.", min=10)] = 10_000,
+) -> None:
+    """Batches: plans a second on the service's own workers and on a Dask cluster, against the bare library loop."""
+    import orjson
+
+    from benchmarks.service.batches import measure, print_table
+
+    figures = measure(items)
+    print(orjson.dumps(figures, option=orjson.OPT_INDENT_2).decode()) if json else print_table(figures)
+
+
+@app.command()
 def ik(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     poses: Annotated[int, typer.Option(help="Random reachable poses of each arm.", min=10)] = 2000,

@@ -1,0 +1,191 @@
+"""Batches: plans a second on the service's own workers and on a Dask cluster, against the bare library loop."""
+
+from __future__ import annotations
+
+import os
+import random
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import httpx
+import orjson
+import psutil
+from rich.console import Console
+
+from api.cli.local_service import local_service
+from api.cli.terminal import plain_table
+from benchmarks.machine import machine
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROBOT, WAYPOINTS, SPREAD = "kuka_kr16_2", 3, 0.5
+"""Of the requests; rad, of the waypoints about the middle of every joint."""
+
+BACKENDS = ("cubic", "quintic", "trapezoidal", "ruckig", "toppra")
+"""The back ends, one after the other; they take 1 to 10 ms a plan each."""
+
+BARE_SHARE = 10
+"""Of how many requests one is planned by the bare loop."""
+
+LOOK = 0.05
+"""Time between two looks at a batch or at the memory, s."""
+
+
+class Machines(NamedTuple):
+    """Where a batch is planned: by so many workers of the service, or machines of a cluster with a process each."""
+
+    name: str
+    workers: int = 1
+    machines: int = 0
+
+
+PLACES = (
+    Machines("local pool, 1 worker"),
+    Machines("local pool, 2 workers", workers=2),
+    Machines("cluster, 1 machine", machines=1),
+    Machines("cluster, 2 machines", machines=2),
+)
+"""Each machine of a cluster has a core of its own; there are no more of the pool than cores."""
+
+
+def measure(items: int) -> dict[str, Any]:
+    """All figures; times in s, rates in 1/s, memory in MB."""
+    requests = _requests(items)
+    bare = _bare_loop(requests[::BARE_SHARE])
+    figures: dict[str, Any] = {"machine": machine(), "items": items, "bare_loop": bare, "batches": []}
+    for place in PLACES:
+        found = _measured(place, requests)
+        found["overhead"] = max(place.workers, place.machines) * found["seconds"] / items / bare - 1.0
+        figures["batches"].append(found)
+    return figures
+
+
+def _requests(items: int) -> list[dict[str, Any]]:
+    from planner.robots import load_robot
+
+    middle = load_robot(ROBOT).middle.tolist()
+    rng = random.Random(0)  # noqa: S311 - no secret
+    made = []
+    for k in range(items):
+        positions = [[q + rng.uniform(-SPREAD, SPREAD) for q in middle] for _ in range(WAYPOINTS)]
+        waypoints = [{"kind": "joint", "position": position} for position in positions]
+        made.append({"robot": ROBOT, "waypoints": waypoints, "backend": {"kind": BACKENDS[k % len(BACKENDS)]}})
+    return made
+
+
+def _bare_loop(requests: list[dict[str, Any]]) -> float:
+    """Time of a plan by the library alone, s."""
+    from api.conversion import to_backend, to_planning_problem
+    from api.schemas.requests import PlanRequest
+    from planner.planning import plan
+    from planner.robots import load_robot
+
+    robot = load_robot(ROBOT)
+    parsed = [PlanRequest.model_validate(request) for request in requests]
+    asked = [(to_planning_problem(request, robot), to_backend(request.backend)) for request in parsed]
+    for problem, backend in asked[: len(BACKENDS)]:  # what is done once
+        plan(problem, backend)
+    started = time.perf_counter()
+    for problem, backend in asked:
+        plan(problem, backend)
+    return (time.perf_counter() - started) / len(asked)
+
+
+def _measured(place: Machines, requests: list[dict[str, Any]]) -> dict[str, Any]:
+    body = b"\n".join(orjson.dumps(request) for request in requests)
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        settings = {"PLANNER_DATA_DIRECTORY": str(folder), "PLANNER_BATCH_WORKERS": str(place.workers)}
+        if place.machines:
+            settings["PLANNER_SCHEDULER"] = stack.enter_context(_cluster(folder, place.machines))
+        service = local_service(folder / "service.log", place.workers, settings=settings)
+        url, process = stack.enter_context(service)
+        client = stack.enter_context(httpx.Client(base_url=url, timeout=600.0, trust_env=False))
+        memory = stack.enter_context(_largest_memory(process.pid))
+        _planned(client, b"\n".join(body.split(b"\n")[: 20 * max(1, place.machines)]))  # everybody is there
+        return {"name": place.name, **_planned(client, body), "memory": memory[0] / 1e6}
+
+
+def _planned(client: httpx.Client, body: bytes) -> dict[str, Any]:
+    """Send a batch and wait for its end."""
+    started = time.perf_counter()
+    made = client.post("/v1/batches", content=body, headers={"Content-Type": "application/x-ndjson"})
+    made.raise_for_status()
+    taken_in, first = time.perf_counter(), 0.0
+    while (batch := client.get(made.headers["Location"]).json())["status"] == "running":
+        if not first and batch["counts"]["waiting"] < batch["counts"]["total"]:
+            first = time.perf_counter()
+        time.sleep(LOOK)
+    ended = time.perf_counter()
+    counts = batch["counts"]
+    return {
+        "taken_in": taken_in - started,
+        "first_result": (first or ended) - started,
+        "seconds": ended - taken_in,
+        "rate": counts["total"] / (ended - taken_in),
+        "planned": counts["planned"],
+    }
+
+
+@contextmanager
+def _cluster(folder: Path, machines: int) -> Iterator[str]:
+    """A scheduler, and machines with one core each."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    scheduler = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
+    commands = [[sys.executable, "-m", *scheduler]]
+    cores = sorted(os.sched_getaffinity(0))
+    for k in range(machines):
+        pinned = ["taskset", "--cpu-list", str(cores[k % len(cores)])]
+        commands.append([*pinned, sys.executable, "-m", "api.cli", "worker", address, "--workers", "1"])
+    with (folder / "cluster.log").open("wb") as log:
+        processes = [subprocess.Popen(command, stdout=log, stderr=log) for command in commands]
+    try:
+        yield address
+    finally:
+        for process in reversed(processes):
+            process.terminate()
+            process.wait(20.0)
+
+
+@contextmanager
+def _largest_memory(pid: int) -> Iterator[list[int]]:
+    """Watch the memory of the server process, bytes; the only element is the largest so far."""
+    largest, stopped = [0], threading.Event()
+
+    def watch() -> None:
+        while not stopped.wait(LOOK):
+            largest[0] = max(largest[0], psutil.Process(pid).memory_info().rss)
+
+    thread = threading.Thread(target=watch)
+    thread.start()
+    try:
+        yield largest
+    finally:
+        stopped.set()
+        thread.join()
+
+
+def print_table(figures: dict[str, Any]) -> None:
+    """Show the figures."""
+    console = Console(width=110)
+    columns = ("where", "plans/s", "overhead", "first result s", "taken in s", "service MB")
+    table = plain_table(*columns, right=columns[1:])
+    for found in figures["batches"]:
+        rate, overhead = f"{found['rate']:.1f}", f"{100.0 * found['overhead']:.0f} %"
+        times = (f"{found['first_result']:.2f}", f"{found['taken_in']:.2f}")
+        table.add_row(found["name"], rate, overhead, *times, f"{found['memory']:.0f}")
+    console.print(f"{figures['items']} plans; the bare loop takes {1e3 * figures['bare_loop']:.2f} ms a plan")
+    console.print(table)
+    one, two, first, second = (found["rate"] for found in figures["batches"])
+    console.print(f"two workers are {two / one:.2f} times one, two machines {second / first:.2f} times one")
