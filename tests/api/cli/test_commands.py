@@ -100,6 +100,35 @@ def test_plan_writes_ros2(request_file: Path, tmp_path: Path) -> None:
     assert points[2]["positions"] == pytest.approx([0.25, 0.75, 0.75])
 
 
+@pytest.mark.parametrize(
+    ("suffix", "begins"),
+    [
+        ("src", b"DEF planned_trajectory()"),
+        ("mod", b"MODULE PlannedTrajectory"),
+        ("ls", b"/PROG  PLANNED"),
+        ("script", b"# kuka_kr16_l6_2, quintic"),
+        ("moves.script", b"# kuka_kr16_l6_2, quintic"),
+        ("mcap", b"\x89MCAP0"),
+    ],
+)
+def test_the_suffix_chooses_the_program(tmp_path: Path, suffix: str, begins: bytes) -> None:
+    ends = ([0.0, -1.0, 1.0, 0.0, 0.5, 0.0], [0.5, -1.0, 1.0, 0.0, 0.5, 0.3])
+    waypoints = [{"kind": "joint", "position": position} for position in ends]
+    request = {"robot": "kuka_kr16_l6_2", "waypoints": waypoints, "backend": {"kind": "quintic"}}
+    file = tmp_path / f"out.{suffix}"
+    assert planner("plan", "-", "-o", file, stdin=json.dumps(request)).exit_code == 0
+    content = file.read_bytes()
+    assert content.startswith(begins)
+    assert (b"movej" in content) == (suffix == "moves.script")
+
+
+def test_what_a_form_cannot_carry_is_a_problem(request_file: Path, tmp_path: Path) -> None:
+    result = planner("plan", request_file, "-o", tmp_path / "out.src")
+    assert result.exit_code == 1
+    assert "unsupported_format" in result.stderr
+    assert not (tmp_path / "out.src").exists()
+
+
 def test_a_problem_comes_with_its_remedies() -> None:
     hasty = json.dumps(SHORT).replace('"duration": 2.0', '"duration": 0.01')
     result = planner("plan", "-", stdin=hasty)
