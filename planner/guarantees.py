@@ -26,7 +26,16 @@ class Guarantee(StrEnum):
 JOINT_DERIVATIVES = ("position", "velocity", "acceleration", "jerk")
 """Names of a joint's position and of its derivatives by time, by their order."""
 
-QUANTITIES = (*JOINT_DERIVATIVES, "torque", "tcp_linear_velocity", "tcp_angular_velocity")
+TCP_ORDERS = {
+    "tcp_linear_velocity": 1,
+    "tcp_angular_velocity": 1,
+    "tcp_linear_acceleration": 2,
+    "tcp_angular_acceleration": 2,
+    "tcp_centripetal_acceleration": 2,
+}
+"""The quantities of the tool that may be limited, with the order of derivative by time that each is."""
+
+QUANTITIES = (*JOINT_DERIVATIVES, "torque", *TCP_ORDERS)
 """Everything that a limit can be put on, in the order of the certificate."""
 
 ALL_HARD: Mapping[str, Guarantee] = dict.fromkeys(QUANTITIES, Guarantee.HARD)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 JOINT_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
 """Names of the quantities of each joint whose limits a caller may narrow."""
 
-TCP_QUANTITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
+TCP_QUANTITIES = tuple(TCP_ORDERS)
 """Names of the quantities of the tool that a caller may limit."""
 
 
@@ -33,6 +34,9 @@ class Limits:
         torque: Torque or force of each joint, N m or N.
         tcp_linear_velocity: Speed of the tool centre point, m/s.
         tcp_angular_velocity: Angular speed of the tool, rad/s.
+        tcp_linear_acceleration: Magnitude of the acceleration of the tool centre point, m/s^2, without gravity.
+        tcp_angular_acceleration: Magnitude of the angular acceleration of the tool, rad/s^2.
+        tcp_centripetal_acceleration: The part of the acceleration of the tool centre point across its path, m/s^2.
         velocity_scale: Factor in (0, 1] on the velocity limits.
         acceleration_scale: Factor in (0, 1] on the acceleration limits.
         velocity_range: Lower and upper velocity of each joint, the lower one negative, where they differ.
@@ -46,6 +50,9 @@ class Limits:
     torque: tuple[float, ...] | None = None
     tcp_linear_velocity: float | None = None
     tcp_angular_velocity: float | None = None
+    tcp_linear_acceleration: float | None = None
+    tcp_angular_acceleration: float | None = None
+    tcp_centripetal_acceleration: float | None = None
     velocity_scale: float = 1.0
     acceleration_scale: float = 1.0
     velocity_range: tuple[tuple[float, float], ...] | None = None
@@ -66,6 +73,9 @@ class SegmentLimits:
         torque: Torque or force limits (segments, joints), N m or N.
         tcp_linear_velocity: Limits of the tool's speed (segments,), m/s.
         tcp_angular_velocity: Limits of the tool's angular speed (segments,), rad/s.
+        tcp_linear_acceleration: Limits of the tool's acceleration (segments,), m/s^2.
+        tcp_angular_acceleration: Limits of the tool's angular acceleration (segments,), rad/s^2.
+        tcp_centripetal_acceleration: Limits of the tool's acceleration across its path (segments,), m/s^2.
         wider: Factors (segments, 2, joints), 1 or more, by which the lower and the upper limits of a quantity are wider
             than the array of its name, which holds the narrower of both; quantities whose limits are the same in both
             directions are left out.
@@ -79,7 +89,21 @@ class SegmentLimits:
     torque: FloatArray
     tcp_linear_velocity: FloatArray
     tcp_angular_velocity: FloatArray
+    tcp_linear_acceleration: FloatArray
+    tcp_angular_acceleration: FloatArray
+    tcp_centripetal_acceleration: FloatArray
     wider: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    @property
+    def of_tool(self) -> dict[str, FloatArray]:
+        """The limits (segments,) of those of `TCP_ORDERS` that are limited anywhere."""
+        each = {quantity: getattr(self, quantity) for quantity in TCP_QUANTITIES}
+        return {quantity: limit for quantity, limit in each.items() if np.isfinite(limit).any()}
+
+    def without_sampled(self) -> SegmentLimits:
+        """Return the limits without those of torque and of the tool."""
+        none: Any = dict.fromkeys(TCP_QUANTITIES, np.full(len(self.torque), np.inf))
+        return replace(self, torque=np.full_like(self.torque, np.inf), **none)
 
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Return the lower and the upper limits of a quantity of the joints, each (segments, joints)."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.guarantees import Guarantee
-from planner.kinematics.forward import tool_speeds
+from planner.kinematics.forward import tool_rates, tool_speeds
 from planner.limits import JOINT_QUANTITIES
 from planner.polynomials import differentiate, horner
 
@@ -49,7 +49,8 @@ class SlowPart:
         end_distance: The same when it ends, m.
         lowest_speed: The lowest speed on it, m/s.
         quantity: The limit that binds where the tool is slowest: `velocity`, `acceleration`, `jerk`, `torque`,
-            `tcp_angular_velocity`; `duration` where none binds and one is asked; else `time_law`, the back end's form.
+            `tcp_angular_velocity` or an acceleration of the tool; `duration` where none binds and one is asked; else
+            `time_law`, the back end's form.
         joint: Name of the joint whose limit it is; None: it is none of a joint.
         use: The largest share of that limit that is used there; of `duration` and `time_law` that of any limit.
     """
@@ -101,7 +102,6 @@ class _Samples(NamedTuple):
     a: FloatArray
     j: FloatArray
     speeds: FloatArray
-    angular_speeds: FloatArray
     distances: FloatArray
 
     def of(self, rows: np.ndarray) -> _Samples:
@@ -132,9 +132,9 @@ def _sampled(plan: Plan, segment: int) -> _Samples:
         for order in range(4)
     )
     times = (trajectory.breakpoints[rows, None] + since).ravel()
-    speeds, angular_speeds = tool_speeds(plan.path.robot, q, v)
+    speeds, _ = tool_speeds(plan.path.robot, q, v)
     steps = np.diff(times) * (speeds[1:] + speeds[:-1]) / 2.0
-    return _Samples(times, q, v, a, j, speeds, angular_speeds, np.concatenate([[0.0], np.cumsum(steps)]))
+    return _Samples(times, q, v, a, j, speeds, np.concatenate([[0.0], np.cumsum(steps)]))
 
 
 def _slow_part(plan: Plan, segment: int, limit: float, samples: _Samples, first: int, last: int) -> SlowPart:
@@ -159,8 +159,9 @@ def _slow_part(plan: Plan, segment: int, limit: float, samples: _Samples, first:
 def _uses(plan: Plan, segment: int, samples: _Samples) -> Iterator[tuple[str, str | None, FloatArray]]:
     """Yield each limit that is kept: its quantity, its joint, and the shares (N,) of it that samples use."""
     limits, names, dynamics = plan.path.limits, plan.path.robot.joint_names, plan.path.dynamics
-    angular = limits.tcp_angular_velocity[segment]
-    yield "tcp_angular_velocity", None, samples.angular_speeds / angular
+    of_tool = {name: limit[segment] for name, limit in limits.of_tool.items() if name != "tcp_linear_velocity"}
+    rates = tool_rates(plan.path.robot, of_tool, samples.q, samples.v, samples.a)
+    yield from ((quantity, None, rates[quantity] / limit) for quantity, limit in of_tool.items())
     values = {"velocity": samples.v, "acceleration": samples.a, "jerk": samples.j}
     if dynamics.has_dynamics and np.isfinite(limits.torque[segment]).any():
         segments = np.full(len(samples.times), segment)

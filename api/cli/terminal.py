@@ -48,6 +48,9 @@ LENGTH_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s²", "je
 TOOL_UNITS = {
     "tcp_linear_velocity": "m/s",
     "tcp_angular_velocity": "rad/s",
+    "tcp_linear_acceleration": "m/s²",
+    "tcp_angular_acceleration": "rad/s²",
+    "tcp_centripetal_acceleration": "m/s²",
     "path_position_deviation": "m",
     "path_orientation_deviation": "rad",
     "blend_deviation": "m",

@@ -107,7 +107,8 @@ class Check(Answer):
 
     quantity: str
     """The quantity: `position`, `velocity`, `acceleration`, `jerk`, `torque`, `tcp_linear_velocity`,
-    `tcp_angular_velocity`; and how far the tool is off the path asked: `path_position_deviation`,
+    `tcp_angular_velocity`, `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (that
+    across its path); and how far the tool is off the path asked: `path_position_deviation`,
     `path_orientation_deviation`, `blend_deviation`; of `min_effort` how far it is off straight joint motions, m:
     `tool_deviation`; and how far the farthest joint is, rad or m: `joint_deviation`."""
     joint: str | None
@@ -205,7 +206,18 @@ class SlowPart(Answer):
     """How far the tool has gone since the start of the motion when the part ends, m."""
     lowest_speed: float
     """The lowest speed of the tool on it, m/s."""
-    quantity: Literal["velocity", "acceleration", "jerk", "torque", "tcp_angular_velocity", "duration", "time_law"]
+    quantity: Literal[
+        "velocity",
+        "acceleration",
+        "jerk",
+        "torque",
+        "tcp_angular_velocity",
+        "tcp_linear_acceleration",
+        "tcp_angular_acceleration",
+        "tcp_centripetal_acceleration",
+        "duration",
+        "time_law",
+    ]
     """What keeps the tool slow where it is slowest: the limit of a joint or of the tool that it uses; `duration`, no
     limit binds and a duration is asked; `time_law`, neither: the back end's law has that form."""
     joint: str | None

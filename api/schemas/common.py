@@ -158,6 +158,14 @@ class Limits(Schema):
     """The largest speed of the tool centre point, m/s; omitted: none."""
     tcp_angular_velocity: Limit | None = None
     """The largest angular speed of the tool, rad/s; omitted: none."""
+    tcp_linear_acceleration: Limit | None = None
+    """The largest acceleration of the tool centre point, m/s^2, without gravity: for what is carried loosely; omitted:
+    none."""
+    tcp_angular_acceleration: Limit | None = None
+    """The largest angular acceleration of the tool, rad/s^2; omitted: none."""
+    tcp_centripetal_acceleration: Limit | None = None
+    """The largest acceleration of the tool centre point across its path, m/s^2: it goes slower where its path bends;
+    omitted: none."""
     velocity_scale: Scale = 1.0
     """A factor without unit on the velocity limits of all joints."""
     acceleration_scale: Scale = 1.0

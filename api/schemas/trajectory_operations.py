@@ -34,9 +34,18 @@ Quantity = TypeAliasType(
     "Quantity",
     Annotated[
         Literal[
-            "position", "velocity", "acceleration", "jerk", "torque", "tcp_linear_velocity", "tcp_angular_velocity"
+            "position",
+            "velocity",
+            "acceleration",
+            "jerk",
+            "torque",
+            "tcp_linear_velocity",
+            "tcp_angular_velocity",
+            "tcp_linear_acceleration",
+            "tcp_angular_acceleration",
+            "tcp_centripetal_acceleration",
         ],
-        Field(description="A quantity that a limit is put on: of the joints, or a speed of the tool."),
+        Field(description="A quantity that a limit is put on: of the joints, or a speed or acceleration of the tool."),
     ],
 )
 

@@ -18,8 +18,8 @@ import numpy as np
 from planner.certificate.checks import Certificate, Check
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
-from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, EndStates, Guarantee
-from planner.kinematics.forward import tool_speeds
+from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates, Guarantee
+from planner.kinematics.forward import tool_rates
 from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 
@@ -67,7 +67,7 @@ def certificate_of(
     enforced = {quantity: guarantees[quantity] is Guarantee.HARD for quantity in QUANTITIES}
     checks = _polynomial_checks(trajectory, derivatives, robot, limits, enforced, smooth)
     dynamics = dynamics or SegmentDynamics.unchanged(robot)
-    checks += _sampled_checks(trajectory, derivatives, dynamics, limits, enforced)
+    checks += _sampled_checks(trajectory, derivatives, dynamics, limits, enforced, smooth)
     checks += more_checks
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     return Certificate(
@@ -152,6 +152,7 @@ def _sampled_checks(
     dynamics: SegmentDynamics,
     limits: SegmentLimits,
     enforced: Mapping[str, bool],
+    smooth: int,
 ) -> list[Check]:
     """Give the checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
     robot = dynamics.robots[0]
@@ -175,8 +176,8 @@ def _sampled_checks(
         if torque:
             values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq) - middles[segments[pieces]]
         if tool:
-            linear, angular = tool_speeds(robot, q, dq)
-            values |= {"tcp_linear_velocity": linear[:, None], "tcp_angular_velocity": angular[:, None]}
+            rates = tool_rates(robot, limits.of_tool, q, dq, ddq)
+            values |= {quantity: rate[:, None] for quantity, rate in rates.items()}
         shares: FloatArray = np.hstack([values[quantity] for quantity in limited]) / bounds[pieces]
         return shares
 
@@ -187,17 +188,18 @@ def _sampled_checks(
     peaks = sampled_peaks(use, parts, quantities, whole, decided_at=BROKEN)
     for quantity, ratio, piece, unit, column in zip(limited, *(part[0].tolist() for part in peaks), strict=True):
         limit = float(bounds[piece, column])
-        known = np.isfinite(limit)  # if not, nothing is used anywhere that is limited
+        known = bool(np.isfinite(limit))  # if not, nothing is used anywhere that is limited
+        bounded = TCP_ORDERS.get(quantity, 1) == 1 or smooth >= 1
         check = Check(
             quantity=quantity,
             joint=robot.joint_names[column - columns.index(quantity)] if quantity == "torque" else None,
             peak=ratio * limit if known else 0.0,
             limit=limit if known else None,
-            ratio=ratio if known else None,
+            ratio=ratio if known and bounded else None,
             time=float(trajectory.breakpoints[piece] + unit * trajectory.lengths[piece]),
             method="sampled",
             enforced=enforced[quantity],
-            bounded=True,
+            bounded=bounded,
         )
         if quantity == "torque":
             if known and quantity in limits.wider:

@@ -1,19 +1,37 @@
-"""Forward kinematics: poses, Jacobians and speeds of the tool at joint positions."""
+"""Forward kinematics: poses, Jacobians, speeds and accelerations of the tool at joint positions."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
+from planner.guarantees import TCP_ORDERS
 from planner.kinematics.screws import screws_of
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
     from numpy.typing import ArrayLike
 
     from planner.robots import Robot
+
+AT_REST = 1e-9
+"""Speed of the tool, m/s, up to which its path has no direction that an acceleration could be across."""
+
+VELOCITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
+"""The quantities that are velocities of the tool, the linear one first."""
+
+ACCELERATIONS = ("tcp_linear_acceleration", "tcp_angular_acceleration")
+"""The quantities that are accelerations of the tool, the linear one first."""
+
+CENTRIPETAL = "tcp_centripetal_acceleration"
+"""The quantity that is the acceleration of the tool across its path."""
+
+OF_PATH_SPEED = (*VELOCITIES, CENTRIPETAL)
+"""The quantities that follow from the speed along a path alone."""
 
 
 def forward_kinematics(robot: Robot, positions: ArrayLike) -> list[Pose]:
@@ -166,3 +184,88 @@ def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> 
     """
     linear, angular = screws_of(robot).twists(positions, velocities, robot.tool_in_tip.translation)
     return np.sqrt((linear * linear).sum(axis=1)), np.sqrt((angular * angular).sum(axis=1))
+
+
+def tool_rates(
+    robot: Robot, quantities: Collection[str], q: FloatArray, v: FloatArray, a: FloatArray
+) -> dict[str, FloatArray]:
+    """Compute magnitudes (N,) of some of `TCP_ORDERS` at many states of the joints, each (N, joints).
+
+    The centripetal acceleration is that of the tool centre point across its path, |v x a| / |v|; at rest it has none.
+
+    Returns:
+        By quantity, m/s, rad/s, m/s^2 or rad/s^2.
+    """
+    screws, point = screws_of(robot), robot.tool_in_tip.translation
+    velocities = screws.twists(q, v, point)
+    rates = {name: _norms(own) for name, own in zip(VELOCITIES, velocities, strict=True) if name in quantities}
+    if any(TCP_ORDERS[quantity] > 1 for quantity in quantities):
+        accelerations = screws.accelerations(q, v, a, point)
+        rates |= {name: _norms(own) for name, own in zip(ACCELERATIONS, accelerations, strict=True)}
+        rates[CENTRIPETAL] = _along_and_across(velocities[0], accelerations[0]).across
+    return {quantity: rates[quantity] for quantity in quantities}
+
+
+class AccelerationOnPath(NamedTuple):
+    """The acceleration of the tool by a motion along a path: (speed s'' + along s'^2, across s'^2), both in one plane.
+
+    Attributes:
+        speed: (N,), of the tool by that of the path.
+        along: (N,), the part in the direction of the path of the derivative of its velocity by the path position.
+        across: (N,), the other part; it is not negative.
+    """
+
+    speed: FloatArray
+    along: FloatArray
+    across: FloatArray
+
+
+def accelerations_on_path(
+    robot: Robot, q: FloatArray, first: FloatArray, second: FloatArray
+) -> tuple[AccelerationOnPath, AccelerationOnPath]:
+    """Compute the linear and the angular acceleration of the tool along a path q(s), whose derivatives by s are given.
+
+    Args:
+        robot: The robot, with its tool.
+        q: (N, joints), rad or m.
+        first: (N, joints).
+        second: (N, joints).
+    """
+    screws, point = screws_of(robot), robot.tool_in_tip.translation
+    pairs = zip(screws.twists(q, first, point), screws.accelerations(q, first, second, point), strict=True)
+    linear, angular = (_along_and_across(velocity, acceleration) for velocity, acceleration in pairs)
+    return linear, angular
+
+
+def shares_of_path_speed(
+    robot: Robot, limits: Mapping[str, FloatArray], q: FloatArray, first: FloatArray, second: FloatArray
+) -> FloatArray:
+    """Return a path velocity of 1 as a share (N,) of the highest that limits of `OF_PATH_SPEED` allow on a path q(s).
+
+    Args:
+        robot: The robot, with its tool.
+        limits: Limits (N,) of the tool by quantity; others are not looked at.
+        q: (N, joints), rad or m.
+        first: (N, joints), derivative by s.
+        second: (N, joints), second derivative by s.
+    """
+    own = {quantity: limit for quantity, limit in limits.items() if quantity in OF_PATH_SPEED}
+    shares = np.zeros(len(q))
+    for quantity, rate in tool_rates(robot, own, q, first, second).items():
+        shares = np.maximum(shares, (rate / own[quantity]) ** (1.0 / TCP_ORDERS[quantity]))
+    return shares
+
+
+def _along_and_across(velocity: FloatArray, acceleration: FloatArray) -> AccelerationOnPath:
+    """Split accelerations (N, 3) by the direction of velocities (N, 3); without one all of it is along."""
+    speed, size = _norms(velocity), _norms(acceleration)
+    moving = speed > AT_REST
+    direction = np.divide(velocity, speed[:, None], out=np.zeros_like(velocity), where=moving[:, None])
+    along = np.einsum("ij,ij->i", acceleration, direction)
+    across = _norms(acceleration - along[:, None] * direction)
+    return AccelerationOnPath(speed, np.where(moving, along, size), np.where(moving, across, 0.0))
+
+
+def _norms(vectors: FloatArray) -> FloatArray:
+    norms: FloatArray = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return norms

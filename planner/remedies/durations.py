@@ -15,8 +15,8 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.kinematics.forward import tool_speeds
-from planner.limits import TCP_QUANTITIES, Limits
+from planner.kinematics.forward import tool_rates
+from planner.limits import Limits
 from planner.remedies.higher_limits import higher_limits, limit_of
 from planner.remedies.lighter_payload import lighter_payload
 from planner.remedies.proved import first_proved, plan_with
@@ -139,8 +139,8 @@ class _Motion:
         sampled = {}
         if self.dynamics.has_dynamics and np.isfinite(limits.torque).any():
             sampled["torque"] = np.abs(self.dynamics.torques(self.segments(), *self.samples()))
-        if np.isfinite(limits.tcp_linear_velocity).any() or np.isfinite(limits.tcp_angular_velocity).any():
-            sampled |= dict(zip(TCP_QUANTITIES, tool_speeds(robot, *self.samples()[:2]), strict=True))
+        if limits.of_tool:
+            sampled |= tool_rates(robot, limits.of_tool, *self.samples())
         for quantity, values in sampled.items():
             for joint, column in enumerate(values.reshape(len(segment_of) * SAMPLES, -1).T):
                 note(quantity, segment_of, joint, column.reshape(-1, SAMPLES).max(axis=1))

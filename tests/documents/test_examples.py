@@ -30,6 +30,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "date_sorting_transition_1.json": (2, 30.0),
     "date_sorting_transition_2.json": (2, 30.0),
     "free_turn.json": (4, None),
+    "full_cups.json": (3, None),
     "gripper.json": (3, None),
     "in_a_cycle.json": (4, 6.0),
     "least_effort.json": (2, 6.0),

@@ -131,6 +131,9 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         acceleration_scale=draw(st.floats(0.01, 1.0)),
         tcp_linear_velocity=draw(st.sampled_from([*no_speeds, 0.05, 0.5])),
         tcp_angular_velocity=draw(st.sampled_from([*no_speeds, 0.2, 2.0])),
+        tcp_linear_acceleration=draw(st.sampled_from([*no_speeds, *no_speeds, 0.2, 3.0])),
+        tcp_angular_acceleration=draw(st.sampled_from([*no_speeds, *no_speeds, 0.5, 5.0])),
+        tcp_centripetal_acceleration=draw(st.sampled_from([*no_speeds, *no_speeds, 0.1, 1.0])),
         velocity_range=_ranges(problem.robot, "velocity", draw(st.sampled_from(RANGES))),
         acceleration_range=_ranges(problem.robot, "acceleration", draw(st.sampled_from(RANGES))),
     )
@@ -203,6 +206,9 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         velocity_scale=scale,
         acceleration_scale=scale,
         tcp_linear_velocity=speed,
+        tcp_linear_acceleration=rng.choice([None, None, 0.2, 3.0]),
+        tcp_angular_acceleration=rng.choice([None, None, 0.5, 5.0]),
+        tcp_centripetal_acceleration=rng.choice([None, None, 0.1, 1.0]),
         velocity_range=_ranges(robot, "velocity", RANGES[rng.integers(len(RANGES))]),
         acceleration_range=_ranges(robot, "acceleration", RANGES[rng.integers(len(RANGES))]),
     )

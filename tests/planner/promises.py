@@ -79,10 +79,17 @@ def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
             lower, upper = (bound[segment] for bound in limits.bounds("torque"))
             assert (torque <= upper * (1.0 + 1e-6)).all()
             assert (torque >= lower * (1.0 + 1e-6)).all()
-        pin.forwardKinematics(robot.model, data, q, v)
+        pin.forwardKinematics(robot.model, data, q, v, a)
         speed = pin.getFrameVelocity(robot.model, data, robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         assert np.linalg.norm(speed.linear) <= limits.tcp_linear_velocity[segment] * (1.0 + 1e-6)
         assert np.linalg.norm(speed.angular) <= limits.tcp_angular_velocity[segment] * (1.0 + 1e-6)
+        frame = robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        gain = pin.getFrameClassicalAcceleration(robot.model, data, *frame)
+        assert np.linalg.norm(gain.linear) <= limits.tcp_linear_acceleration[segment] * (1.0 + 1e-6)
+        assert np.linalg.norm(gain.angular) <= limits.tcp_angular_acceleration[segment] * (1.0 + 1e-6)
+        if (fast := np.linalg.norm(speed.linear)) > 1e-6:
+            across = np.linalg.norm(np.cross(speed.linear, gain.linear)) / fast
+            assert across <= limits.tcp_centripetal_acceleration[segment] * (1.0 + 1e-6)
     bounds = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])[:, trajectory.segments]
     if np.isfinite(bounds).any():
         each = np.linspace(0.0, 1.0, 17)

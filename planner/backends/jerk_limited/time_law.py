@@ -11,9 +11,10 @@ from planner.backends.jerk_limited.retiming import fastest_retiming
 from planner.backends.shared.refusals import duration_of_run, refuse_what_gravity_exceeds
 from planner.backends.shared.time_laws import follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import scaled_to_duration
+from planner.backends.shared.tool_accelerations import acceleration_rows
 from planner.dynamics import path_dynamics
-from planner.guarantees import QUANTITIES
-from planner.kinematics.forward import tool_speeds
+from planner.guarantees import QUANTITIES, TCP_ORDERS
+from planner.kinematics.forward import ACCELERATIONS, OF_PATH_SPEED, tool_rates
 from planner.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
@@ -223,6 +224,10 @@ class LimitsOnCurve:
             (second / half, first / half, no, -middle / half + no, yes, no),
             (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
         ]
+        if self.sampled.accelerations:
+            by_u, by_x = self.sampled.tool_accelerations_at(s, own)
+            none = np.zeros_like(by_u)
+            groups.append((by_x * ds**2 + by_u * dds, by_u * ds, none, none, none + 1.0, none))
         if self.sampled.limits_torque:
             middle, half = own.centred("torque")
             *moved, gravity = self.sampled.torques_at(s, ds, dds)
@@ -232,18 +237,20 @@ class LimitsOnCurve:
 
 
 class _Sampled:
-    """Path dynamics and tool speeds along a curve, which are no polynomials: interpolated between gridpoints.
+    """Path dynamics and motions of the tool along a curve, which are no polynomials: interpolated between gridpoints.
 
     Attributes:
         limits_torque: Whether any torque is limited.
-        has_tool: Whether any speed of the tool is limited.
+        has_tool: Whether anything of the tool is limited.
+        accelerations: The accelerations of the tool that are limited, but for the centripetal one.
     """
 
     def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
         curve, robot, limits = run.curve, path.dynamics.robot_on(run.first), path.limits.of(run.segments)
         self.limits_torque = robot.has_dynamics and bool(np.isfinite(limits.torque).any())
         knows_torques = knows_torques or self.limits_torque
-        self.has_tool = bool(np.isfinite([limits.tcp_linear_velocity, limits.tcp_angular_velocity]).any())
+        of_tool = limits.of_tool
+        self.has_tool, self.accelerations = bool(of_tool), [name for name in ACCELERATIONS if name in of_tool]
         if not (knows_torques or self.has_tool):
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
@@ -255,7 +262,8 @@ class _Sampled:
         )
         q, dq, ddq = curve.evaluate(self.gridpoints)
         if self.has_tool:
-            self.speeds = tool_speeds(robot, q, dq)
+            self.speeds = tool_rates(robot, [name for name in OF_PATH_SPEED if name in of_tool], q, dq, ddq)
+            self.rows = acceleration_rows(robot, of_tool, q, dq, ddq)
         if knows_torques:
             segments = curve.segments[curve.locate(self.gridpoints)[0]]
             dynamics = path_dynamics(robot, q, dq, ddq)
@@ -265,9 +273,20 @@ class _Sampled:
 
     def tool_use(self, s: FloatArray, limits: SegmentLimits) -> FloatArray:
         """Return the ratio of the tool's speed to its limit where s' is 1, (points, pieces), 1/s."""
-        linear, angular = (np.interp(s, self.gridpoints, speed) for speed in self.speeds)
-        use: FloatArray = np.maximum(linear / limits.tcp_linear_velocity, angular / limits.tcp_angular_velocity)
+        use = np.zeros_like(s)
+        for quantity, rate in self.speeds.items():
+            share = np.interp(s, self.gridpoints, rate) / getattr(limits, quantity)
+            use = np.maximum(use, share ** (1.0 / TCP_ORDERS[quantity]))
         return use
+
+    def tool_accelerations_at(self, s: FloatArray, limits: SegmentLimits) -> tuple[FloatArray, FloatArray]:
+        """Return coefficients (points, pieces, rows) of s'' and s'^2 in accelerations of the tool, by their limits."""
+        bound = np.stack([getattr(limits, quantity) for quantity in self.rows.quantities], axis=-1)
+        by_u, by_x = (
+            np.stack([np.interp(s, self.gridpoints, row) for row in part.T], axis=-1) / bound
+            for part in (self.rows.per_u, self.rows.per_x)
+        )
+        return by_u, by_x
 
     def torques_at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
         """Return the torques' coefficients of b, a and c, and gravity, each (..., joints), where a law is at s (...).

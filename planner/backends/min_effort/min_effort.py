@@ -42,6 +42,9 @@ class MinEffort(MinEffortOptions):
     no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
     minimises cost + `time_weight` x duration.
 
+    Where accelerations of the tool are limited, no way between waypoints is searched for: the quintic is the answer,
+    with a warning. Along a given way the law is found within them.
+
     Efforts are measured by the robot's own torque limits, whatever limits are asked; a joint without a limit counts
     like the strongest one, and 1 N m (N) if no joint has one.
     """

@@ -21,7 +21,7 @@ from planner.backends.shared.time_scaling import scaled_to_duration, slowest, ti
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
-from planner.guarantees import QUANTITIES
+from planner.guarantees import QUANTITIES, TCP_ORDERS
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -244,6 +244,8 @@ class ThroughWaypoints(Optimum):
     def _solve(self, first: SegmentedPolynomial) -> SegmentedPolynomial | None:
         """Return the optimum from a first motion, near its way; None: none was found that keeps the limits."""
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
+        if any(TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool):
+            return None  # the program knows no accelerations of the tool
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)

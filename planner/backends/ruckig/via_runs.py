@@ -18,7 +18,7 @@ from planner.backends.shared.straight_lines import NOTICED
 from planner.backends.shared.time_scaling import time_scalings
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS
+from planner.guarantees import END_OPTIONS, TCP_ORDERS
 from planner.polynomials import SegmentedPolynomial, joined
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 
@@ -217,8 +217,9 @@ class _JointRun:
                 best = whole if best is None or whole.durations.sum() < best.durations.sum() else best
                 if worst <= HASTE:
                     return best
-            # The tool's speed takes slower joints, but no gentler ones; torque takes both.
-            by_tool = np.array([needed[segment].binding.joint is None for segment in self.segments.tolist()])
+            # The tool's speed takes slower joints, but no gentler ones; torque and its acceleration take both.
+            limits = [needed[segment].binding.quantity for segment in self.segments.tolist()]
+            by_tool = np.array([TCP_ORDERS.get(quantity or "") == 1 for quantity in limits])
             excess = np.maximum(factors * HASTE, 1.0)
             slowness = slowness * np.where(by_tool, 1.0, excess)
             fastest = largest_speeds(pieces)

@@ -38,6 +38,12 @@ class BindingLimit(NamedTuple):
                 return "the limit of the tool's speed"
             case "tcp_angular_velocity":
                 return "the limit of the tool's angular speed"
+            case "tcp_linear_acceleration":
+                return "the limit of the tool's acceleration"
+            case "tcp_angular_acceleration":
+                return "the limit of the tool's angular acceleration"
+            case "tcp_centripetal_acceleration":
+                return "the limit of the tool's centripetal acceleration"
             case _ if self.quantity == RAMPS:
                 return "the acceleration and deceleration times"
             case None:

@@ -1,4 +1,4 @@
-"""The limits of torque and tool speed, which are no polynomials: the durations that they need, found on samples."""
+"""The limits of torque and of the tool, which are no polynomials: the durations that they need, found on samples."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.extrema import derivatives_on_unit_time
-from planner.kinematics.forward import tool_speeds
-from planner.limits import TCP_QUANTITIES
+from planner.guarantees import TCP_ORDERS
+from planner.kinematics.forward import tool_rates
 from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
@@ -26,25 +26,26 @@ SAMPLED_MARGIN = 1.0002
 
 
 class SampledLimits:
-    """The limits of torque and tool speed, whose use is found on samples.
+    """The limits of torque, tool speed and tool acceleration, whose use is found on samples.
 
     Attributes:
         middle: The middle (segments, joints) between the lower and the upper torque limits, N m or N.
         torque: The distance (segments, joints) of both from there.
         limited: Whether (segments,) a segment has such a limit.
-        each: The limits there are, one of each joint and two of the tool.
+        tool: The limits (segments,) of the tool that there are, by quantity.
+        each: The limits there are, the torques of the joints and those of the tool.
     """
 
     def __init__(self, dynamics: SegmentDynamics, limits: SegmentLimits) -> None:
         self.dynamics, self.robot = dynamics, dynamics.robots[0]
-        self.linear, self.angular = limits.tcp_linear_velocity, limits.tcp_angular_velocity
+        self.tool = limits.of_tool
         self.middle, self.torque = limits.centred("torque")
         if not dynamics.has_dynamics:
             self.torque = np.full_like(self.torque, np.inf)
-        self.limited = np.isfinite(self.linear) | np.isfinite(self.angular) | np.isfinite(self.torque).any(axis=1)
+        self.limited: np.ndarray = np.isfinite(np.stack([*self.tool.values(), *self.torque.T])).any(axis=0)
         self.each: list[BindingLimit] = [
             *(BindingLimit("torque", name) for name in self.robot.joint_names),
-            *(BindingLimit(quantity) for quantity in TCP_QUANTITIES),
+            *map(BindingLimit, self.tool),
         ]
 
     def stretch(
@@ -73,9 +74,12 @@ class SampledLimits:
         def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
             """Return the factors (N, limits) that samples of pieces `at` (N,) need."""
             torque = partial(self._stretch_for_torque, rows=rows[at], segments=pieces.segments[at], q=q, v=v, a=a)
-            return self._of_samples(rows[at], q, v, torque)
+            values = self._of_samples(rows[at], q, v, a, torque)
+            for column, quantity in enumerate(self.tool, self.robot.dof):
+                values[:, column] **= 1.0 / TCP_ORDERS[quantity]
+            return values
 
-        return _peaks(needed, pieces, groups, above)
+        return _peaks(needed, len(self.each), pieces, groups, above)
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """Return the largest share (pieces,) of one of these limits that each piece uses.
@@ -88,21 +92,27 @@ class SampledLimits:
         def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
             """Return the shares (N, limits) that samples of pieces `at` (N,) use."""
             torques = partial(self.dynamics.torques, pieces.segments[at], q, v, a)
-            return self._of_samples(rows[at], q, v, lambda limit: np.abs(torques() - self.middle[rows[at]]) / limit)
+            return self._of_samples(rows[at], q, v, a, lambda limit: np.abs(torques() - self.middle[rows[at]]) / limit)
 
-        return _peaks(shares, pieces, np.arange(len(rows)))[0]
+        return _peaks(shares, len(self.each), pieces, np.arange(len(rows)))[0]
 
     def _of_samples(
-        self, rows: np.ndarray, q: FloatArray, v: FloatArray, of_torque: Callable[[FloatArray], FloatArray]
+        self,
+        rows: np.ndarray,
+        q: FloatArray,
+        v: FloatArray,
+        a: FloatArray,
+        of_torque: Callable[[FloatArray], FloatArray],
     ) -> FloatArray:
-        """Join the shares of the limits of tool speed and what `of_torque` makes of those of torque: (N, limits)."""
-        linear, angular, torque = self.linear[rows], self.angular[rows], self.torque[rows]
+        """Join the shares of the limits of the tool and what `of_torque` makes of those of torque: (N, limits)."""
+        torque, dof = self.torque[rows], self.robot.dof
         values = np.zeros((len(rows), len(self.each)))
-        if np.isfinite(linear).any() or np.isfinite(angular).any():
-            speeds = tool_speeds(self.robot, q, v)
-            values[:, -2], values[:, -1] = speeds[0] / linear, speeds[1] / angular
+        if self.tool:
+            rates = tool_rates(self.robot, self.tool, q, v, a)
+            for column, (quantity, limit) in enumerate(self.tool.items(), dof):
+                values[:, column] = rates[quantity] / limit[rows]
         if np.isfinite(torque).any():
-            values[:, :-2] = of_torque(torque)
+            values[:, :dof] = of_torque(torque)
         return values
 
     def _stretch_for_torque(
@@ -131,6 +141,7 @@ class SampledLimits:
 
 def _peaks(
     of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], FloatArray],
+    columns: int,
     motion: SegmentedPolynomial,
     groups: np.ndarray,
     above: FloatArray | float = 0.0,
@@ -139,6 +150,7 @@ def _peaks(
 
     Args:
         of_samples: Values (N, columns) of piece (N,), position, velocity and acceleration (N, joints).
+        columns: The number of values of each sample.
         motion: The motion, in pieces of positive length.
         groups: Group (pieces,) of each piece, from 0 on without gaps.
         above: Values up to this, one for all or (groups,), do not matter: what is found may be less.
@@ -150,7 +162,6 @@ def _peaks(
         """Return the values (N, columns) at unit times (N,) of pieces (N,)."""
         return of_samples(pieces, *states.evaluate(pieces, units))
 
-    columns = motion.coefficients.shape[1] + len(TCP_QUANTITIES)
     parts, one = parts_of(derivatives, motion.lengths), np.zeros(columns, dtype=int)
     peaks = sampled_peaks(values, parts, one, groups, above=above / SAMPLED_MARGIN)
     return peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]

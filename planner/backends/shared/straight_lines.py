@@ -48,11 +48,8 @@ def time_lines(
     sampled = SampledLimits(motions.dynamics, motions.limits)
     if not sampled.limited.any():
         return [closed_form(motions)] if len(motions.segments) else []
-    none = np.full_like(motions.limits.tcp_linear_velocity, np.inf)
-    torque = np.full_like(motions.limits.torque, np.inf)
-    by_joints = replace(motions.limits, torque=torque, tcp_linear_velocity=none, tcp_angular_velocity=none)
     try:
-        pieces = closed_form(replace(motions, limits=by_joints))
+        pieces = closed_form(replace(motions, limits=motions.limits.without_sampled()))
     except PlanningError:
         return [closed_form(motions)]  # the refusal is to know all limits
     pieces = pieces.of(pieces.lengths > 0.0)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.kinematics.forward import tool_speeds
+from planner.kinematics.forward import shares_of_path_speed
 from planner.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
@@ -122,24 +122,25 @@ def _joint_state(
 
 
 class ToolSpeeds:
-    """The tool's speed along a curve at a path velocity of 1, as a share of its limit.
+    """A path velocity of 1 along a curve, as a share of the highest that limits of the tool allow.
 
     Attributes:
         gridpoints: (N,), path positions at which it is computed.
-        shares: (N,), of the linear or the angular speed, whichever is more of its limit.
+        shares: (N,), by the limits of linear and angular speed and of the centripetal acceleration.
     """
 
     def __init__(self, path: JointPath, run: Run) -> None:
-        curve, limits = run.curve, path.limits
-        linear, angular = limits.tcp_linear_velocity[curve.segments], limits.tcp_angular_velocity[curve.segments]
+        curve = run.curve
+        limits = {
+            quantity: np.repeat(limit, SPEED_SAMPLES)
+            for quantity, limit in path.limits.of(curve.segments).of_tool.items()
+        }
         self.gridpoints = np.zeros(1)
         self.shares = np.zeros(1)
-        if np.isfinite(linear).any() or np.isfinite(angular).any():
+        if limits:
             unit = (np.arange(SPEED_SAMPLES) + 0.5) / SPEED_SAMPLES
             self.gridpoints = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
-            speeds = tool_speeds(path.robot, *curve.evaluate(self.gridpoints, [0, 1]))
-            limit = np.repeat(linear, SPEED_SAMPLES), np.repeat(angular, SPEED_SAMPLES)
-            self.shares = np.maximum(speeds[0] / limit[0], speeds[1] / limit[1])
+            self.shares = shares_of_path_speed(path.robot, limits, *curve.evaluate(self.gridpoints))
 
     def shares_at(self, s: FloatArray) -> FloatArray:
         """Return the shares at path positions of any shape, by linear interpolation."""

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.shared.refusals import refuse_what_gravity_exceeds
+from planner.backends.shared.tool_accelerations import acceleration_rows
 from planner.backends.toppra.intervals import PROBES
-from planner.kinematics.forward import tool_speeds
+from planner.kinematics.forward import shares_of_path_speed
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -286,6 +287,13 @@ def path_limits(
     parts: list[tuple[FloatArray, ...]] = [(first / half, second / half, np.broadcast_to(-middle / half, q.shape))]
     if dynamics.has_dynamics and np.isfinite(limits.torque[intervals.segments]).any():
         parts.append(_torques(dynamics, limits, intervals, (q, first, second)))
+    of_tool = {quantity: limit[intervals.segments] for quantity, limit in limits.of_tool.items()}
+    states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
+    rows = acceleration_rows(dynamics.robots[0], of_tool, *states)
+    if rows.quantities:
+        bound = np.stack([of_tool[quantity] for quantity in rows.quantities], axis=1)
+        by_u, by_x = (part.reshape(*q.shape[:2], -1) / bound for part in (rows.per_u, rows.per_x))
+        parts.append((by_u, by_x, np.zeros_like(by_u)))
     per_u, per_x, rest = (np.concatenate(values, axis=2) for values in zip(*parts, strict=True))
     slower = squares[:, None]
     return PathLimits(
@@ -335,15 +343,13 @@ def _at_all_points(values: FloatArray, own: np.ndarray) -> FloatArray:
 
 def _bounds(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> FloatArray:
     """Bounds on x (probes, intervals) by the speed limits of joints and tool."""
-    q, first, _ = intervals.at(PROBES)
+    q, first, second = intervals.at(PROBES)
     segments = intervals.segments
     used = limits.used("velocity", segments, first).max(axis=2)
-    of_tool = limits.tcp_linear_velocity[segments], limits.tcp_angular_velocity[segments]
-    if np.isfinite(of_tool).any():
-        joints = q.shape[2]
-        speeds = tool_speeds(robot, q.reshape(-1, joints), first.reshape(-1, joints))
-        for speed, limit in zip(speeds, of_tool, strict=True):
-            used = np.maximum(used, speed.reshape(used.shape) / limit)
+    if limits.of_tool:
+        of_tool = {quantity: np.tile(limit[segments], len(PROBES)) for quantity, limit in limits.of_tool.items()}
+        states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
+        used = np.maximum(used, shares_of_path_speed(robot, of_tool, *states).reshape(used.shape))
     bounds = 1.0 / np.maximum(used, MOST_SQUARE**-0.5) ** 2
     limited: FloatArray = np.minimum(bounds, STEEP * bounds.min(axis=0))
     return limited

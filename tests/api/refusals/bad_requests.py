@@ -279,6 +279,13 @@ BAD_REQUESTS = [
         INVALID,
         "/waypoints/1/limits/acceleration_range",
     ),
+    Bad(
+        "no acceleration of the tool",
+        PLAN,
+        plan_request(limits={"tcp_linear_acceleration": 0.0}),
+        INVALID,
+        "/limits/tcp_linear_acceleration",
+    ),
     Bad("negative duration", PLAN, second_changed(duration=-1.0), INVALID, "/waypoints/1/duration"),
     Bad("no duration of the whole", PLAN, plan_request(duration=0.0), INVALID, "/duration"),
     Bad(

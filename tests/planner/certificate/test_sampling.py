@@ -18,14 +18,14 @@ from planner.certificate.sampling import certify_sampling, worst_overshoot
 from planner.certificate.trajectories import certify_polynomials
 from planner.errors import PlanningError
 from planner.guarantees import end_states
-from planner.limits import Limits
+from planner.limits import TCP_QUANTITIES, Limits
 from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem
 from planner.result import Plan
 from planner.robots import load_robot
 from tests.planner.problems import backend_of, path_problems, problem_of, problems
 
-SAMPLED = {"torque", "tcp_linear_velocity", "tcp_angular_velocity"}
+SAMPLED = {"torque", *TCP_QUANTITIES}
 """The quantities whose peaks are sampled: in other places where pieces are cut at the segments, and only coarsely over
 a piece as long as the whole motion."""
 

@@ -15,7 +15,7 @@ from planner.backends.splines.interpolation import interpolate, interpolating_sp
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
-from planner.limits import SegmentLimits
+from planner.limits import TCP_QUANTITIES, SegmentLimits
 
 DEGREES = (3, 5)
 fewer = settings(max_examples=max(100, settings.default.max_examples // 10))
@@ -25,9 +25,8 @@ INF = np.inf
 
 def spline_limits(lower, upper, velocity, acceleration, jerk):
     """Limits of a spline; nothing else is limited."""
-    segments = len(velocity)
-    tool = np.full(segments, INF)
-    return SegmentLimits(lower, upper, velocity, acceleration, jerk, np.full_like(velocity, INF), tool, tool)
+    of_tool = dict.fromkeys(TCP_QUANTITIES, np.full(len(velocity), INF))
+    return SegmentLimits(lower, upper, velocity, acceleration, jerk, np.full_like(velocity, INF), **of_tool)
 
 
 def reference(positions, durations, degree) -> PPoly:
