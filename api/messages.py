@@ -47,6 +47,7 @@ class Task:
         deadline: When the answer must be there, s on the same clock.
         body: The body as it came.
         arguments: What the operation needs besides the body.
+        client: The client that asks, with whom others take turns; empty: the service itself.
     """
 
     operation: str
@@ -55,6 +56,7 @@ class Task:
     deadline: float
     body: bytes = b""
     arguments: Mapping[str, Any] = field(default_factory=dict)
+    client: str = ""
 
 
 class PlanFigures(NamedTuple):

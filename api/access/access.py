@@ -16,6 +16,7 @@ from api.access.keys import SCOPES, id_of, is_valid
 from api.database.keys import find_key
 from api.errors import Forbidden, Unauthorized
 from api.server.connections import client_of
+from api.server.jobs import queue_is_full
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -65,6 +66,11 @@ class Client:
     def batches_of(self) -> str | None:
         """The client whose batches alone it sees; None: it sees those of all."""
         return self.name if self.has_key and "admin" not in self.scopes else None
+
+
+def client_by_address(scope: Scope) -> Client:
+    """Find who sends a request where no key says it: whoever has its address."""
+    return Client(client_of(scope["client"][0] if scope["client"] else ""))
 
 
 class Access:
@@ -138,12 +144,12 @@ class Guarded:
         Raises:
             Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
             TooManyRequests: See `Allowance.request`.
+            Overloaded: Too many requests wait; the body of this one is not read.
         """
         scope["state"]["operation"] = self._operation
         access: Access = scope["app"].state.service.access
-        address = client_of(scope["client"][0] if scope["client"] else "")
         if not access.asks_for_keys or self._operation.scope is None:
-            scope["state"]["client"] = Client(address)
+            _refuse_if_full(scope)
             await self._app(scope, receive, send)
             return
         key = await access.key_of(Headers(scope=scope), self._operation.scope)
@@ -156,7 +162,14 @@ class Guarded:
             await send(message)
 
         with allowance.request(time.monotonic()):
+            _refuse_if_full(scope)
             await self._app(scope, receive, send_with_headers)
+
+
+def _refuse_if_full(scope: Scope) -> None:
+    """Refuse a request with a body, before that is read, where there is no room for it."""
+    if scope["method"] == "POST" and scope["app"].state.service.pool.is_full(scope["state"]["client"].name):
+        raise queue_is_full()
 
 
 def audit(request: Request, action: str, subject: str) -> None:

@@ -134,6 +134,7 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
         deadline=arrived + asked.deadline,
         body=asked.body,
         arguments={**asked.robot, **arguments},
+        client=client(request).name,
     )
     kind = kind_of(operation, asked.document, arguments.get("index", 0))
     work = asyncio.ensure_future(service_of(request).pool.run(task, kind, request.state.share.hold))

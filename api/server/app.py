@@ -119,7 +119,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
-    app.add_middleware(RequestContext, traffic=traffic, pool=workers, metrics=metrics, traces=traces)
+    app.add_middleware(RequestContext, traffic=traffic, metrics=metrics, traces=traces)
     if settings.cors_origins:
         methods = sorted({operation.method for operation in OPERATIONS})
         app.add_middleware(

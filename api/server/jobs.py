@@ -1,10 +1,11 @@
-"""Requests that wait for a worker: first come, first served, unless they could not be answered in time."""
+"""Requests that wait for a worker: the clients take turns, and what could not be answered in time is refused."""
 
 from __future__ import annotations
 
 import asyncio
 import math
 import time
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from api.errors import Overloaded
@@ -36,6 +37,7 @@ class Job:
         was_interrupted: Whether a worker was killed while it worked on it.
         begun: An event that is set when a worker begins with it.
         is_behind: Whether it stands back for all that are not.
+        is_ahead: Whether it goes ahead of all that are not, since its worker was killed.
     """
 
     def __init__(
@@ -49,6 +51,7 @@ class Job:
         self.was_interrupted = False
         self.begun = asyncio.Event()
         self.is_behind = is_behind
+        self.is_ahead = False
         self._hold = hold
 
     @property
@@ -92,37 +95,46 @@ class Job:
 
 
 class JobQueue:
-    """The jobs that wait, in the order of their arrival."""
+    """The jobs that wait: the clients take turns, and each one's jobs come in the order of their arrival."""
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity
         self._jobs: list[Job] = []
-
-    @property
-    def is_full(self) -> bool:
-        """Whether no more may wait."""
-        return len(self._jobs) >= self._capacity
+        self._turns: dict[str, int] = {}
+        self._turn = 0
 
     def __len__(self) -> int:
         return len(self._jobs)
 
+    def has_room(self, client: str) -> bool:
+        """Tell whether a job of a client may wait: there is room, or another one has at least two more in the queue."""
+        waiting = self._waiting()
+        return len(self._jobs) < self._capacity or max(waiting.values(), default=0) > waiting[client] + 1
+
     def put(self, job: Job) -> None:
-        """Let a job wait.
+        """Let a job wait. Where there is no room, the last job of the client that has most of it is refused.
 
         Raises:
-            Overloaded: The queue is full.
+            Overloaded: The queue is full, and no client has more of it than this one.
         """
-        if self.is_full:
+        if not self.has_room(job.task.client):
             raise queue_is_full()
+        if len(self._jobs) >= self._capacity:
+            ((most, _),) = self._waiting().most_common(1)
+            last = next(other for other in reversed(self._jobs) if other.task.client == most)
+            self._jobs.remove(last)
+            if not last.reply.done():
+                last.reply.set_exception(queue_is_full())
         self._jobs.append(job)
 
     def put_back(self, job: Job) -> None:
         """Put a job whose worker was killed ahead of all others."""
+        job.is_ahead = True
         self._jobs.insert(0, job)
 
     def take(self, only_cheap: bool) -> Job | None:
-        """Take the job that has waited longest; those that are late by now are refused."""
-        for job in [job for job in self._jobs if job.is_cheap or not only_cheap]:
+        """Take the next job; those that are late by now are refused."""
+        for _, job in self._in_turn(only_cheap):
             self._jobs.remove(job)
             try:
                 if self._jobs:  # nobody has to wait while a hopeless one is tried in vain
@@ -130,7 +142,11 @@ class JobQueue:
             except Overloaded as refusal:
                 job.reply.set_exception(refusal)
             else:
+                self._turn += 1
+                self._turns[job.task.client] = self._turn
                 return job
+        if not self._jobs:
+            self._turns.clear()
         return None
 
     def discard(self, job: Job) -> None:
@@ -138,9 +154,31 @@ class JobQueue:
         if job in self._jobs:
             self._jobs.remove(job)
 
-    def work(self, only_cheap: bool) -> float:
-        """Add up what the jobs that wait are expected to take, s."""
-        return sum(job.remaining() for job in self._jobs if job.is_cheap or not only_cheap)
+    def work(self, only_cheap: bool, client: str) -> float:
+        """Add up what the jobs are expected to take that come before a new one of a client, s."""
+        own = sum(job.task.client == client for job in self._jobs if job.is_cheap or not only_cheap)
+        return sum(job.remaining() for round_, job in self._in_turn(only_cheap) if round_ <= own)
+
+    def _waiting(self) -> Counter[str]:
+        """Count the jobs of each client."""
+        return Counter(job.task.client for job in self._jobs)
+
+    def _in_turn(self, only_cheap: bool) -> list[tuple[int, Job]]:
+        """Order the jobs as they are taken, each with the number of those of its client that come before it.
+
+        What was put back is first; else each client has one job a round, the one that has waited longest for its turn
+        first.
+        """
+        seen: Counter[str] = Counter()
+        found = []
+        for job in self._jobs:
+            if job.is_cheap or not only_cheap:
+                found.append((seen[job.task.client], job))
+                seen[job.task.client] += not job.is_ahead
+        return sorted(
+            found,
+            key=lambda entry: (not entry[1].is_ahead, entry[0], self._turns.get(entry[1].task.client, 0)),
+        )
 
 
 def queue_is_full() -> Overloaded:

@@ -12,16 +12,15 @@ import structlog
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect
 
+from api.access.access import client_by_address
 from api.errors import MEDIA_TYPE, InternalError, problem_document
 from api.failures import where_from
-from api.server.jobs import queue_is_full
 from api.telemetry.traces import Outcome, trace_context
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
     from api.errors import ServiceError
-    from api.server.pool import WorkerPool
     from api.server.traffic import Traffic
     from api.telemetry.metrics import Metrics
     from api.telemetry.traces import Traces
@@ -41,12 +40,9 @@ log = structlog.get_logger()
 class RequestContext:
     """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
 
-    def __init__(
-        self, app: ASGIApp, traffic: Traffic, pool: WorkerPool, metrics: Metrics, traces: Traces | None
-    ) -> None:
+    def __init__(self, app: ASGIApp, traffic: Traffic, metrics: Metrics, traces: Traces | None) -> None:
         self.app = app
         self._traffic = traffic
-        self._pool = pool
         self._metrics = metrics
         self._traces = traces
 
@@ -59,7 +55,7 @@ class RequestContext:
         state = scope.setdefault("state", {})
         share = self._traffic.share()
         state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope), "share": share}
-        state |= {"operation": None, "submitted": None, "code": None}
+        state |= {"operation": None, "submitted": None, "code": None, "client": client_by_address(scope)}
         context = trace_context(Headers(scope=scope).get("traceparent"))
         span = None
         if self._traces is not None:
@@ -80,11 +76,7 @@ class RequestContext:
 
         failure = None
         try:
-            if scope["method"] == "POST" and self._pool.is_full:  # before its body is read: there are too many
-                state["code"] = queue_is_full().code
-                await _send_problem(queue_is_full(), scope["path"], send_and_note)
-            else:
-                await self.app(scope, receive, send_and_note)
+            await self.app(scope, receive, send_and_note)
         except ClientDisconnect:
             failure = "client_disconnected"
         except Exception as error:  # noqa: BLE001 - the outermost boundary: a problem, not a traceback

@@ -54,7 +54,7 @@ class WorkerPool:
     a process that is warm, so that another one is there at once, and never from this one, whose sockets and signal
     handlers they would inherit.
 
-    A worker that becomes free takes the job that has waited longest. Express workers take only work that is known to
+    A worker that becomes free takes the next job; clients take turns. Express workers take only work that is known to
     be cheap: it does not wait for what takes long, however much of that there is. What cannot be answered in time, as
     far as the times of former requests tell, is refused at once instead of wasting a worker's time. What runs behind
     requests, batches, gets a worker that none of them wants, and never the last one where there are several.
@@ -128,10 +128,9 @@ class WorkerPool:
         """Count what waits for a worker, of requests and of what runs behind them."""
         return {"requests": len(self._queue), "batches": len(self._behind)}
 
-    @property
-    def is_full(self) -> bool:
-        """Whether nothing can be taken on, whatever it is."""
-        return self._queue.is_full and not any(map(_is_idle, self._workers))
+    def is_full(self, client: str) -> bool:
+        """Tell whether nothing of a client can be taken on, whatever it is."""
+        return not self._queue.has_room(client) and not any(map(_is_idle, self._workers))
 
     async def run(self, task: Task, kind: Kind, hold: Callable[[int], None]) -> Reply:
         """Run a task in a worker. Cancelling it takes the task away from the worker.
@@ -223,7 +222,7 @@ class WorkerPool:
         for only_cheap in {worker.only_cheap for worker in self._workers if worker.takes(job)}:
             lane = [worker for worker in self._workers if worker.only_cheap == only_cheap]
             under_way = sum(worker.job.remaining() for worker in lane if worker.job is not None)
-            waits.append((under_way + self._queue.work(only_cheap)) / len(lane))
+            waits.append((under_way + self._queue.work(only_cheap, job.task.client)) / len(lane))
         return min(waits)
 
     def _leave(self, job: Job) -> None:

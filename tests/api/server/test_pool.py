@@ -166,10 +166,10 @@ def test_a_full_queue_refuses() -> None:
         with pytest.raises(Overloaded):
             await asked[3]
         assert not any(request.done() for request in asked[:3])
-        assert running.pool.is_full
+        assert running.pool.is_full("")
         asked[1].cancel()  # it hangs up, and makes room
         await settle()
-        assert not running.pool.is_full
+        assert not running.pool.is_full("")
         assert not (await running.ask("another")).done()
         for request in asyncio.all_tasks() - {asyncio.current_task()}:
             request.cancel()
@@ -180,10 +180,10 @@ def test_a_full_queue_refuses() -> None:
 def test_a_queue_that_is_full_of_slow_requests_lets_cheap_ones_through() -> None:
     async def test(running: Running) -> None:
         slow = [await running.ask("slow", SLOW, deadline=60.0) for _ in range(3)]
-        assert not running.pool.is_full  # the express worker has nothing to do
+        assert not running.pool.is_full("")  # the express worker has nothing to do
         quick = await running.ask("quick")
         assert running.worker(1).begun == ["quick"]
-        assert running.pool.is_full
+        assert running.pool.is_full("")
         running.worker(1).finish()
         await quick
         for request in slow:
