@@ -20,8 +20,10 @@ from sqlalchemy import delete, func, insert, inspect, make_url, select, text
 from typer.testing import CliRunner
 
 from api.access.access import Client
+from api.access.keys import KeyRecord
 from api.cli import app
 from api.database.database import Database, make_engine, sqlite_url
+from api.database.keys import add_key, all_keys, find_key, revoke_key
 from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.database.robots import RobotBounds, add_robot, delete_robot, find_robot, robots_behind
 from api.database.tables import metadata, robot_contents, robots
@@ -187,6 +189,30 @@ def test_ids_are_listed_in_their_order(connection: Connection) -> None:
     listed = robots_behind(connection, "", "", 10)
     assert [robot_id for robot_id, _ in listed] == ["Z", "_", "a", "a.1", "b"]
     assert robots_behind(connection, "", "_", 2) == [("a", b'{"id":"a","dof":1}'), ("a.1", b'{"id":"a.1","dof":1}')]
+
+
+def test_keys_are_kept_found_and_revoked(connection: Connection) -> None:
+    record = KeyRecord("0f3a", "cell 4", "digest", frozenset({"plan", "robots:write"}), 100, None, 1.0, None)
+    add_key(connection, record)
+    add_key(connection, record._replace(id="00ff", created=0.0))
+    assert find_key(connection, "0f3a") == record and find_key(connection, "nobody") is None
+    assert [key.id for key in all_keys(connection)] == ["00ff", "0f3a"]
+    assert [revoke_key(connection, key_id) for key_id in ("0f3a", "0f3a", "nobody")] == [True, False, False]
+    found = find_key(connection, "0f3a")
+    assert found is not None and found.revoked is not None and found._replace(revoked=None) == record
+
+
+def test_two_keys_may_have_a_robot_of_the_same_id(connection: Connection) -> None:
+    add = partial(add_robot, connection, robot_id="arm", bounds=WIDE)
+    assert [add(name, content=content(name), owner=name) for name in ("one", "two", "")] == ["added"] * 3
+    assert [find_robot(connection, name, "arm") for name in ("one", "two", "three")] == [
+        content("one"),
+        content("two"),
+        content(""),
+    ]
+    assert [len(robots_behind(connection, name, "", 10)) for name in ("one", "three")] == [1, 1]
+    assert delete_robot(connection, "one", "arm", "one") == "deleted"
+    assert find_robot(connection, "one", "arm") == content("")
 
 
 def test_one_client_fills_no_more_than_its_share_and_deletes_what_it_added_only(connection: Connection) -> None:
