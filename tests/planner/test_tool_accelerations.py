@@ -45,7 +45,7 @@ CORNER = [
 ALL: list[BackEnd] = [*(backend_of(kind) for kind in sorted(BACKENDS) if kind != "auto"), Toppra(jerk_limited=True)]
 
 
-def differences(result: Plan, count: int = 1500, step: float = 1e-4) -> dict[str, FloatArray]:
+def differences(result: Plan, count: int = 500, step: float = 1e-4) -> dict[str, FloatArray]:
     """Of positions and rotations of the tool at three times each, within one piece of the trajectory."""
     trajectory = result.trajectory
     middles = np.linspace(0.0, trajectory.duration, count + 2)[1:-1]
@@ -102,7 +102,7 @@ def test_a_circle_is_driven_at_the_speed_that_its_radius_allows() -> None:
     limits = Limits(tcp_centripetal_acceleration=0.8)
     for backend in (Toppra(), Toppra(jerk_limited=True), Trapezoidal()):
         trajectory = plan(PlanningProblem(ROBOT, arc, limits), backend).trajectory
-        times = np.linspace(0.0, trajectory.duration, 2001)
+        times = np.linspace(0.0, trajectory.duration, 501)
         tool = forward_kinematics(ROBOT, trajectory.evaluate(times, [0])[0])
         steps = np.linalg.norm(np.diff([pose.position for pose in tool], axis=0), axis=1)
         speeds = steps / np.diff(times)
