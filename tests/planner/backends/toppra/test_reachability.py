@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from planner.backends.toppra.path_limits import LinearRows
-from planner.backends.toppra.reachability import fastest_profile
+from planner.backends.toppra.reachability import TINY, fastest_profile
+
+LOST = 2.0 * TINY
+"""How much less than the optimum x may be for each gridpoint, relative to its largest value: what the package takes off
+at each of them, in its unit, which may be larger."""
 
 Problem = tuple[np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarray, np.ndarray]
 
@@ -48,7 +52,11 @@ def largest(problem: Problem) -> np.ndarray:
     both = np.vstack([matrix.reshape(-1, count + 1), -matrix.reshape(-1, count + 1)])
     bounds = np.column_stack([np.zeros(count + 1), np.where(rests, 0.0, most)])
     found = linprog(
-        -np.ones(count + 1), A_ub=both, b_ub=np.concatenate([1.0 - c.ravel(), 1.0 + c.ravel()]), bounds=bounds
+        -np.ones(count + 1),
+        A_ub=both,
+        b_ub=np.concatenate([1.0 - c.ravel(), 1.0 + c.ravel()]),
+        bounds=bounds,
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
     )
     assert found.status == 0, found.message
     optimum: np.ndarray = found.x
@@ -91,7 +99,9 @@ def test_limits_that_change_give_the_profile_of_one_linear_program(
     problem = lengths, (a[rows] * scale[rows], b[rows] * scale[rows], c[rows]), np.append(most[rows], most[-1]), rests
     x = fastest_profile(*one_sided(problem), known.with_new(rows, second), (changed | split)[rows]).x
     optimum = largest(problem)
-    assert x == pytest.approx(optimum, rel=1e-6, abs=3e-5 * max(optimum.max(), 1.0))  # the other solver's tolerance
+    size = max(float(optimum.max()), 1.0)
+    assert (x <= optimum * (1.0 + 1e-6) + 1e-6 * size).all()
+    assert (x >= optimum * (1.0 - 1e-6) - LOST * len(lengths) * size).all()
 
 
 @settings(max_examples=settings.default.max_examples // 2)
