@@ -85,7 +85,8 @@ def test_a_batch_goes_on_after_ctrl_c(tmp_path: Path) -> None:
     file = write_requests(tmp_path / "asked.ndjson", asked)
     command = [sys.executable, "-m", "api.cli", "batch", str(file), "-o", str(tmp_path / "out"), "--workers", "1"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    first = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, start_new_session=True)
+    reachable = ["env", "--default-signal=INT"]  # a shell lets what it starts in the background ignore the signal
+    first = subprocess.Popen([*reachable, *command], env=environment, stderr=subprocess.PIPE, start_new_session=True)
     database = tmp_path / "out/.planner/planner.sqlite3-wal"
     wait_until(lambda: database.exists() and database.stat().st_size > 2**20, 60.0)
     os.killpg(first.pid, signal.SIGINT)  # as a terminal does

@@ -61,8 +61,10 @@ def test_samples_of_every_plan_are_validated_as_the_plan_says(kind: str, data: s
     problem = data.draw(st.one_of(problems(kind), path_problems(kind)))
     # What is validated has the limits of the whole trajectory only, and carries the same all the way.
     waypoints = tuple(replace(waypoint, limits=None, payload=None, put_down=False) for waypoint in problem.waypoints)
+    # The centripetal acceleration of a tool that all but stands still peaks in an instant, which samples may not meet.
+    limits = replace(problem.limits, tcp_centripetal_acceleration=None)
     try:
-        result = plan(replace(problem, waypoints=waypoints), backend_of(kind))
+        result = plan(replace(problem, waypoints=waypoints, limits=limits), backend_of(kind))
     except PlanningError:  # a path of the tool that cannot be followed
         return
     agrees_with_its_samples(result, result.trajectory.duration / data.draw(st.sampled_from([1.0, 7.3, 50.0, 311.7])))
