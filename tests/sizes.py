@@ -26,7 +26,7 @@ class Size(NamedTuple):
     one_in: int
 
 
-SIZES = {"quick": Size(20, 30, 3, 10), "large": Size(1_000, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
+SIZES = {"quick": Size(20, 30, 3, 10), "large": Size(720, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
 LARGER = "hypothesis or sized or long_table or large_only"
