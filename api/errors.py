@@ -329,7 +329,7 @@ def pointer_of(field: FieldPath) -> str:
 def invalid_request(error: ValidationError, document: Any) -> InvalidRequest:
     """Write what pydantic found, as pointers into the caller's `document` and without the caller's values."""
     faults = [
-        {"pointer": _pointer((*fault["loc"], *_TAG.get(fault["type"], ())), document), "message": _message(fault)}
+        {"pointer": _pointer(fault["loc"], fault["type"], document), "message": _message(fault)}
         for fault in error.errors(include_url=False, include_input=False)[:MOST_FAULTS]
     ]
     return invalid(faults)
@@ -342,27 +342,30 @@ def invalid(faults: list[dict[str, str]]) -> InvalidRequest:
     return InvalidRequest(first + more, errors=faults)
 
 
-def _pointer(location: tuple[int | str, ...], document: Any) -> str:
-    """Write the JSON pointer of a pydantic location, which names the tag of a union besides the keys of the data."""
+OF_THE_KIND = ("union_tag_invalid", "union_tag_not_found")
+"""Errors that pydantic locates at the object, and a reader at its field `kind`."""
+
+
+def _pointer(location: tuple[int | str, ...], error: str, document: Any) -> str:
+    """Write the JSON pointer of a pydantic location, which names members of unions besides the keys of the data."""
+    steps = (*location, "kind") if error in OF_THE_KIND else location
+    missing = len(steps) - 1 if error in ("missing", *OF_THE_KIND) else None
     pointer, tagged = "", False
-    for step in location:
+    for i, step in enumerate(steps):
+        is_there = _has(document, step)
         if isinstance(document, dict) and document.get("kind") == step and not tagged:
             tagged = True
-            continue
-        pointer += "/" + str(step).replace("~", "~0").replace("/", "~1")
-        document, tagged = _child(document, step), False
+        elif is_there or i == missing:
+            pointer += "/" + str(step).replace("~", "~0").replace("/", "~1")
+            document, tagged = document[step] if is_there else None, False
     return pointer[:LONGEST_POINTER]
 
 
-def _child(document: Any, step: int | str) -> Any:
-    try:
-        return document[step]
-    except (LookupError, TypeError):
-        return None  # the field is missing
-
-
-_TAG = {"union_tag_invalid": ("kind",), "union_tag_not_found": ("kind",)}
-"""Errors that pydantic locates at the object, and a reader at its field `kind`."""
+def _has(document: Any, step: int | str) -> bool:
+    """Tell whether an object or array has a child of this name."""
+    if isinstance(document, dict):
+        return step in document
+    return isinstance(document, list) and isinstance(step, int) and step < len(document)
 
 
 def _message(fault: Mapping[str, Any]) -> str:

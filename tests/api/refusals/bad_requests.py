@@ -70,6 +70,11 @@ def singular(how: str) -> dict[str, Any]:
     return second_changed(motion={"kind": "linear", "singularity": how})
 
 
+def setting(value: Any) -> dict[str, Any]:
+    action = {"at": {"waypoint": 1}, "kind": "set_output", "name": "grip", "value": value}
+    return plan_request(actions=[action])
+
+
 INVALID = "invalid_request"
 VIA_AT_START = {"position": [0.26582269183668716, 0.026671232618305785, -0.00289525224954534], "orientation": None}
 """The tool of the arm with three joints at (0.1, 0.2, 0.3)."""
@@ -625,6 +630,10 @@ BAD_REQUESTS = [
         {"robot": "three_dof_arm", "poses": [{"position": [0.1, 0, 0]}], "reference": [0]},
         INVALID,
         "/reference",
+    ),
+    *(
+        Bad(f"output of {value}", PLAN, setting(value), INVALID, "/actions/0/value")
+        for value in ([], "high", {"on": True}, None)
     ),
     *BAD_KINEMATICS,
     *BAD_ROBOTS,
