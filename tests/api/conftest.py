@@ -59,6 +59,16 @@ class RunningService:
 
         wait_until(ready, timeout)
 
+    def line_of(self, request_id: str) -> dict[str, Any]:
+        """The line of a request in the log, where it stands soon after the answer."""
+
+        def found() -> list[dict[str, Any]]:
+            return [line for line in self.logged() if line.get("request_id") == request_id]
+
+        wait_until(lambda: bool(found()))
+        [line] = found()
+        return line
+
     def logged(self) -> list[dict[str, Any]]:
         return [json.loads(line) for line in self.log.read_text().splitlines()]
 

@@ -424,7 +424,7 @@ def test_timings_and_request_id_are_in_the_headers(service: RunningService) -> N
     insane = service.client.get("/livez", headers={"X-Request-ID": "a b;c"})
     assert insane.headers["X-Request-ID"] != "a b;c"
 
-    [line] = [line for line in service.logged() if line.get("request_id") == "trace-42"]
+    line = service.line_of("trace-42")
     assert (line["method"], line["path"], line["status"]) == ("POST", "/v1/trajectories", 200)
     assert line["bytes"] == len(answer.content)
 
