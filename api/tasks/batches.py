@@ -19,7 +19,7 @@ from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.requests import PlanRequest
 from api.size import has_too_many_rows
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
-from api.tasks.trajectories import TWO_JOINT_POSITIONS, export_options, figures_of, refuse_too_many_rows
+from api.tasks.trajectories import TWO_JOINT_WAYPOINTS, export_options, figures_of, refuse_too_many_rows
 from api.tasks.work import robot_of, validated
 from planner.errors import PlanningError
 
@@ -264,14 +264,6 @@ def _written(result: Result, form: Format, definition: bytes | None, work: Work)
     return form.render(load_plan(result.result, asked, backend, with_runs), options)
 
 
-EXAMPLE = {
-    "robot": "ngv_refuelling_arm",
-    "waypoints": TWO_JOINT_POSITIONS,
-    "backend": {"kind": "quintic"},
-    "sample_period": 0.25,
-}
-"""A plan request."""
-
 OPERATIONS = (
     Operation(
         id="create_batch",
@@ -288,10 +280,10 @@ OPERATIONS = (
         status=202,
         codes=(*BODY_CODES, "conflict", "too_many_batches"),
         examples={
-            "two_requests": {"requests": [EXAMPLE, EXAMPLE | {"backend": {"kind": "cubic"}}]},
+            "two_requests": {"requests": [TWO_JOINT_WAYPOINTS, TWO_JOINT_WAYPOINTS | {"backend": {"kind": "cubic"}}]},
             "a_grid": {
                 "grid": {
-                    "template": EXAMPLE,
+                    "template": TWO_JOINT_WAYPOINTS,
                     "vary": [
                         {"pointer": "/waypoints/1/duration", "values": [1.0, 2.0, 4.0]},
                         {"pointer": "/backend/kind", "values": ["cubic", "quintic"]},

@@ -157,6 +157,14 @@ TWO_JOINT_POSITIONS = [
 ]
 """The waypoints of examples with the refuelling arm."""
 
+TWO_JOINT_WAYPOINTS = {
+    "robot": "ngv_refuelling_arm",
+    "waypoints": TWO_JOINT_POSITIONS,
+    "backend": {"kind": "quintic"},
+    "sample_period": 0.25,
+}
+"""The example of a short plan."""
+
 PLAN_CODES = (
     *BODY_CODES,
     "unknown_robot",
@@ -187,12 +195,7 @@ OPERATIONS = (
         answer=answers.PlanAnswer,
         codes=PLAN_CODES,
         examples={
-            "two_joint_waypoints": {
-                "robot": "ngv_refuelling_arm",
-                "waypoints": TWO_JOINT_POSITIONS,
-                "backend": {"kind": "quintic"},
-                "sample_period": 0.25,
-            },
+            "two_joint_waypoints": TWO_JOINT_WAYPOINTS,
             "a_line_and_a_blended_corner": {
                 "robot": "kuka_kr16_l6_2",
                 "waypoints": [
@@ -230,12 +233,7 @@ OPERATIONS = (
         answer=bytes,
         codes=PLAN_CODES,
         examples={
-            "two_joint_waypoints": {
-                "robot": "ngv_refuelling_arm",
-                "waypoints": TWO_JOINT_POSITIONS,
-                "backend": {"kind": "quintic"},
-                "sample_period": 0.25,
-            },
+            "two_joint_waypoints": TWO_JOINT_WAYPOINTS,
         },
         file=True,
         media_type="application/octet-stream",
