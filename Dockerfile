@@ -23,6 +23,7 @@ COPY LICENSE README.md ./
 COPY planner planner
 COPY api api
 COPY examples examples
+COPY web web
 RUN pip install --no-deps .
 
 # What only serves to compile or to test against the packages goes. Wheels hold up to three copies of a library where a

@@ -256,6 +256,22 @@ class Placement(Answer):
     """The orientation as a quaternion of norm 1 without unit: the vector part x, y, z, then the scalar part w."""
 
 
+class ChainJoint(Placement):
+    """Where a joint stands in the one before it, at position 0, and how it moves."""
+
+    axis: Vector3
+    """The direction that the joint turns about or moves along, in its own frame, without unit."""
+
+
+class FramePlacement(Placement):
+    """Where a frame stands behind the joint that moves it."""
+
+    frame: str
+    """The name of the frame."""
+    after: int
+    """The number of joints before the frame: 0, it stands still in the base frame; 1, it moves with the first joint."""
+
+
 class RobotSummary(Answer):
     """A robot in a list of robots."""
 
@@ -286,6 +302,11 @@ class RobotDescription(RobotSummary):
     not there comes from the same document as the model, or from the default rule."""
     frames: list[str]
     """The names of all frames of the model."""
+    chain: list[ChainJoint]
+    """The joints from the base to the tip: a joint's frame at position q is its placement, turned by q about its axis,
+    or moved by q along it."""
+    placements: list[FramePlacement]
+    """Where all frames of the model stand, behind which joint."""
     tool: Placement
     """The tool centre point in the tip frame, for requests that name no tool."""
     mounting: Placement | None

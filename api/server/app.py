@@ -18,7 +18,7 @@ from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
 from api.operations import OPERATIONS
-from api.routes import batches, compare, robots, service
+from api.routes import batches, compare, page, robots, service
 from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
 from api.server.pool import WorkerPool
@@ -98,6 +98,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         workers.attach()
         await engine.start()
         log.info("started", workers=settings.workers)
+        page.warn_if_not_built()
         yield
         await engine.stop()
         await workers.detach()
@@ -113,6 +114,8 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
         app.router.routes.append(Route(operation.path, Guarded(endpoint, operation), methods=[operation.method]))
+    app.add_route("/", page.page)
+    app.add_route("/assets/{name}", page.page_file)
     app.add_route("/openapi.json", service.openapi)
     app.add_route("/docs", service.docs_page)
     app.add_route("/docs/{name}", service.docs_file)

@@ -28,6 +28,13 @@ def describe(robot: Robot) -> dict[str, Any]:
         "joints": [_describe_joint(joint) for joint in robot.joints],
         "limit_sources": dict(robot.limit_sources),
         "tip_frame": robot.tip_frame,
+        "chain": _describe_chain(robot),
+        "placements": [
+            _describe_pose(frame.placement.translation, frame.placement.rotation)
+            | {"frame": frame.name, "after": frame.parentJoint}
+            for frame in robot.model.frames
+            if frame.type != pin.FrameType.FIXED_JOINT
+        ],
         "frames": [frame.name for frame in robot.model.frames if frame.type != pin.FrameType.FIXED_JOINT],
         "tool": _describe_pose(tool.translation, tool.rotation),
         "mounting": None
@@ -43,6 +50,18 @@ def describe(robot: Robot) -> dict[str, Any]:
 
 def _describe_pose(position: FloatArray, rotation: FloatArray) -> dict[str, list[float]]:
     return {"position": position.tolist(), "quaternion_xyzw": quaternion(rotation).tolist()}
+
+
+def _describe_chain(robot: Robot) -> list[dict[str, Any]]:
+    """Return where each joint stands in the one before, and its axis, which is its column of its own Jacobian."""
+    model, data = robot.model, robot.model.createData()
+    pin.computeJointJacobians(model, data, np.zeros(model.nq))
+    columns = [pin.getJointJacobian(model, data, i + 1, pin.LOCAL)[:, i] for i in range(model.nv)]
+    return [
+        _describe_pose(placement.translation, placement.rotation)
+        | {"axis": (column[:3] if joint.kind == "prismatic" else column[3:]).tolist()}
+        for joint, placement, column in zip(robot.joints, list(model.jointPlacements)[1:], columns, strict=True)
+    ]
 
 
 def _describe_joint(joint: Joint) -> dict[str, Any]:

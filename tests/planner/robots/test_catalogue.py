@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -94,6 +95,28 @@ def test_the_description_is_plain_json(robot_id: str) -> None:
         for name in ("lower", "upper", "velocity", "acceleration", "jerk", "torque"):
             value = getattr(joint, name)
             assert plain[name] == (value if math.isfinite(value) else None)
+
+
+@pytest.mark.parametrize("robot_id", sorted(OWN))
+def test_frames_can_be_placed_by_the_description(robot_id: str) -> None:
+    """What a viewer computes from `chain` and `placements` is where Pinocchio has the frames."""
+    robot = load_robot(robot_id)
+    description = describe(robot)
+    (q,) = np.random.default_rng(3).uniform(-2.0, 2.0, (1, robot.dof))
+
+    def placed(at: dict[str, Any]) -> pin.SE3:
+        return pin.SE3(pin.Quaternion(np.array(at["quaternion_xyzw"])), np.array(at["position"]))
+
+    joints = [pin.SE3.Identity()]
+    for joint, at, position in zip(description["joints"], description["chain"], q, strict=True):
+        step = np.array(at["axis"]) * position
+        turns = joint["kind"] != "prismatic"
+        moved = pin.SE3(pin.exp3(step), np.zeros(3)) if turns else pin.SE3(np.eye(3), step)
+        joints.append(joints[-1] * placed(at) * moved)
+    assert [at["frame"] for at in description["placements"]] == description["frames"]
+    for at in description["placements"]:
+        found = joints[at["after"]] * placed(at)
+        np.testing.assert_allclose(found.homogeneous, frame_pose(robot, q, at["frame"]), atol=1e-12)
 
 
 @pytest.mark.parametrize("robot_id", sorted(FIGURES))

@@ -1,0 +1,98 @@
+"""The page that people look at, as it was built with the package (web/build_hook.py)."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+import structlog
+from fastapi import Request, Response
+
+from api.errors import NotFound
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+MEDIA_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+"""The media types of the page's files, by their suffixes; there are no others."""
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""The Content-Security-Policy: everything comes from the service, nothing is written into the page."""
+
+HEADERS = {"X-Content-Type-Options": "nosniff", "Vary": "Accept, Accept-Encoding"}
+"""Headers of all files of the page."""
+
+DOCUMENT_HEADERS = {"Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
+"""Headers of the document: the policy, and that it is asked for each time, as it names the files of its version."""
+
+FOREVER = {"Cache-Control": "public, max-age=31536000, immutable"}
+"""The header of the other files, whose names change with their content."""
+
+NOT_BUILT = """<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>Trajectory planner</title>
+<h1>Trajectory planner</h1>
+<p>The service runs, but its page was not built when the package was installed. The service's log says why.</p>
+<p><a href="docs">The documentation of its HTTP interface</a></p>
+</html>
+"""
+"""The document where the page was not built."""
+
+log = structlog.get_logger()
+
+
+async def page(request: Request) -> Response:
+    """Answer GET /: the page, for everybody but those who ask for JSON and take no HTML."""
+    accept = request.headers.get("accept", "*/*")
+    if "json" in accept and "text/html" not in accept:
+        raise NotFound("see /docs for the paths")
+    folder = built_page()
+    if not folder.joinpath("index.html").is_file():
+        return Response(NOT_BUILT, headers=HEADERS | DOCUMENT_HEADERS, media_type="text/html")
+    return _file(request, folder, "index.html", DOCUMENT_HEADERS)
+
+
+async def page_file(request: Request) -> Response:
+    """Answer GET /assets/{name}."""
+    name = request.path_params["name"]
+    if name not in _names():
+        raise NotFound("there is no such file")
+    return _file(request, built_page() / "assets", name, FOREVER)
+
+
+def warn_if_not_built() -> None:
+    """Say in the log why there is no page, if there is none."""
+    folder = built_page()
+    if not folder.joinpath("index.html").is_file():
+        said = folder.joinpath("not_built.txt")
+        reason = said.read_text() if said.is_file() else "the package was not installed by pip"
+        log.warning("page_not_built", reason=reason)
+
+
+def built_page() -> Traversable:
+    """Find the folder that the page was built into."""
+    return files("api").joinpath("built_page")
+
+
+@cache
+def _names() -> frozenset[str]:
+    """List the files beside the document, without their compressed copies."""
+    assets = built_page() / "assets"
+    return frozenset(file.name for file in assets.iterdir() if _suffix(file.name) in MEDIA_TYPES)
+
+
+def _suffix(name: str) -> str:
+    return name[name.rfind(".") :]
+
+
+def _file(request: Request, folder: Traversable, name: str, headers: dict[str, str]) -> Response:
+    compressed = folder.joinpath(f"{name}.gz")
+    headers = HEADERS | headers
+    if "gzip" in request.headers.get("accept-encoding", "") and compressed.is_file():
+        content, headers = compressed.read_bytes(), headers | {"Content-Encoding": "gzip"}
+    else:
+        content = folder.joinpath(name).read_bytes()
+    return Response(content, headers=headers, media_type=MEDIA_TYPES[_suffix(name)])
