@@ -32,7 +32,10 @@ if TYPE_CHECKING:
 TITLE = "Trajectory planner"
 """The name of the service in its documentation."""
 
-DESCRIPTION = "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`."
+DESCRIPTION = (
+    "Waypoints in, certified joint trajectory out. SI units everywhere; joint arrays follow `joint_names`. "
+    "Who sends the `ETag` of an answer back in `If-None-Match` gets 304 where it would be the same."
+)
 """What the service does, in the words of its documentation."""
 
 KEYS = {
@@ -158,6 +161,10 @@ def _responses(operation: Operation) -> dict[int, dict[str, Any]]:
     responses: dict[int, dict[str, Any]] = {operation.status: _success(operation, operation.status)}
     for status, meaning in operation.also.items():
         responses[status] = _success(operation, status) | {"description": meaning}
+    if operation.shared:
+        tag = {"ETag": {"description": "What `If-None-Match` may quote.", "schema": {"type": "string"}}}
+        responses[operation.status].setdefault("headers", {}).update(tag)
+        responses[HTTPStatus.NOT_MODIFIED] = {"description": "The answer is the one that `If-None-Match` quotes."}
     by_status: dict[int, list[str]] = {}
     for code in _codes(operation):
         by_status.setdefault(STATUS_OF_CODE[code], []).append(code)

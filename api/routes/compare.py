@@ -10,7 +10,7 @@ import orjson
 
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
 from api.messages import Reply
-from api.routes.ordinary import look_at_body, respond, run, service_of
+from api.routes.ordinary import is_known, look_at_body, not_modified, respond, run, service_of
 from api.schemas.answers import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS
 from api.server.traffic import Answer
@@ -25,6 +25,9 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 async def compare_backends(request: Request) -> Response:
     """Answer POST /v1/trajectories/compare: read the body and plan with each of its back ends."""
     asked = await look_at_body(request)
+    tag = service_of(request).answers.tag("compare_backends", asked.body, asked.robot)
+    if is_known(request, tag):
+        return respond(not_modified(tag))
     kinds = _kinds(asked.document.get("backends"))
     workers = asyncio.Semaphore(service_of(request).settings.workers)
 
@@ -46,6 +49,7 @@ async def compare_backends(request: Request) -> Response:
     replies = [task.result() for task in tasks]
     entries = []
     request.state.timings = {}
+    headers = {"ETag": tag}
     for index, (kind, reply) in enumerate(zip(kinds, replies, strict=True)):
         request.state.timings[f"backend_{index}"] = sum(s for name, s in reply.timings.items() if name != "queue")
         if reply.status == HTTPStatus.OK:
@@ -54,10 +58,11 @@ async def compare_backends(request: Request) -> Response:
         refusal = orjson.loads(reply.body)
         if refusal["code"] not in OF_ONE_BACKEND:
             return respond(reply)  # the request itself is bad, whatever the back end
+        headers = {}  # it may go well another time
         entry = dict.fromkeys(ComparedBackend.model_fields)
         entries.append(orjson.dumps(entry | {"backend": kind, "status": refusal["code"], "problem": refusal}))
     parts = [part for entry in entries for part in (b",", entry)][1:]
-    return Answer([b'{"results":[', *parts, b"]}"], HTTPStatus.OK, "application/json")
+    return Answer([b'{"results":[', *parts, b"]}"], HTTPStatus.OK, "application/json", headers)
 
 
 def _kinds(backends: Any) -> list[str] | None:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
 import orjson
 import structlog
+from fastapi import Response
 from starlette.requests import ClientDisconnect
 
 from api.database.robots import find_robot
 from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
-from api.messages import Task
+from api.messages import Reply, Task
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
 from api.schemas.common import DEFAULT_DEADLINE
 from api.server.costs import kind_of
@@ -22,12 +23,11 @@ from api.server.traffic import Answer
 from api.size import has_too_many_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Mapping
+    from collections.abc import Awaitable, Callable, Coroutine, Mapping
 
-    from fastapi import Request, Response
+    from fastapi import Request
 
     from api.access.access import Client
-    from api.messages import Reply
     from api.server.service import Service
     from api.tasks.operation import Operation
 
@@ -121,11 +121,12 @@ NOTHING_ASKED = Asked()
 
 
 async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **arguments: Any) -> Reply:
-    """Run an operation in a worker.
+    """Run an operation in a worker, or give the answer that another request of the same content has got or gets.
 
     Raises:
-        ClientDisconnect: The client has hung up; the work is given up, too.
+        ClientDisconnect: The client has hung up; the work is given up, too, unless others wait for it.
     """
+    service, share = service_of(request), request.state.share
     arrived: float = request.state.arrived
     task = Task(
         operation=operation,
@@ -137,25 +138,65 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
         client=client(request).name,
     )
     kind = kind_of(operation, asked.document, arguments.get("index", 0))
-    work = asyncio.ensure_future(service_of(request).pool.run(task, kind, request.state.share.hold))
+
+    async def compute(hold: Callable[[int], None]) -> Reply:
+        reply = await service.pool.run(task, kind, hold)
+        if reply.plan is not None:
+            service.metrics.count_plan(reply.plan, reply.timings)
+        if reply.failure is not None:
+            log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
+        return reply
+
+    if not is_shared(request):
+        reply = await _unless_hung_up(request, compute(share.hold))
+    else:
+        tag = service.answers.tag(operation, task.body, task.arguments)
+        if is_known(request, tag):
+            return not_modified(tag)
+        reply = await _unless_hung_up(request, service.answers.answer(tag, task.deadline, compute))
+        share.hold(len(reply.body))
+        if reply.status == HTTPStatus.OK:
+            reply = replace(reply, headers={**reply.headers, "ETag": tag})
+    if asked.named is not None and not asked.robot and reply.status < HTTPStatus.MULTIPLE_CHOICES:
+        service.catalogue.add(asked.named)
+    request.state.timings = dict(reply.timings)
+    request.state.submitted, request.state.code = task.submitted - arrived, reply.code
+    return reply
+
+
+def is_shared(request: Request) -> bool:
+    """Tell whether the answer may be that of another request: it is of such a kind, and not asked for afresh."""
+    operation: Operation | None = request.state.operation
+    asked = request.headers.get("cache-control", "").lower()
+    return operation is not None and operation.shared and "no-cache" not in asked and "no-store" not in asked
+
+
+def is_known(request: Request, tag: str) -> bool:
+    """Tell whether the client has the answer with this tag already (`If-None-Match`)."""
+    known = (one.strip() for one in request.headers.get("if-none-match", "").split(","))
+    if not any(one.removeprefix("W/") == tag.removeprefix("W/") for one in known):
+        return False
+    service_of(request).metrics.count_shared("not_modified")
+    return True
+
+
+def not_modified(tag: str) -> Reply:
+    """Make the reply to a client that has the answer with this tag already."""
+    return Reply(HTTPStatus.NOT_MODIFIED, "", b"", headers={"ETag": tag})
+
+
+async def _unless_hung_up(request: Request, answering: Coroutine[Any, Any, Reply]) -> Reply:
+    """Wait for an answer, unless the client hangs up before."""
+    work = asyncio.ensure_future(answering)
     hang_up = asyncio.ensure_future(_hang_up(request))
     try:
         await asyncio.wait((work, hang_up), return_when=asyncio.FIRST_COMPLETED)
         if not work.done():
             raise ClientDisconnect
-        reply = await work
+        return await work
     finally:
         hang_up.cancel()
         work.cancel()
-    if asked.named is not None and not asked.robot and reply.status < HTTPStatus.MULTIPLE_CHOICES:
-        service_of(request).catalogue.add(asked.named)
-    request.state.timings = dict(reply.timings)
-    request.state.submitted, request.state.code = task.submitted - arrived, reply.code
-    if reply.plan is not None:
-        service_of(request).metrics.count_plan(reply.plan, reply.timings)
-    if reply.failure is not None:
-        log.error("task_failed", request_id=request.state.request_id, operation=operation, failure=reply.failure)
-    return reply
 
 
 async def _hang_up(request: Request) -> None:
@@ -166,6 +207,8 @@ async def _hang_up(request: Request) -> None:
 
 def respond(reply: Reply) -> Response:
     """Make the reply of a worker the response; its body goes out as it is."""
+    if reply.status == HTTPStatus.NOT_MODIFIED:
+        return Response(None, reply.status, reply.headers)
     return Answer([reply.body], reply.status, reply.media_type, reply.headers)
 
 

@@ -13,7 +13,7 @@ from api.database.robots import add_robot as keep_robot
 from api.database.robots import delete_robot as forget_robot
 from api.errors import RobotExists, RobotOfAnother, TooManyRobots
 from api.pages import first_page
-from api.routes.ordinary import client, page_limit, respond, run, run_with_body, service_of
+from api.routes.ordinary import client, is_known, not_modified, page_limit, respond, run, run_with_body, service_of
 from api.server.traffic import Answer
 
 ADDED = "uploaded."
@@ -36,7 +36,10 @@ async def get_robot(request: Request) -> Response:
     content = await service_of(request).database.read(find_robot, client(request).namespace, robot_id)
     if content is None:
         return respond(await run(request, "get_robot", id=robot_id))
-    return Answer([content.described_as(robot_id)], HTTPStatus.OK, "application/json")
+    tag = service_of(request).answers.tag("get_robot", b"", {"id": robot_id, "content": content.digest})
+    if is_known(request, tag):
+        return respond(not_modified(tag))
+    return Answer([content.described_as(robot_id)], HTTPStatus.OK, "application/json", {"ETag": tag})
 
 
 async def add_robot(request: Request) -> Response:

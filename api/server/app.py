@@ -23,6 +23,7 @@ from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
 from api.server.pool import WorkerPool
 from api.server.service import Service
+from api.server.shared_answers import SharedAnswers
 from api.server.traffic import Traffic
 from api.settings import Settings
 from api.telemetry.metrics import Metrics
@@ -57,10 +58,20 @@ ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
 }
 """The endpoints of the operations that are not ordinary: they need the database, several workers or none."""
 
-READ_HEADERS = ("Accept", "Authorization", "Content-Type", "Idempotency-Key", "Last-Event-ID", "X-Request-ID")
+READ_HEADERS = (
+    "Accept",
+    "Authorization",
+    "Cache-Control",
+    "Content-Type",
+    "Idempotency-Key",
+    "If-None-Match",
+    "Last-Event-ID",
+    "X-Request-ID",
+)
 """The headers that pages of other origins may send, where `cors_origins` lets them in."""
 
 SENT_HEADERS = (
+    "ETag",
     "Location",
     "RateLimit-Limit",
     "RateLimit-Remaining",
@@ -110,7 +121,8 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
 
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
-    app.state.service = Service(settings, workers, database, engine, Access(settings, database), metrics)
+    answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
+    app.state.service = Service(settings, workers, database, engine, Access(settings, database), metrics, answers)
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
         app.router.routes.append(Route(operation.path, Guarded(endpoint, operation), methods=[operation.method]))

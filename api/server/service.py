@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from api.batches.engine import Engine
     from api.database.database import Database
     from api.server.pool import WorkerPool
+    from api.server.shared_answers import SharedAnswers
     from api.settings import Settings
     from api.telemetry.metrics import Metrics
 
@@ -25,6 +26,7 @@ class Service:
         engine: What works on batches.
         access: What lets requests in.
         metrics: What is counted and measured.
+        answers: Answers that are the same for all who ask the same.
         catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
             which they need no definition is one, and no added robot can have its id: the database need not be asked.
     """
@@ -35,4 +37,5 @@ class Service:
     engine: Engine
     access: Access
     metrics: Metrics
+    answers: SharedAnswers
     catalogue: set[str] = field(default_factory=set)

@@ -54,6 +54,7 @@ OPERATIONS = (
         run=inverse_dynamics,
         request=schemas.InverseDynamicsRequest,
         answer=schemas.InverseDynamicsAnswer,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot", "missing_dynamics"),
         examples={
             "holding_a_payload": {

@@ -123,6 +123,7 @@ OPERATIONS = (
         run=forward_kinematics,
         request=schemas.ForwardKinematicsRequest,
         answer=schemas.ForwardKinematicsAnswer,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={"one_position": {"robot": "three_dof_arm", "positions": [[0.1, 0.2, 0.3]]}},
     ),
@@ -137,6 +138,7 @@ OPERATIONS = (
         run=inverse_kinematics,
         request=schemas.InverseKinematicsRequest,
         answer=schemas.InverseKinematicsAnswer,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={
             "one_position": {
@@ -155,6 +157,7 @@ OPERATIONS = (
         run=reachability,
         request=schemas.ReachabilityRequest,
         answer=schemas.ReachabilityAnswer,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={
             "a_pose_and_a_move": {
@@ -180,6 +183,7 @@ OPERATIONS = (
         run=jacobian,
         request=schemas.JacobianRequest,
         answer=schemas.JacobianAnswer,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={"one_position": {"robot": "three_dof_arm", "position": [0.1, 0.2, 0.3]}},
     ),
@@ -193,6 +197,7 @@ OPERATIONS = (
         run=workspace,
         request=schemas.WorkspaceRequest,
         answer=schemas.WorkspaceAnswer,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={"ten_points": {"robot": "date_sorting_arm", "samples": 10}},
     ),

@@ -148,6 +148,7 @@ OPERATIONS = (
         description="With its joints, their limits and where each limit comes from.",
         run=get_robot,
         answer=schemas.RobotDescription,
+        shared=True,
         codes=("unknown_robot", *DATABASE_CODES),
     ),
     Operation(

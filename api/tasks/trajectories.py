@@ -193,6 +193,7 @@ OPERATIONS = (
         run=plan_trajectory,
         request=requests.PlanRequest,
         answer=answers.PlanAnswer,
+        shared=True,
         codes=PLAN_CODES,
         examples={
             "two_joint_waypoints": TWO_JOINT_WAYPOINTS,
@@ -231,6 +232,7 @@ OPERATIONS = (
         run=export_trajectory,
         request=requests.PlanRequest,
         answer=bytes,
+        shared=True,
         codes=PLAN_CODES,
         examples={
             "two_joint_waypoints": TWO_JOINT_WAYPOINTS,
@@ -249,6 +251,7 @@ OPERATIONS = (
         run=compare_backend,
         request=requests.CompareRequest,
         answer=answers.ComparisonAnswer,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={
             "two_back_ends": {
@@ -270,6 +273,7 @@ OPERATIONS = (
         run=validate_trajectory,
         request=requests.ValidateRequest,
         answer=answers.InterpolationCertificate,
+        shared=True,
         codes=(*BODY_CODES, "unknown_robot"),
         examples={
             "three_samples": {
@@ -291,6 +295,7 @@ OPERATIONS = (
         "`none`.",
         run=list_backends,
         answer=answers.BackendsAnswer,
+        shared=True,
         codes=WORKER_CODES,
     ),
 )

@@ -210,6 +210,7 @@ OPERATIONS = (
         run=retime_trajectory,
         request=schemas.RetimeRequest,
         answer=schemas.RetimeAnswer,
+        shared=True,
         codes=(*CODES, "joint_position_limit", "infeasible_duration"),
         examples={
             "four_points": {
@@ -232,6 +233,7 @@ OPERATIONS = (
         run=stop_trajectory,
         request=schemas.StopRequest,
         answer=schemas.OperationAnswer,
+        shared=True,
         codes=(*CODES, "joint_position_limit"),
         examples={
             "on_the_path": {
@@ -258,6 +260,7 @@ OPERATIONS = (
         run=reverse_trajectory,
         request=schemas.ReverseRequest,
         answer=schemas.OperationAnswer,
+        shared=True,
         codes=CODES,
         examples={
             "the_way_back": {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "sample_period": 0.25},
@@ -274,6 +277,7 @@ OPERATIONS = (
         run=slice_trajectory,
         request=schemas.SliceRequest,
         answer=schemas.OperationAnswer,
+        shared=True,
         codes=CODES,
         examples={
             "from_the_middle_on": {
@@ -295,6 +299,7 @@ OPERATIONS = (
         run=join_trajectories,
         request=schemas.JoinRequest,
         answer=schemas.JoinAnswer,
+        shared=True,
         codes=CODES,
         examples={
             "there_and_back": {
@@ -314,6 +319,7 @@ OPERATIONS = (
         run=resample_trajectory,
         request=schemas.ResampleRequest,
         answer=schemas.OperationAnswer,
+        shared=True,
         codes=CODES,
         examples={
             "every_250_ms": {

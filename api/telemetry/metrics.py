@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 from prometheus_client.exposition import CONTENT_TYPE_PLAIN_0_0_4
@@ -60,6 +60,12 @@ class Metrics:
             buckets=RATIOS,
             registry=registry,
         )
+        self._shared = Counter(
+            "planner_shared_answers",
+            "Answers that needed no computing: one was kept, joined under way, or not modified.",
+            ["how"],
+            registry=registry,
+        )
         self._items = Counter(
             "planner_batch_items", "Requests of batches that this service has answered.", ["outcome"], registry=registry
         )
@@ -87,6 +93,10 @@ class Metrics:
             self._stages.labels(stage, plan.backend).observe(seconds)
         for quantity, ratio in plan.ratios.items():
             self._ratios.labels(quantity, plan.backend).observe(ratio)
+
+    def count_shared(self, how: Literal["kept", "joined", "not_modified"]) -> None:
+        """Count an answer that needed no computing."""
+        self._shared.labels(how).inc()
 
     def count_item(self, outcome: str) -> None:
         """Count a request of a batch, by what came of it."""

@@ -29,9 +29,9 @@ def bodies(middle: list[float], seed: int = 0) -> list[bytes]:
 
 
 def http_request(body: bytes) -> bytes:
-    """A plan request as it goes over the wire, on a connection that is kept."""
+    """A plan request as it goes over the wire, on a connection that is kept, for an answer that is computed afresh."""
     head = (
         "POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-        f"Content-Length: {len(body)}\r\n\r\n"
+        f"Cache-Control: no-cache\r\nContent-Length: {len(body)}\r\n\r\n"
     )
     return head.encode() + body

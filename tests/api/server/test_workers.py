@@ -200,7 +200,7 @@ def test_workers_are_recycled(start_service: Callable[..., RunningService]) -> N
     service = start_service(workers=1, worker_max_tasks=3)
     pids = set()
     for _ in range(4):
-        assert service.post(PLAN, PATIENT_REQUEST).status_code == 200
+        assert service.post(PLAN, PATIENT_REQUEST, headers={"Cache-Control": "no-cache"}).status_code == 200
         pids |= {worker.pid for worker in service.workers()}
     assert len(pids) == 2
 
