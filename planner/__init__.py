@@ -120,7 +120,18 @@ if TYPE_CHECKING:
     from planner.robots import Robot as Robot
     from planner.robots import catalogue_ids as catalogue_ids
     from planner.robots import load_robot as load_robot
+    from planner.robots.collision.geometry import LinkShape as LinkShape
+    from planner.robots.collision.pairs import CollisionPair as CollisionPair
     from planner.robots.payload import Payload as Payload
+    from planner.shapes import BoundingCapsule as BoundingCapsule
+    from planner.shapes import Box as Box
+    from planner.shapes import Capsule as Capsule
+    from planner.shapes import ConvexHull as ConvexHull
+    from planner.shapes import Cylinder as Cylinder
+    from planner.shapes import HalfSpace as HalfSpace
+    from planner.shapes import InvalidShape as InvalidShape
+    from planner.shapes import Shape as Shape
+    from planner.shapes import Sphere as Sphere
     from planner.spatial import Pose as Pose
     from planner.spatial import quaternion as quaternion
     from planner.spatial import rotation_from_quaternion as rotation_from_quaternion
@@ -230,7 +241,20 @@ _NAMES = {
     ),
     "planner.result": ("Plan",),
     "planner.robots": ("DHJoint", "Joint", "Robot", "catalogue_ids", "load_robot"),
+    "planner.robots.collision.geometry": ("LinkShape",),
+    "planner.robots.collision.pairs": ("CollisionPair",),
     "planner.robots.payload": ("Payload",),
+    "planner.shapes": (
+        "BoundingCapsule",
+        "Box",
+        "Capsule",
+        "ConvexHull",
+        "Cylinder",
+        "HalfSpace",
+        "InvalidShape",
+        "Shape",
+        "Sphere",
+    ),
     "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
     "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
     "planner.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),

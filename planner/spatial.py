@@ -104,6 +104,14 @@ def rotation_z(angle: float) -> FloatArray:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def rotation_with_z_along(axis: FloatArray) -> FloatArray:
+    """Return a rotation (3, 3) whose z axis is the unit vector `axis` (3,); exact for the axes of the frame."""
+    x = np.eye(3)[np.argmin(np.abs(axis))]
+    x = x - axis * (axis @ x)
+    x = x / np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Make a rotation (3, 3) of angles about the fixed axes x, then y, then z, rad: Rz(yaw) Ry(pitch) Rx(roll)."""
     return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)

@@ -115,11 +115,3 @@ def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
         joint, placement = carriers[frame.parentJoint]
         locked.addFrame(pin.Frame(frame.name, joint, 0, placement * frame.placement, frame.type))
     return locked
-
-
-def rotation_with_z_along(axis: FloatArray) -> FloatArray:
-    """Return a rotation (3, 3) whose z axis is the unit vector `axis` (3,); exact for the axes of the frame."""
-    x = np.eye(3)[np.argmin(np.abs(axis))]
-    x = x - axis * (axis @ x)
-    x = x / np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])

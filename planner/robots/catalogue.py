@@ -10,6 +10,9 @@ A data file has these fields:
 - `limits`: of a quantity its `provenance`, the `source` in words (a document, or the rule of an estimate), and unless
   the URDF has them the `values` (of `position`: `lower` and `upper`), one a joint; null for the position limits of a
   continuous joint. What neither has is filled in by the default rule.
+- `link_radii`: where the model has no shapes that can collide, the radii of the capsules that are derived from its
+  kinematics, m: of the base, and of what each joint carries.
+- `drawn_shapes_collide`: where the shapes to look at are a better estimate of what can collide than such capsules.
 - `geometry`: shapes to look at. `kind` `box` (`size`), `cylinder` (`radius`, `length`, along z) or `sphere`
   (`radius`), its centre at `position` and turned by `rpy` (rad, as in URDF) in the frame `frame`.
 """
@@ -25,14 +28,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pinocchio as pin
 
 from planner.errors import UnknownRobot
 from planner.robots.checks import with_default_limits
+from planner.robots.collision.geometry import CollisionElement
 from planner.robots.dh import DHJoint
 from planner.robots.robot import Robot
-from planner.spatial import Pose
+from planner.robots.urdf.elements import SOLIDS
+from planner.spatial import Pose, rotation_from_rpy
 
 if TYPE_CHECKING:
+    from planner.robots.collision.geometry import CollisionGeometry
     from planner.robots.description import Joint
 
 DATA = Path(__file__).parent / "data"
@@ -85,9 +92,11 @@ def load_robot(id: str) -> Robot:
     entry = json.loads(file.read_text(encoding="utf-8"))
     robot = _read_urdf(id, entry, folder) if "urdf" in entry else _read_dh(id, entry)
     limits = entry["limits"]
+    joints = _with_limits(robot.joints, limits, _unit(entry))
     return replace(
         robot,
-        joints=_with_limits(robot.joints, limits, _unit(entry)),
+        joints=joints,
+        collision=_collision(robot, joints, entry),
         limit_sources={quantity: limit["source"] for quantity, limit in limits.items() if "source" in limit},
         geometry=robot.geometry + tuple(entry.get("geometry", ())),
         findings=(),
@@ -121,6 +130,24 @@ def _unit(entry: dict[str, Any]) -> float:
 def _read_urdf(id: str, entry: dict[str, Any], folder: Path) -> Robot:
     urdf = (folder / entry["urdf"]).read_text(encoding="utf-8")
     return Robot.from_urdf(urdf, id=id, tip_frame=entry["tip_frame"], source=entry["source"])
+
+
+def _collision(robot: Robot, joints: tuple[Joint, ...], entry: dict[str, Any]) -> CollisionGeometry | None:
+    """Return what is known of the shapes that can collide, with what the data file adds."""
+    if robot.collision is None:
+        return None
+    elements = robot.collision.elements
+    if entry.get("drawn_shapes_collide", False):
+        elements = tuple(_drawn(shape) for shape in entry["geometry"])
+    radii, travels = tuple(entry.get("link_radii", ())), [joint.travel for joint in joints]
+    return replace(robot.collision, elements=elements, link_radii=radii, travels=travels)
+
+
+def _drawn(shape: dict[str, Any]) -> CollisionElement:
+    """Return a shape to look at as an estimate of what can collide."""
+    size = {key: shape[key] for key in ("size", "radius", "length") if key in shape}
+    placement = pin.SE3(rotation_from_rpy(*shape["rpy"]), np.array(shape["position"]))
+    return CollisionElement(shape["frame"], placement, SOLIDS[shape["kind"]](**size), "estimate")
 
 
 def _read_dh(id: str, entry: dict[str, Any]) -> Robot:

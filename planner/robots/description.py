@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
     from planner.errors import Finding
+    from planner.robots.collision.geometry import CollisionGeometry
     from planner.spatial import Pose
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
@@ -57,6 +58,11 @@ class Joint:
     def is_angle(self) -> bool:
         """Whether the joint turns (rather than slides)."""
         return self.kind != "prismatic"
+
+    @property
+    def travel(self) -> float:
+        """How far a joint that slides goes out, m; 0 for one that turns, or slides without a limit."""
+        return 0.0 if self.is_angle or not np.isfinite(self.upper) else max(self.upper, 0.0)
 
 
 @dataclass(frozen=True)
@@ -105,4 +111,5 @@ class RobotDescription:
     geometry: tuple[Mapping[str, Any], ...] = ()
     groups: tuple[JointGroup, ...] = ()
     disabled_collisions: tuple[DisabledCollision, ...] = ()
+    collision: CollisionGeometry | None = None
     findings: tuple[Finding, ...] = ()

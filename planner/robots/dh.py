@@ -22,6 +22,7 @@ from planner.robots.checks import (
     check_position_limits,
     shown,
 )
+from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.description import Joint, JointKind, RobotDescription
 from planner.spatial import Pose, rotation_x, rotation_z
 
@@ -140,7 +141,9 @@ def read_dh(model: DHModel, *, id: str, source: str) -> RobotDescription:
         before = after
     check_chain(chain, TIP_FRAME, findings)
     pin_model = build_model(id, [Link(BASE_FRAME, pin.SE3.Identity())], chain)
-    return RobotDescription(id, source, pin_model, tuple(joints), TIP_FRAME, findings=tuple(findings.items))
+    collision = CollisionGeometry(pin_model, TIP_FRAME, [joint.travel for joint in joints])
+    remarks = tuple(findings.items)
+    return RobotDescription(id, source, pin_model, tuple(joints), TIP_FRAME, collision=collision, findings=remarks)
 
 
 def _check_row(name: str, row: DHJoint, findings: Findings) -> None:

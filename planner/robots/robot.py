@@ -12,6 +12,8 @@ import pinocchio as pin
 
 from planner.robots.build import model_with_locked
 from planner.robots.checks import Findings, shown
+from planner.robots.collision.geometry import CollisionGeometry
+from planner.robots.collision.pairs import collision_pairs
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
 from planner.robots.own_limits import checked_positions, is_within, with_own_limits
@@ -21,6 +23,8 @@ from planner.robots.urdf.reader import read_urdf
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from planner.robots.collision.geometry import LinkShape
+    from planner.robots.collision.pairs import CollisionPair
     from planner.robots.dh import Convention, DHJoint
     from planner.robots.own_limits import OwnLimits
     from planner.robots.payload import Payload
@@ -53,6 +57,7 @@ class Robot(RobotDescription):
         geometry: Simple shapes to look at, a list of plain dictionaries in the format of the catalogue files.
         groups: Joints that belong together, as an SRDF has them.
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
+        collision: What the description says about the shapes of the links, see `collision_shapes`.
         findings: Warnings and remarks about the model, by its reader.
     """
 
@@ -313,6 +318,22 @@ class Robot(RobotDescription):
         limits = self.limit("lower"), self.limit("upper")
         arrays = [*placements, tip.placement.homogeneous, np.array(tip.parentJoint), self.is_angle, *limits]
         return b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
+
+    @cached_property
+    def collision_shapes(self) -> tuple[LinkShape, ...]:
+        """The convex shapes of the links, read when they are first asked for.
+
+        They are those of the collision elements of the description or, where it has none, capsules along the kinematics
+        (`LinkShape.source` is `estimate`), with radii that the catalogue states or 5 % of the reach of the arm.
+        """
+        travels = [joint.travel for joint in self.joints]
+        collision = self.collision or CollisionGeometry(self.model, self.tip_frame, travels)
+        return collision.on(self.model)
+
+    @cached_property
+    def collision_pairs(self) -> tuple[CollisionPair, ...]:
+        """All pairs of links that have shapes, with the reason of those that are not checked against each other."""
+        return collision_pairs(self.collision_shapes, self.model.parents, self.disabled_collisions)
 
     @cached_property
     def middle(self) -> FloatArray:

@@ -13,6 +13,7 @@ LAYERS = (
     "sampled_peaks",
     "trajectory",
     "guarantees",
+    "shapes",
     "robots",
     "limits",
     "dynamics",

@@ -11,14 +11,17 @@ import pinocchio as pin
 
 from planner.robots.build import Body
 from planner.robots.checks import MAX_NUMBER, Findings, check_angles, check_body, check_length, shown
+from planner.robots.collision.geometry import CollisionElement
 from planner.robots.description import Joint
+from planner.shapes import Box, Capsule, Cylinder, InvalidShape, Sphere
 from planner.spatial import rotation_from_rpy
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from xml.etree.ElementTree import Element
 
     from planner.robots.description import JointKind
+    from planner.shapes import Shape
     from planner.spatial import FloatArray
 
 KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic"}
@@ -27,8 +30,14 @@ KINDS: dict[str, JointKind] = {"revolute": "revolute", "continuous": "continuous
 SHAPES = {"box": {"size": [0.0] * 3}, "cylinder": {"radius": [0.0], "length": [0.0]}, "sphere": {"radius": [0.0]}}
 """The shapes that are kept, with the attributes that give their size."""
 
+SOLIDS: dict[str, Callable[..., Shape]] = {"box": Box, "cylinder": Cylinder, "sphere": Sphere, "capsule": Capsule}
+"""The shapes that can collide, by their elements; a capsule is one of URDF 1.2, its length that between the balls."""
+
+SIZES = {**SHAPES, "capsule": SHAPES["cylinder"]}
+"""The attributes that give their size."""
+
 MAX_SHAPES = 1000
-"""Number of shapes that a document may have."""
+"""Number of shapes that a document may have, for collisions and to look at each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +94,8 @@ class UrdfReader:
         self.findings = findings
         self.meshes = 0
         self.shapes = 0
+        self.solids = 0
+        self.unread: set[str] = set()
 
     def numbers(
         self, element: Element | None, attribute: str, default: Sequence[float], subject: str, limit: float = MAX_NUMBER
@@ -243,10 +254,51 @@ class UrdfReader:
             shapes.append({"kind": shape.tag, "frame": name, **pose, **plain})
         return shapes
 
+    def collisions(self, element: Element) -> Iterator[CollisionElement]:
+        """Yield the shapes of a link that can collide; one that is left out becomes a finding."""
+        link = element.get("name", "")
+        name = shown(link)
+        for collision, written in (
+            (c, shape) for c in element.findall("collision") for shape in c.findall("geometry/*")
+        ):
+            self.solids += 1
+            if self.solids > MAX_SHAPES:
+                continue
+            if written.tag == "mesh":
+                self.unread.add(link)
+                continue
+            shape = self.solid(written, name)
+            position, rpy = self.origin(collision, name)
+            if written.tag not in SOLIDS:
+                self.unread.add(link)
+            if shape is not None:
+                yield CollisionElement(link, pin.SE3(rotation_from_rpy(*rpy), position), shape)
+
+    def solid(self, element: Element, name: str) -> Shape | None:
+        """Return the shape of an element; None: it is left out, or the model is refused."""
+        if element.tag not in SOLIDS:
+            text = f"URDF has no shape {shown(element.tag)!r}: what can collide of {name} is estimated"
+            self.findings.warning("unknown_shape", name, text)
+            return None
+        size = {key: self.numbers(element, key, none, name) for key, none in SIZES[element.tag].items()}
+        numbers = np.concatenate(list(size.values()))
+        if numbers.min() == 0.0:
+            text = f"a {element.tag} of {name} has no size and cannot collide"
+            self.findings.warning("shape_without_size", name, text)
+            return None
+        try:
+            return SOLIDS[element.tag](**{key: np.squeeze(value) for key, value in size.items()})
+        except InvalidShape as error:
+            self.findings.error("invalid_shape", name, f"a {element.tag} of {name} that can collide: {error}")
+            return None
+
     def report_left_out(self) -> None:
         """Say which visuals were left out."""
         if self.meshes:
             self.findings.info("meshes_ignored", None, f"{self.meshes} meshes were not read")
+        if self.solids > MAX_SHAPES:
+            text = f"the model has {self.solids} shapes that can collide, more than {MAX_SHAPES}"
+            self.findings.error("too_many_shapes", None, text)
         if self.shapes > MAX_SHAPES:
             text = f"of {self.shapes} shapes only the first {MAX_SHAPES} are drawn"
             self.findings.warning("too_many_shapes", None, text)

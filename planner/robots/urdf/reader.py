@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from planner.robots.build import Link, MovingJoint, build_model, rotation_with_z_along
+from planner.robots.build import Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
     MAX_JOINTS,
@@ -25,11 +25,13 @@ from planner.robots.checks import (
     check_position_limits,
     shown,
 )
+from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.description import RobotDescription
 from planner.robots.urdf.arm import ArmFinder
 from planner.robots.urdf.elements import UrdfReader
 from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf
 from planner.robots.urdf.xml_document import parse_robot_document
+from planner.spatial import rotation_with_z_along
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -73,6 +75,7 @@ def read_urdf(
     check_names("link", [element.get("name", "") for element in link_elements], findings)
     check_names("joint", [joint.name for joint in joints], findings)
     geometry = [shape for element in link_elements for shape in reader.geometry(element)]
+    collisions = tuple(shape for element in link_elements for shape in reader.collisions(element))
     reader.report_left_out()
     _check_tree(bodies, joints, findings)
 
@@ -107,6 +110,9 @@ def read_urdf(
         named_positions=named_positions(semantics.states, tuple(limits.values()), asked.group, findings),
         groups=semantics.groups,
         disabled_collisions=semantics.disabled_collisions,
+        collision=CollisionGeometry(
+            model, tip, [joint.travel for joint in limits.values()], collisions, frozenset(reader.unread)
+        ),
         findings=tuple(findings.items),
     )
 

@@ -1,0 +1,108 @@
+"""Capsules along the kinematics of an arm, for robots whose description has no shapes.
+
+What a joint carries runs from that joint to the next one the way arms are built and Denavit-Hartenberg tables describe
+them: along its own axis, along the common normal of the two axes, along the next axis.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from planner.shapes import Capsule, Shape, Sphere
+from planner.shapes.shape import LEAST_SIZE, MOST_SIZE
+from planner.spatial import rotation_with_z_along
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.spatial import FloatArray
+
+RADIUS_PER_REACH = 0.05
+"""Radius of a derived capsule per length of the arm: that of the forearms of UR5e and FR3 is 0.05 to 0.06 of it."""
+
+LONGEST_DETOUR = 1.75
+"""Length of the way along axes and their common normal relative to the straight one, up to which a link is built that
+way: three legs at right angles have the square root of 3. Axes that nearly meet far away have more."""
+
+PARALLEL = 1e-6
+"""Sine of the angle between two axes below which they have no common normal of their own."""
+
+
+def derived_capsules(
+    model: pin.Model, tip_frame: str, travels: Sequence[float], radii: Sequence[float]
+) -> Iterator[tuple[str, pin.SE3, Shape]]:
+    """Derive capsules along an arm.
+
+    Args:
+        model: A serial chain in which every joint moves along its own z axis.
+        tip_frame: Name of the link at its end.
+        travels: How far each joint slides out, m, which is how long the rod behind it is; 0 for one that turns.
+        radii: Radius of the base and of what each joint carries, m; none: `RADIUS_PER_REACH` of the arm's length.
+
+    Yields:
+        The link that a capsule belongs to, the placement of the capsule in that link, and the capsule (a ball where two
+        joints are at one point).
+    """
+    tip = model.frames[model.getFrameId(tip_frame, pin.FrameType.BODY)].placement
+    nexts = [*model.jointPlacements.tolist()[1:], tip]  # of what each joint carries: where it ends
+    lengths = [float(np.linalg.norm(placement.translation)) for placement in nexts]
+    radius = min(max(RADIUS_PER_REACH * (sum(lengths) + sum(travels)), LEAST_SIZE), MOST_SIZE)
+    for number, after in enumerate(nexts):
+        frame = next((frame for frame in model.frames if _is_link_of(frame, number)), None)
+        if frame is None or (number == 0 and lengths[0] < LEAST_SIZE):
+            continue
+        own_radius = radii[number] if radii else radius
+        points = _corners(after)
+        if number == 0 or (number == 1 and lengths[0] < LEAST_SIZE):
+            points[0] = _raised(points, own_radius)
+        if number and travels[number - 1] > LEAST_SIZE:
+            behind = points[0] - np.array([0.0, 0.0, travels[number - 1]])
+            points = [behind, *points] if lengths[number] >= LEAST_SIZE else [behind, points[0]]
+        for start, end in pairwise(points):
+            yield frame.name, *_between(frame.placement, start, end, own_radius)
+
+
+def _is_link_of(frame: pin.Frame, joint: int) -> bool:
+    return bool(frame.type == pin.FrameType.BODY and frame.parentJoint == joint)
+
+
+def _corners(after: pin.SE3) -> list[FloatArray]:
+    """Return points from the origin to the next frame along z, the common normal and the next frame's z."""
+    start, end = np.zeros(3), after.translation
+    own, other = np.array([0.0, 0.0, 1.0]), after.rotation[:, 2]
+    normal = np.cross(own, other)
+    sine = float(np.linalg.norm(normal))
+    if sine < PARALLEL:
+        corners = [start, end * own, end]
+    else:
+        # The feet of the common normal: s own + h normal = end + t other.
+        s, _, t = np.linalg.solve(np.column_stack([own, normal / sine, -other]), end)
+        corners = [start, s * own, end + t * other, end]
+    points = [start]
+    for corner in corners[1:]:
+        if np.linalg.norm(corner - points[-1]) > LEAST_SIZE:
+            points.append(corner)
+    if sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points)) > LONGEST_DETOUR * float(np.linalg.norm(end)):
+        points = [start, end]
+    return points if len(points) > 1 else [start, start]
+
+
+def _raised(points: Sequence[FloatArray], radius: float) -> FloatArray:
+    """Return the first point moved along its leg by the radius, or to its end: the arm stands on what is below."""
+    leg = points[1] - points[0]
+    length = float(np.linalg.norm(leg))
+    moved: FloatArray = points[0] + (min(1.0, radius / length) * leg if length else leg)
+    return moved
+
+
+def _between(link: pin.SE3, start: FloatArray, end: FloatArray, radius: float) -> tuple[pin.SE3, Shape]:
+    """Return the capsule between two points in a joint's frame, and its placement in a link that the joint carries."""
+    length = float(np.linalg.norm(end - start))
+    if length < LEAST_SIZE:
+        return link.actInv(pin.SE3(np.eye(3), start)), Sphere(radius)
+    rotation = rotation_with_z_along((end - start) / length)
+    return link.actInv(pin.SE3(rotation, (start + end) / 2.0)), Capsule(radius, min(length, MOST_SIZE))

@@ -1,0 +1,149 @@
+"""The convex hull of points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import coal
+import numpy as np
+
+from planner.shapes.shape import (
+    BOUND_ROUNDING,
+    MOST_SIZE,
+    BoundingCapsule,
+    InvalidShape,
+    Shape,
+    checked_numbers,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from planner.spatial import FloatArray
+
+LEAST_POINTS = 4
+"""Number of points that a hull needs: those of a tetrahedron."""
+
+LEAST_THICKNESS = 1e-4
+"""Thickness that a flat hull gets, m: Qhull finds no faces of points in one plane (and coal's own hull kills the
+process), and a tenth of a millimetre is below what any cell is measured to."""
+
+MOST_FACES_AT_A_VERTEX = 200
+"""Number of faces at one vertex that coal can store, with some room (255): the middle of a finely tessellated disc has
+more, unless Qhull is told to shake the points a little."""
+
+
+@dataclass(frozen=True, eq=False)
+class ConvexHull(Shape):
+    """The smallest convex shape around points. Points in a plane, on a line or at a point get a thickness of 0.1 mm.
+
+    Attributes:
+        vertices: The corners of the hull (N, 3), m; points inside of it are left out.
+
+    Examples:
+        >>> import planner
+        >>> wedge = planner.ConvexHull([[0, 0, 0], [0.2, 0, 0], [0, 0.1, 0], [0, 0, 0.3], [0.01, 0.01, 0.01]])
+        >>> len(wedge.vertices)
+        4
+    """
+
+    vertices: FloatArray
+
+    if TYPE_CHECKING:
+
+        def __init__(self, vertices: ArrayLike) -> None: ...
+
+    def __post_init__(self) -> None:
+        """Check the points, thicken what is flat and keep the corners."""
+        points = checked_numbers("vertices", self.vertices, (-1, 3))
+        if len(points) < LEAST_POINTS:
+            raise InvalidShape("vertices", f"are {len(points)}: a hull needs at least {LEAST_POINTS}")
+        if np.abs(points).max() > MOST_SIZE:
+            raise InvalidShape("vertices", f"are beyond {MOST_SIZE:g} m")
+        vertices, faces = _hull(_thickened(np.unique(points, axis=0)))
+        vertices.flags.writeable = faces.flags.writeable = False
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "_faces", faces)
+
+    @property
+    def faces(self) -> np.ndarray:
+        """The triangles of the surface (F, 3) by the numbers of their vertices, counterclockwise seen from outside."""
+        faces: np.ndarray = self.__dict__["_faces"]
+        return faces
+
+    def support(self, directions: ArrayLike) -> FloatArray:
+        """Compute the largest n . x over the vertices."""
+        support: FloatArray = (np.asarray(directions) @ self.vertices.T).max(axis=1)
+        return support
+
+    @cached_property
+    def bounding_capsule(self) -> BoundingCapsule:
+        """The smallest of the capsules around the principal axes of the vertices, and the ball around their middle."""
+        middle = (self.vertices.max(axis=0) + self.vertices.min(axis=0)) / 2.0
+        radius = float(np.linalg.norm(self.vertices - middle, axis=1).max())
+        candidates = [_around_line(self.vertices, middle, axis) for axis in _principal_axes(self.vertices)]
+        smallest = min([BoundingCapsule(middle, middle, radius), *candidates], key=lambda capsule: capsule.volume)
+        return smallest._replace(radius=smallest.radius + BOUND_ROUNDING * (radius + np.abs(self.vertices).max()))
+
+    @cached_property
+    def geometry(self) -> coal.Convex:
+        """The hull as coal has it."""
+        points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+        points.extend(list(self.vertices))
+        triangles.extend([coal.Triangle(*face) for face in self.faces.tolist()])
+        return coal.Convex(points, triangles)
+
+
+def _thickened(points: FloatArray) -> FloatArray:
+    """Return points (N, 3) whose hull is at least `LEAST_THICKNESS` thick in every direction, and contains them."""
+    middle = points.mean(axis=0)
+    for axis in _principal_axes(points):
+        along = (points - middle) @ axis
+        if along.max() - along.min() < LEAST_THICKNESS:
+            points = np.concatenate([points - LEAST_THICKNESS / 2.0 * axis, points + LEAST_THICKNESS / 2.0 * axis])
+    return points
+
+
+def _hull(points: FloatArray) -> tuple[FloatArray, np.ndarray]:
+    """Return the corners (N, 3) of the hull of points and its triangles (F, 3), counterclockwise seen from outside.
+
+    Raises:
+        InvalidShape: Qhull finds no hull.
+    """
+    from scipy.spatial import ConvexHull as Qhull  # here: a process that needs no hull stays small
+    from scipy.spatial import QhullError
+
+    try:
+        hull = Qhull(points)
+        if np.bincount(hull.simplices.ravel()).max() > MOST_FACES_AT_A_VERTEX:
+            hull = Qhull(points, qhull_options="QJ")
+    except QhullError:
+        raise InvalidShape("vertices", "have no hull that can be computed") from None
+    number = np.full(len(points), -1)
+    number[hull.vertices] = np.arange(len(hull.vertices))
+    a, b, c = (points[hull.simplices[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    faces = number[np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)]
+    return points[hull.vertices], faces
+
+
+def _around_line(points: FloatArray, middle: FloatArray, axis: FloatArray) -> BoundingCapsule:
+    """Return the capsule with its axis on a line, as thin and then as short as it can be around points (N, 3)."""
+    along = (points - middle) @ axis
+    off = np.linalg.norm(points - middle - along[:, None] * axis, axis=1)
+    radius = float(off.max())
+    reach = np.sqrt(np.maximum(radius**2 - off**2, 0.0))  # of a ball around the axis that touches the point, along it
+    low, high = float((along + reach).min()), float((along - reach).max())
+    low, high = (low, high) if low < high else ((low + high) / 2.0,) * 2
+    start, end = middle + low * axis, middle + high * axis
+    nearest = np.clip(along, low, high)
+    radius = float(np.linalg.norm(points - middle - nearest[:, None] * axis, axis=1).max())
+    return BoundingCapsule(start, end, radius)
+
+
+def _principal_axes(points: FloatArray) -> FloatArray:
+    """Return the principal axes (3, 3) of points (N, 3), one a row, the one of the least variance first."""
+    axes: FloatArray = np.linalg.eigh(np.cov(points.T, bias=True))[1].T
+    return axes
