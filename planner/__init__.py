@@ -78,6 +78,7 @@ if TYPE_CHECKING:
     from planner.kinematics import jacobian as jacobian
     from planner.kinematics import manipulability as manipulability
     from planner.kinematics import tool_accelerations as tool_accelerations
+    from planner.kinematics import tool_jerks as tool_jerks
     from planner.kinematics import tool_pose as tool_pose
     from planner.kinematics import tool_velocities as tool_velocities
     from planner.kinematics import workspace as workspace
@@ -198,6 +199,7 @@ _NAMES = {
         "jacobian",
         "manipulability",
         "tool_accelerations",
+        "tool_jerks",
         "tool_pose",
         "tool_velocities",
         "workspace",

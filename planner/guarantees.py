@@ -32,6 +32,8 @@ TCP_ORDERS = {
     "tcp_linear_acceleration": 2,
     "tcp_angular_acceleration": 2,
     "tcp_centripetal_acceleration": 2,
+    "tcp_linear_jerk": 3,
+    "tcp_angular_jerk": 3,
 }
 """The quantities of the tool that may be limited, with the order of derivative by time that each is."""
 
@@ -40,6 +42,12 @@ QUANTITIES = (*JOINT_DERIVATIVES, "torque", *TCP_ORDERS)
 
 ALL_HARD: Mapping[str, Guarantee] = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 """The guarantees of a back end that keeps every limit."""
+
+ALL_BUT_JERK: Mapping[str, Guarantee] = {
+    **ALL_HARD,
+    **dict.fromkeys(("jerk", *(name for name, order in TCP_ORDERS.items() if order > 2)), Guarantee.REPORTED),
+}
+"""The guarantees of a back end whose accelerations may jump: its jerk, and that of the tool, has no bound there."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -37,6 +37,9 @@ class Limits:
         tcp_linear_acceleration: Magnitude of the acceleration of the tool centre point, m/s^2, without gravity.
         tcp_angular_acceleration: Magnitude of the angular acceleration of the tool, rad/s^2.
         tcp_centripetal_acceleration: The part of the acceleration of the tool centre point across its path, m/s^2.
+        tcp_linear_jerk: Magnitude of the jerk of the tool centre point, m/s^3.
+        tcp_angular_jerk: Magnitude of the angular jerk of the tool, rad/s^3: the second derivative of its angular
+            velocity.
         velocity_scale: Factor in (0, 1] on the velocity limits.
         acceleration_scale: Factor in (0, 1] on the acceleration limits.
         velocity_range: Lower and upper velocity of each joint, the lower one negative, where they differ.
@@ -53,6 +56,8 @@ class Limits:
     tcp_linear_acceleration: float | None = None
     tcp_angular_acceleration: float | None = None
     tcp_centripetal_acceleration: float | None = None
+    tcp_linear_jerk: float | None = None
+    tcp_angular_jerk: float | None = None
     velocity_scale: float = 1.0
     acceleration_scale: float = 1.0
     velocity_range: tuple[tuple[float, float], ...] | None = None
@@ -76,6 +81,8 @@ class SegmentLimits:
         tcp_linear_acceleration: Limits of the tool's acceleration (segments,), m/s^2.
         tcp_angular_acceleration: Limits of the tool's angular acceleration (segments,), rad/s^2.
         tcp_centripetal_acceleration: Limits of the tool's acceleration across its path (segments,), m/s^2.
+        tcp_linear_jerk: Limits of the tool's jerk (segments,), m/s^3.
+        tcp_angular_jerk: Limits of the tool's angular jerk (segments,), rad/s^3.
         wider: Factors (segments, 2, joints), 1 or more, by which the lower and the upper limits of a quantity are wider
             than the array of its name, which holds the narrower of both; quantities whose limits are the same in both
             directions are left out.
@@ -92,6 +99,8 @@ class SegmentLimits:
     tcp_linear_acceleration: FloatArray
     tcp_angular_acceleration: FloatArray
     tcp_centripetal_acceleration: FloatArray
+    tcp_linear_jerk: FloatArray
+    tcp_angular_jerk: FloatArray
     wider: Mapping[str, FloatArray] = field(default_factory=dict)
 
     @property
@@ -104,6 +113,11 @@ class SegmentLimits:
         """Return the limits without those of torque and of the tool."""
         none: Any = dict.fromkeys(TCP_QUANTITIES, np.full(len(self.torque), np.inf))
         return replace(self, torque=np.full_like(self.torque, np.inf), **none)
+
+    def of_tool_among(self, quantities: Collection[str]) -> SegmentLimits:
+        """Return the limits without those of the tool that are not among some quantities."""
+        none: Any = {quantity: np.full(len(self.torque), np.inf) for quantity in self.of_tool.keys() - set(quantities)}
+        return replace(self, **none) if none else self
 
     def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
         """Return the lower and the upper limits of a quantity of the joints, each (segments, joints)."""

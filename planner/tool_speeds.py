@@ -49,8 +49,8 @@ class SlowPart:
         end_distance: The same when it ends, m.
         lowest_speed: The lowest speed on it, m/s.
         quantity: The limit that binds where the tool is slowest: `velocity`, `acceleration`, `jerk`, `torque`,
-            `tcp_angular_velocity` or an acceleration of the tool; `duration` where none binds and one is asked; else
-            `time_law`, the back end's form.
+            `tcp_angular_velocity`, or an acceleration or a jerk of the tool; `duration` where none binds and one is
+            asked; else `time_law`, the back end's form.
         joint: Name of the joint whose limit it is; None: it is none of a joint.
         use: The largest share of that limit that is used there; of `duration` and `time_law` that of any limit.
     """
@@ -160,7 +160,7 @@ def _uses(plan: Plan, segment: int, samples: _Samples) -> Iterator[tuple[str, st
     """Yield each limit that is kept: its quantity, its joint, and the shares (N,) of it that samples use."""
     limits, names, dynamics = plan.path.limits, plan.path.robot.joint_names, plan.path.dynamics
     of_tool = {name: limit[segment] for name, limit in limits.of_tool.items() if name != "tcp_linear_velocity"}
-    rates = tool_rates(plan.path.robot, of_tool, samples.q, samples.v, samples.a)
+    rates = tool_rates(plan.path.robot, of_tool, samples.q, samples.v, samples.a, samples.j)
     yield from ((quantity, None, rates[quantity] / limit) for quantity, limit in of_tool.items())
     values = {"velocity": samples.v, "acceleration": samples.a, "jerk": samples.j}
     if dynamics.has_dynamics and np.isfinite(limits.torque[segment]).any():

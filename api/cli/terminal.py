@@ -51,6 +51,8 @@ TOOL_UNITS = {
     "tcp_linear_acceleration": "m/s²",
     "tcp_angular_acceleration": "rad/s²",
     "tcp_centripetal_acceleration": "m/s²",
+    "tcp_linear_jerk": "m/s³",
+    "tcp_angular_jerk": "rad/s³",
     "path_position_deviation": "m",
     "path_orientation_deviation": "rad",
     "blend_deviation": "m",

@@ -108,9 +108,9 @@ class Check(Answer):
     quantity: str
     """The quantity: `position`, `velocity`, `acceleration`, `jerk`, `torque`, `tcp_linear_velocity`,
     `tcp_angular_velocity`, `tcp_linear_acceleration`, `tcp_angular_acceleration`, `tcp_centripetal_acceleration` (that
-    across its path); and how far the tool is off the path asked: `path_position_deviation`,
-    `path_orientation_deviation`, `blend_deviation`; of `min_effort` how far it is off straight joint motions, m:
-    `tool_deviation`; and how far the farthest joint is, rad or m: `joint_deviation`."""
+    across its path), `tcp_linear_jerk`, `tcp_angular_jerk`; and how far the tool is off the path asked:
+    `path_position_deviation`, `path_orientation_deviation`, `blend_deviation`; of `min_effort` how far it is off
+    straight joint motions, m: `tool_deviation`; and how far the farthest joint is, rad or m: `joint_deviation`."""
     joint: str | None
     """The name of the joint that uses most of its limit; null: the quantity is the tool's."""
     peak: float
@@ -215,6 +215,8 @@ class SlowPart(Answer):
         "tcp_linear_acceleration",
         "tcp_angular_acceleration",
         "tcp_centripetal_acceleration",
+        "tcp_linear_jerk",
+        "tcp_angular_jerk",
         "duration",
         "time_law",
     ]

@@ -166,6 +166,11 @@ class Limits(Schema):
     tcp_centripetal_acceleration: Limit | None = None
     """The largest acceleration of the tool centre point across its path, m/s^2: it goes slower where its path bends;
     omitted: none."""
+    tcp_linear_jerk: Limit | None = None
+    """The largest jerk of the tool centre point, m/s^3; `cubic`, `trapezoidal` and `toppra` without `jerk_limited`,
+    whose accelerations jump, only report it; omitted: none."""
+    tcp_angular_jerk: Limit | None = None
+    """The largest angular jerk of the tool, rad/s^3, kept and reported by the same back ends; omitted: none."""
     velocity_scale: Scale = 1.0
     """A factor without unit on the velocity limits of all joints: the speed override. A waypoint's own multiplies with
     that of the whole. At teach speed, with a person near the arm, `tcp_linear_velocity` is 0.25 m/s at most beside it

@@ -44,8 +44,10 @@ Quantity = TypeAliasType(
             "tcp_linear_acceleration",
             "tcp_angular_acceleration",
             "tcp_centripetal_acceleration",
+            "tcp_linear_jerk",
+            "tcp_angular_jerk",
         ],
-        Field(description="A quantity that a limit is put on: of the joints, or a speed or acceleration of the tool."),
+        Field(description="A quantity that a limit is put on: of the joints, or of the tool's motion."),
     ],
 )
 

@@ -163,7 +163,7 @@ def _sampled_checks(
         return []
     torque, tool = "torque" in limited, limited != ["torque"]
     columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
-    segments, motion = trajectory.segments, derivatives[:3]
+    segments, motion = trajectory.segments, derivatives[:4]
     middles, halves = limits.centred("torque")
     # What is the same in both directions is measured from nought; a torque from the middle between its limits.
     bounds = [halves if quantity == "torque" else getattr(limits, quantity)[:, None] for quantity in limited]
@@ -171,12 +171,12 @@ def _sampled_checks(
 
     def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
         """Return the shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
-        q, dq, ddq = motion.evaluate(pieces, units)
+        q, dq, ddq, dddq = motion.evaluate(pieces, units)
         values: dict[str, FloatArray] = {}
         if torque:
             values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq) - middles[segments[pieces]]
         if tool:
-            rates = tool_rates(robot, limits.of_tool, q, dq, ddq)
+            rates = tool_rates(robot, limits.of_tool, q, dq, ddq, dddq)
             values |= {quantity: rate[:, None] for quantity, rate in rates.items()}
         shares: FloatArray = np.hstack([values[quantity] for quantity in limited]) / bounds[pieces]
         return shares
@@ -189,7 +189,8 @@ def _sampled_checks(
     for quantity, ratio, piece, unit, column in zip(limited, *(part[0].tolist() for part in peaks), strict=True):
         limit = float(bounds[piece, column])
         known = bool(np.isfinite(limit))  # if not, nothing is used anywhere that is limited
-        bounded = TCP_ORDERS.get(quantity, 1) == 1 or smooth >= 1
+        order = TCP_ORDERS.get(quantity, 1)
+        bounded = order == 1 or smooth >= order - 1
         check = Check(
             quantity=quantity,
             joint=robot.joint_names[column - columns.index(quantity)] if quantity == "torque" else None,
@@ -203,7 +204,7 @@ def _sampled_checks(
         )
         if quantity == "torque":
             if known and quantity in limits.wider:
-                state = motion.evaluate(np.array([piece]), np.array([unit]))
+                state = motion[:3].evaluate(np.array([piece]), np.array([unit]))
                 torque, joint = dynamics.torques(segments[[piece]], *state)[0], column - columns.index(quantity)
                 used = limits.used(quantity, segments[piece], torque)
                 check = _of_torque(check, joint, torque, used) if used[joint] > 0.0 else check

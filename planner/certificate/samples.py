@@ -38,7 +38,7 @@ COLUMNS_OF: Mapping[Interpolation, int] = {law: order for order, law in enumerat
 
 REPORTED_OF: Mapping[Interpolation, frozenset[str]] = {
     "linear": frozenset({"acceleration", "jerk", "torque", *(name for name, order in TCP_ORDERS.items() if order > 1)}),
-    "cubic": frozenset({"jerk"}),
+    "cubic": frozenset({"jerk", *(name for name, order in TCP_ORDERS.items() if order > 2)}),
     "quintic": frozenset(),
 }
 """The quantities that have impulses where samples meet, so that no limit can be enforced: straight lines make positions

@@ -1,4 +1,4 @@
-"""Forward kinematics: poses, Jacobians, speeds and accelerations of the tool at joint positions."""
+"""Forward kinematics: poses and Jacobians of the tool at joint positions, and how it moves."""
 
 from __future__ import annotations
 
@@ -26,6 +26,9 @@ VELOCITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
 
 ACCELERATIONS = ("tcp_linear_acceleration", "tcp_angular_acceleration")
 """The quantities that are accelerations of the tool, the linear one first."""
+
+JERKS = ("tcp_linear_jerk", "tcp_angular_jerk")
+"""The quantities that are jerks of the tool, the linear one first."""
 
 CENTRIPETAL = "tcp_centripetal_acceleration"
 """The quantity that is the acceleration of the tool across its path."""
@@ -171,6 +174,28 @@ def tool_accelerations(
     return np.ascontiguousarray(linear), np.ascontiguousarray(angular)
 
 
+def tool_jerks(
+    robot: Robot, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike, jerks: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Compute how the acceleration of the tool changes at many states of the joints.
+
+    Args:
+        robot: The robot, with its tool.
+        positions: (N, joints), rad or m.
+        velocities: (N, joints), rad/s or m/s.
+        accelerations: (N, joints), rad/s^2 or m/s^2.
+        jerks: (N, joints), rad/s^3 or m/s^3.
+
+    Returns:
+        The second derivatives by time of the linear velocity (N, 3), m/s^3, of the tool's origin, and of the angular
+        velocity (N, 3), rad/s^3, of the tool, both in the base's axes.
+    """
+    states = (positions, velocities, accelerations, jerks)
+    q, v, a, j = (np.asarray(values, dtype=np.float64) for values in states)
+    linear, angular = screws_of(robot).jerks(q, v, a, j, robot.tool_in_tip.translation)
+    return np.ascontiguousarray(linear), np.ascontiguousarray(angular)
+
+
 def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Compute how fast the tool moves at many states in a few array operations.
 
@@ -187,23 +212,30 @@ def tool_speeds(robot: Robot, positions: FloatArray, velocities: FloatArray) -> 
 
 
 def tool_rates(
-    robot: Robot, quantities: Collection[str], q: FloatArray, v: FloatArray, a: FloatArray
+    robot: Robot,
+    quantities: Collection[str],
+    q: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    j: FloatArray | None = None,
 ) -> dict[str, FloatArray]:
     """Compute magnitudes (N,) of some of `TCP_ORDERS` at many states of the joints, each (N, joints).
 
     The centripetal acceleration is that of the tool centre point across its path, |v x a| / |v|; at rest it has none.
 
     Returns:
-        By quantity, m/s, rad/s, m/s^2 or rad/s^2.
+        By quantity, m/s, rad/s, m/s^2, rad/s^2, m/s^3 or rad/s^3; without jerks of the joints, none of the tool's.
     """
     screws, point = screws_of(robot), robot.tool_in_tip.translation
     velocities = screws.twists(q, v, point)
     rates = {name: _norms(own) for name, own in zip(VELOCITIES, velocities, strict=True) if name in quantities}
-    if any(TCP_ORDERS[quantity] > 1 for quantity in quantities):
+    if any(TCP_ORDERS[quantity] == 2 for quantity in quantities):
         accelerations = screws.accelerations(q, v, a, point)
         rates |= {name: _norms(own) for name, own in zip(ACCELERATIONS, accelerations, strict=True)}
         rates[CENTRIPETAL] = _along_and_across(velocities[0], accelerations[0]).across
-    return {quantity: rates[quantity] for quantity in quantities}
+    if j is not None and any(quantity in quantities for quantity in JERKS):
+        rates |= {name: _norms(own) for name, own in zip(JERKS, screws.jerks(q, v, a, j, point), strict=True)}
+    return {quantity: rates[quantity] for quantity in quantities if quantity in rates}
 
 
 class AccelerationOnPath(NamedTuple):

@@ -149,6 +149,44 @@ class Screws:
         angular = np.where(turns, chain.axes * gains, 0.0) + np.cross(before, turning, axis=1)
         return linear.sum(axis=0).T, angular.sum(axis=0).T
 
+    def jerks(
+        self,
+        positions: FloatArray,
+        velocities: FloatArray,
+        accelerations: FloatArray,
+        jerks: FloatArray,
+        point: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Compute the jerks (N, 3) of a point of the tip frame and of the tip's turn, in the base's axes.
+
+        From link to link: an axis, or the arm from one axis to the next, is carried along by the link that it is fixed
+        to, and what the joint does along it is differentiated as a product.
+
+        Args:
+            positions: (N, joints).
+            velocities: (N, joints).
+            accelerations: (N, joints).
+            jerks: (N, joints).
+            point: (3,), in the tip frame.
+
+        Returns:
+            Linear (m/s^3) and angular (rad/s^3).
+        """
+        frames = self._frames(positions, point)
+        marks = np.array([*frames.anchors, frames.reached]).reshape(len(frames.axes) + 1, 3, -1)
+        turning, linear = np.zeros((3, *marks.shape[1:])), np.zeros(marks.shape[1:])
+        rates = zip(positions.T, velocities.T, accelerations.T, jerks.T, strict=True)
+        for i, (q, v, a, j) in enumerate(rates):
+            axis, arm = frames.axes[i].reshape(3, -1), marks[i + 1] - marks[i]
+            first, second, third = _carried(axis, turning)
+            if self.is_angle[i]:
+                turning = turning + np.array([axis * v, first * v + axis * a, second * v + 2.0 * first * a + axis * j])
+            else:
+                linear += third * q + 3.0 * (second * v + first * a) + axis * j
+                arm = arm - axis * q
+            linear += _carried(arm, turning)[2]
+        return linear.T, turning[2].T
+
     def _along(self, positions: FloatArray, point: FloatArray) -> _Chain:
         """Return the axes and what they do to a point of the tip frame, all of N configurations at once."""
         frames = self._frames(positions, point)
@@ -219,6 +257,22 @@ class _Chain(NamedTuple):
     linear: FloatArray
     reached: FloatArray
     turned: FloatArray
+
+
+def _carried(vector: FloatArray, turning: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Differentiate vectors (3, N) three times, each fixed to a body with angular velocity w = turning[0].
+
+    dr = w x r, and so ddr = dw x r + w x dr and dddr = ddw x r + 2 dw x dr + w x ddr.
+
+    Args:
+        vector: (3, N).
+        turning: (3, 3, N): the angular velocity and its derivatives.
+    """
+    speed, gain, jerk = turning
+    first = np.cross(speed, vector, axis=0)
+    second = np.cross(gain, vector, axis=0) + np.cross(speed, first, axis=0)
+    third = np.cross(jerk, vector, axis=0) + 2.0 * np.cross(gain, first, axis=0) + np.cross(speed, second, axis=0)
+    return first, second, third
 
 
 def screws_of(robot: Robot) -> Screws:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -17,7 +17,7 @@ from planner.waypoints.free_rotations import with_chosen_rotations
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from planner.limits import SegmentLimits
     from planner.problem import AnyWaypoint, PlanningProblem, Transition
@@ -93,6 +93,11 @@ class JointPath:
     dwells: FloatArray
     runs: tuple[Run, ...] = field(repr=False)
     tool_motions: tuple[PosePath | None, ...] = field(repr=False)
+
+    def keeping(self, quantities: Collection[str]) -> JointPath:
+        """Return the path without those limits of the tool that are not among some quantities."""
+        limits = self.limits.of_tool_among(quantities)
+        return self if limits is self.limits else replace(self, limits=limits)
 
     @cached_property
     def positions(self) -> FloatArray:

@@ -138,7 +138,7 @@ class _Motion:
                 note(quantity, segments, joint, largest_magnitudes(derivatives[order], only, groups).values)
         sampled = {}
         if self.dynamics.has_dynamics and np.isfinite(limits.torque).any():
-            sampled["torque"] = np.abs(self.dynamics.torques(self.segments(), *self.samples()))
+            sampled["torque"] = np.abs(self.dynamics.torques(self.segments(), *self.samples()[:3]))
         if limits.of_tool:
             sampled |= tool_rates(robot, limits.of_tool, *self.samples())
         for quantity, values in sampled.items():
@@ -146,9 +146,9 @@ class _Motion:
                 note(quantity, segment_of, joint, column.reshape(-1, SAMPLES).max(axis=1))
         return needs
 
-    def samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Positions, velocities and accelerations, each (pieces x SAMPLES, joints)."""
-        return sampled(self.pieces, SAMPLES)[:3]
+    def samples(self) -> tuple[FloatArray, ...]:
+        """Positions, velocities, accelerations and jerks, each (pieces x SAMPLES, joints)."""
+        return sampled(self.pieces, SAMPLES)
 
     def segments(self) -> np.ndarray:
         """Return the segment (pieces x SAMPLES,) of each sample."""
@@ -156,7 +156,7 @@ class _Motion:
 
     def torques(self, robot: Robot, rows: np.ndarray) -> FloatArray:
         """Return the torques (rows, joints), N m or N, at samples given by their mask (pieces x SAMPLES,)."""
-        return inverse_dynamics(robot, *(values[rows] for values in self.samples()))
+        return inverse_dynamics(robot, *(values[rows] for values in self.samples()[:3]))
 
 
 def _faster(trajectory: Trajectory, path: JointPath, durations: FloatArray) -> _Motion:

@@ -134,6 +134,8 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         tcp_linear_acceleration=draw(st.sampled_from([*no_speeds, *no_speeds, 0.2, 3.0])),
         tcp_angular_acceleration=draw(st.sampled_from([*no_speeds, *no_speeds, 0.5, 5.0])),
         tcp_centripetal_acceleration=draw(st.sampled_from([*no_speeds, *no_speeds, 0.1, 1.0])),
+        tcp_linear_jerk=draw(st.sampled_from([*no_speeds, *no_speeds, 1.0, 30.0])),
+        tcp_angular_jerk=draw(st.sampled_from([*no_speeds, *no_speeds, 2.0, 50.0])),
         velocity_range=_ranges(problem.robot, "velocity", draw(st.sampled_from(RANGES))),
         acceleration_range=_ranges(problem.robot, "acceleration", draw(st.sampled_from(RANGES))),
     )
@@ -209,6 +211,8 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         tcp_linear_acceleration=rng.choice([None, None, 0.2, 3.0]),
         tcp_angular_acceleration=rng.choice([None, None, 0.5, 5.0]),
         tcp_centripetal_acceleration=rng.choice([None, None, 0.1, 1.0]),
+        tcp_linear_jerk=rng.choice([None, None, None, 1.0, 30.0]),
+        tcp_angular_jerk=rng.choice([None, None, None, 2.0, 50.0]),
         velocity_range=_ranges(robot, "velocity", RANGES[rng.integers(len(RANGES))]),
         acceleration_range=_ranges(robot, "acceleration", RANGES[rng.integers(len(RANGES))]),
     )

@@ -7,9 +7,11 @@ import pinocchio as pin
 
 from planner.actions import AtWaypoint
 from planner.backends import Guarantee
+from planner.backends.base import enforced
 from planner.kinematics import tool_speeds
 from planner.polynomials import differentiate, horner
 from planner.result import Plan
+from planner.spatial import FloatArray
 
 JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 
@@ -66,6 +68,25 @@ def is_continuous(result: Plan, derivatives: int) -> None:
     assert int(result.certificate.continuity[1:]) >= derivatives
 
 
+def _keeps_tool_jerks(result: Plan, times: FloatArray, step: float = 1e-5) -> None:
+    """The difference of Pinocchio's accelerations of the tool, at times whose neighbours are on the same piece."""
+    trajectory, robot, limits = result.trajectory, result.problem.robot, result.path.limits.of_tool
+    limits = {name: limit for name, limit in limits.items() if name in enforced(result.backend) and "jerk" in name}
+    pieces, since = trajectory.locate(times)
+    inside = np.minimum(since, trajectory.lengths[pieces] - since) > step
+    data = robot.model.createData()
+    for time, segment in zip(times[inside], trajectory.segments[pieces[inside]], strict=True):
+        gains = []
+        for shift in (-step, step) if limits else ():
+            pin.forwardKinematics(robot.model, data, *trajectory.evaluate(time + shift, [0, 1, 2]))
+            frame = robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            gain = pin.getFrameClassicalAcceleration(robot.model, data, *frame)
+            gains.append({"tcp_linear_jerk": gain.linear.copy(), "tcp_angular_jerk": gain.angular.copy()})
+        for name, limit in limits.items():
+            jerk = np.linalg.norm(gains[1][name] - gains[0][name]) / (2.0 * step)
+            assert jerk <= limit[segment] * (1.0 + 1e-4)
+
+
 def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
     """Torque with what is carried and tool speeds by Pinocchio, at random times; the tool's speed evenly, too."""
     trajectory, robot, limits = result.trajectory, result.problem.robot, result.path.limits
@@ -90,6 +111,7 @@ def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
         if (fast := np.linalg.norm(speed.linear)) > 1e-6:
             across = np.linalg.norm(np.cross(speed.linear, gain.linear)) / fast
             assert across <= limits.tcp_centripetal_acceleration[segment] * (1.0 + 1e-6)
+    _keeps_tool_jerks(result, times)
     bounds = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])[:, trajectory.segments]
     if np.isfinite(bounds).any():
         each = np.linspace(0.0, 1.0, 17)

@@ -14,7 +14,6 @@ from planner.kinematics import forward_kinematics, tool_accelerations
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problem import (
-    BlendTransition,
     CartesianMove,
     CircularMotion,
     JointWaypoint,
@@ -22,26 +21,13 @@ from planner.problem import (
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
-    ThroughTransition,
 )
 from planner.result import Plan
-from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
 from tests.planner.problems import backend_of
+from tests.planner.tool_problems import CORNER, JOINTS, LINE, ROBOT, START
 
-ROBOT = load_robot("kuka_kr16_2")
-START = (0.3, -1.2, 1.4, 0.2, 0.6, 0.1)
 LIMITS = Limits(tcp_linear_acceleration=1.5, tcp_angular_acceleration=2.0, tcp_centripetal_acceleration=0.8)
-JOINTS = [
-    JointWaypoint(START),
-    JointWaypoint((0.8, -1.0, 1.1, 0.5, 0.4, -0.3), transition=ThroughTransition()),
-    JointWaypoint((0.2, -0.7, 1.3, 0.1, 0.8, 0.2)),
-]
-CORNER = [
-    JointWaypoint(START),
-    RelativeWaypoint(CartesianMove((0.0, -0.3, 0.0)), "base", motion=LinearMotion(), transition=BlendTransition(0.1)),
-    RelativeWaypoint(CartesianMove((0.0, 0.0, -0.3)), "base", motion=LinearMotion()),
-]
 ALL: list[BackEnd] = [*(backend_of(kind) for kind in sorted(BACKENDS) if kind != "auto"), Toppra(jerk_limited=True)]
 
 
@@ -89,8 +75,7 @@ def test_finite_differences_are_within_the_limits(backend: BackEnd, waypoints: l
 @pytest.mark.parametrize(("backend", "loses"), [(Toppra(), 0.005), (Trapezoidal(), 0.1)], ids=repr)
 def test_a_straight_line_is_driven_by_the_acceleration_of_the_tool(backend: BackEnd, loses: float) -> None:
     """Over 0.3 m at 1.5 m/s^2, without a speed limit that counts: T = 2 sqrt(d / a), or more with ramps of joints."""
-    line = [JointWaypoint(START), RelativeWaypoint(CartesianMove((0.0, -0.3, 0.0)), "base", motion=LinearMotion())]
-    result = plan(PlanningProblem(ROBOT, line, Limits(tcp_linear_acceleration=1.5)), backend)
+    result = plan(PlanningProblem(ROBOT, LINE, Limits(tcp_linear_acceleration=1.5)), backend)
     assert 1.0 - 1e-6 < result.trajectory.duration / (2.0 * np.sqrt(0.3 / 1.5)) < 1.0 + loses
 
 

@@ -12,9 +12,10 @@ from planner.backends.shared.refusals import duration_of_run, refuse_what_gravit
 from planner.backends.shared.time_laws import follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import scaled_to_duration
 from planner.backends.shared.tool_accelerations import acceleration_rows
+from planner.backends.shared.tool_jerks import jerk_rows
 from planner.dynamics import path_dynamics
 from planner.guarantees import QUANTITIES, TCP_ORDERS
-from planner.kinematics.forward import ACCELERATIONS, OF_PATH_SPEED, tool_rates
+from planner.kinematics.forward import ACCELERATIONS, JERKS, OF_PATH_SPEED, tool_rates
 from planner.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
@@ -228,6 +229,9 @@ class LimitsOnCurve:
             by_u, by_x = self.sampled.tool_accelerations_at(s, own)
             none = np.zeros_like(by_u)
             groups.append((by_x * ds**2 + by_u * dds, by_u * ds, none, none, none + 1.0, none))
+        if self.sampled.jerks:
+            q = self.curve.evaluate(np.clip(s.ravel(), 0.0, self.curve.breakpoints[-1]), [0])[0]
+            groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
         if self.sampled.limits_torque:
             middle, half = own.centred("torque")
             *moved, gravity = self.sampled.torques_at(s, ds, dds)
@@ -243,14 +247,16 @@ class _Sampled:
         limits_torque: Whether any torque is limited.
         has_tool: Whether anything of the tool is limited.
         accelerations: The accelerations of the tool that are limited, but for the centripetal one.
+        jerks: The jerks of the tool that are limited.
     """
 
     def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
         curve, robot, limits = run.curve, path.dynamics.robot_on(run.first), path.limits.of(run.segments)
-        self.limits_torque = robot.has_dynamics and bool(np.isfinite(limits.torque).any())
+        self.robot, self.limits_torque = robot, robot.has_dynamics and bool(np.isfinite(limits.torque).any())
         knows_torques = knows_torques or self.limits_torque
         of_tool = limits.of_tool
         self.has_tool, self.accelerations = bool(of_tool), [name for name in ACCELERATIONS if name in of_tool]
+        self.jerks = [name for name in JERKS if name in of_tool]
         if not (knows_torques or self.has_tool):
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
@@ -287,6 +293,25 @@ class _Sampled:
             for part in (self.rows.per_u, self.rows.per_x)
         )
         return by_u, by_x
+
+    def tool_jerks_at(
+        self, limits: SegmentLimits, q: FloatArray, first: FloatArray, second: FloatArray, third: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Return the parts of `LinearLimits` that jerks of the tool are, each (points, pieces, rows).
+
+        Args:
+            limits: Of each piece.
+            q: (points x pieces, joints).
+            first: Velocities (points, pieces, joints) of the law.
+            second: Its accelerations.
+            third: Its jerks.
+        """
+        *shape, joints = first.shape
+        rows = jerk_rows(self.robot, self.jerks, q, *(values.reshape(-1, joints) for values in (first, second, third)))
+        bound = np.stack([getattr(limits, quantity) for quantity in rows.quantities], axis=-1)
+        by_b, by_a, by_c = (part.reshape(*shape, -1) / bound for part in rows[:3])
+        none = np.zeros_like(by_b)
+        return by_b, by_a, by_c, none, none, none + 1.0
 
     def torques_at(self, s: FloatArray, ds: FloatArray, dds: FloatArray) -> tuple[FloatArray, ...]:
         """Return the torques' coefficients of b, a and c, and gravity, each (..., joints), where a law is at s (...).

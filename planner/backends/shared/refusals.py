@@ -44,6 +44,10 @@ class BindingLimit(NamedTuple):
                 return "the limit of the tool's angular acceleration"
             case "tcp_centripetal_acceleration":
                 return "the limit of the tool's centripetal acceleration"
+            case "tcp_linear_jerk":
+                return "the limit of the tool's jerk"
+            case "tcp_angular_jerk":
+                return "the limit of the tool's angular jerk"
             case _ if self.quantity == RAMPS:
                 return "the acceleration and deceleration times"
             case None:

@@ -26,7 +26,7 @@ SAMPLED_MARGIN = 1.0002
 
 
 class SampledLimits:
-    """The limits of torque, tool speed and tool acceleration, whose use is found on samples.
+    """The limits of torque and of the tool's motion, whose use is found on samples.
 
     Attributes:
         middle: The middle (segments, joints) between the lower and the upper torque limits, N m or N.
@@ -71,10 +71,10 @@ class SampledLimits:
             LimitsUnsatisfiable: Gravity alone exceeds a torque limit.
         """
 
-        def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
             """Return the factors (N, limits) that samples of pieces `at` (N,) need."""
             torque = partial(self._stretch_for_torque, rows=rows[at], segments=pieces.segments[at], q=q, v=v, a=a)
-            values = self._of_samples(rows[at], q, v, a, torque)
+            values = self._of_samples(rows[at], q, v, a, j, torque)
             for column, quantity in enumerate(self.tool, self.robot.dof):
                 values[:, column] **= 1.0 / TCP_ORDERS[quantity]
             return values
@@ -89,10 +89,11 @@ class SampledLimits:
             rows: Row (pieces,) of the limits that each piece has to keep.
         """
 
-        def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
             """Return the shares (N, limits) that samples of pieces `at` (N,) use."""
             torques = partial(self.dynamics.torques, pieces.segments[at], q, v, a)
-            return self._of_samples(rows[at], q, v, a, lambda limit: np.abs(torques() - self.middle[rows[at]]) / limit)
+            middle = self.middle[rows[at]]
+            return self._of_samples(rows[at], q, v, a, j, lambda limit: np.abs(torques() - middle) / limit)
 
         return _peaks(shares, len(self.each), pieces, np.arange(len(rows)))[0]
 
@@ -102,13 +103,14 @@ class SampledLimits:
         q: FloatArray,
         v: FloatArray,
         a: FloatArray,
+        j: FloatArray,
         of_torque: Callable[[FloatArray], FloatArray],
     ) -> FloatArray:
         """Join the shares of the limits of the tool and what `of_torque` makes of those of torque: (N, limits)."""
         torque, dof = self.torque[rows], self.robot.dof
         values = np.zeros((len(rows), len(self.each)))
         if self.tool:
-            rates = tool_rates(self.robot, self.tool, q, v, a)
+            rates = tool_rates(self.robot, self.tool, q, v, a, j)
             for column, (quantity, limit) in enumerate(self.tool.items(), dof):
                 values[:, column] = rates[quantity] / limit[rows]
         if np.isfinite(torque).any():
@@ -140,7 +142,7 @@ class SampledLimits:
 
 
 def _peaks(
-    of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray], FloatArray],
+    of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray, FloatArray], FloatArray],
     columns: int,
     motion: SegmentedPolynomial,
     groups: np.ndarray,
@@ -149,14 +151,14 @@ def _peaks(
     """Find the largest values (groups,) over the pieces of each group, with the margin, and in which column each is.
 
     Args:
-        of_samples: Values (N, columns) of piece (N,), position, velocity and acceleration (N, joints).
+        of_samples: Values (N, columns) of piece (N,), position, velocity, acceleration and jerk (N, joints).
         columns: The number of values of each sample.
         motion: The motion, in pieces of positive length.
         groups: Group (pieces,) of each piece, from 0 on without gaps.
         above: Values up to this, one for all or (groups,), do not matter: what is found may be less.
     """
     derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
-    states = derivatives[:3]
+    states = derivatives[:4]
 
     def values(pieces: np.ndarray, units: FloatArray) -> FloatArray:
         """Return the values (N, columns) at unit times (N,) of pieces (N,)."""

@@ -9,7 +9,7 @@ from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import PolynomialLaw
 from planner.backends.splines.run_timing import time_run
-from planner.guarantees import ALL_HARD, Guarantee
+from planner.guarantees import ALL_BUT_JERK, Guarantee
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,10 +28,12 @@ class Cubic:
 
     kind: ClassVar[str] = "cubic"
     summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
-    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
     law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put the cubic on each segment, at the asked durations or the shortest."""
-        runs = [time_run(path, run, 3, enforced(self)) for run in path.runs]
+        kept = enforced(self)
+        path = path.keeping(kept)
+        runs = [time_run(path, run, 3, kept) for run in path.runs]
         return assemble(path, [self.law.time(path.straight), *runs])

@@ -21,7 +21,7 @@ from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
 from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of, solved_again
 from planner.backends.toppra.solver_failed import SolverFailed
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
-from planner.guarantees import ALL_HARD, Guarantee
+from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Guarantee
 from planner.polynomials import joined
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectory import PlanWarning
@@ -70,7 +70,7 @@ class Toppra:
     summary: ClassVar[str] = (
         "Time-optimal on the exact path within velocity, acceleration, torque and tool speed limits, C1."
     )
-    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
 
     jerk_limited: bool = field(
         default=False,
@@ -89,7 +89,7 @@ class Toppra:
         if self.jerk_limited:
             return _with_limited_jerk(path)
         try:
-            return _time_optimal(path, enforced(self))
+            return _time_optimal(path.keeping(enforced(self)), enforced(self))
         except SolverFailed:
             message = "toppra's solver failed on this path; the motion keeps the jerk limits, too, and is slower for it"
             return replace(_with_limited_jerk(path), warnings=(PlanWarning("solver_failed", message),))

@@ -13,7 +13,7 @@ from planner.backends.shared.refusals import RAMPS
 from planner.backends.shared.rest_to_rest import time_straight_motions, unit_laws
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.along_curve import time_run, time_run_with_ramps
-from planner.guarantees import ALL_HARD, Guarantee
+from planner.guarantees import ALL_BUT_JERK, Guarantee
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Trapezoidal:
 
     kind: ClassVar[str] = "trapezoidal"
     summary: ClassVar[str] = "Accelerate, cruise, brake: the fastest law from rest to rest without a jerk limit, C1."
-    guarantees: ClassVar[Mapping[str, Guarantee]] = {**ALL_HARD, "jerk": Guarantee.REPORTED}
+    guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
 
     acceleration_time: float | None = field(
         default=None,
@@ -61,6 +61,7 @@ class Trapezoidal:
         """Put the trapezoid on each segment, at the asked durations or the shortest."""
         times = self._times()
         kept = enforced(self)
+        path = path.keeping(kept)
         if times is None:
             lines = time_lines(path, path.straight, fastest_trapezoids, lambda run: time_run(path, run, kept))
             return assemble(path, [*lines, *(time_run(path, run, kept) for run in path.runs)])

@@ -291,6 +291,9 @@ BAD_REQUESTS = [
         INVALID,
         "/limits/tcp_linear_acceleration",
     ),
+    Bad(
+        "no jerk of the tool", PLAN, plan_request(limits={"tcp_angular_jerk": 0.0}), INVALID, "/limits/tcp_angular_jerk"
+    ),
     Bad("negative duration", PLAN, second_changed(duration=-1.0), INVALID, "/waypoints/1/duration"),
     Bad("no duration of the whole", PLAN, plan_request(duration=0.0), INVALID, "/duration"),
     Bad(

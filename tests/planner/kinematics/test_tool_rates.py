@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.kinematics import FloatArray, Pose, tool_accelerations, tool_speeds, tool_velocities
+from planner.kinematics import FloatArray, Pose, tool_accelerations, tool_jerks, tool_speeds, tool_velocities
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
 from tests.planner.problems import ARMS, random_position
@@ -57,3 +57,19 @@ def test_accelerations_are_differences_of_velocities(robot: Robot) -> None:
         assert found == pytest.approx((high - low) / (2.0 * h), abs=1e-7)
     still = np.zeros_like(q)
     assert not np.any(tool_accelerations(robot, q, still, still))
+
+
+@pytest.mark.parametrize("robot", arms(), ids=lambda robot: robot.id)
+def test_jerks_are_differences_of_accelerations(robot: Robot) -> None:
+    """Along q + v t + a t^2 / 2 + j t^3 / 6: central differences."""
+    q, v, a = random_states(robot, 10, 3)
+    j = np.random.default_rng(4).normal(size=q.shape)
+    h = 1e-5
+    before, after = (
+        tool_accelerations(robot, q + s * (v + s * (a / 2.0 + s * j / 6.0)), v + s * (a + s * j / 2.0), a + s * j)
+        for s in (-h, h)
+    )
+    for found, low, high in zip(tool_jerks(robot, q, v, a, j), before, after, strict=True):
+        assert found == pytest.approx((high - low) / (2.0 * h), abs=1e-6)
+    still = np.zeros_like(q)
+    assert not np.any(tool_jerks(robot, q, still, still, still))
