@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.robots.checks import MAX_LENGTH, shown
+from planner.robots.checks import MAX_LENGTH
+from planner.robots.findings import shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.robots.build import MovingJoint
-    from planner.robots.checks import Findings
+    from planner.robots.findings import Findings
 
 LEAST_REACH = 1e-3
 """m."""

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.errors import Finding, InvalidRobotModel
+from planner.robots.findings import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from planner.robots.build import Body
     from planner.robots.description import Joint, Provenance
+    from planner.robots.findings import Findings
 
 MAX_LINKS = 256
 """Number of links that a model may have; Pinocchio itself dies somewhere between 3000 and 5000."""
@@ -24,9 +25,6 @@ MAX_JOINTS = 32
 
 MAX_NAME_LENGTH = 100
 """Number of characters that a name may have."""
-
-NAMES_IN_A_MESSAGE = 10
-"""Number of names that a message lists before it says how many more there are."""
 
 RESERVED_NAME = "universe"
 """Pinocchio's name of the base."""
@@ -67,50 +65,6 @@ DEFAULT_ACCELERATION_PER_VELOCITY = 4.0
 """1/s: full speed in 0.25 s."""
 DEFAULT_JERK_PER_ACCELERATION = 10.0
 """1/s: full acceleration in 0.1 s."""
-
-
-@dataclass
-class Findings:
-    """Collects the remarks about one model, so that its author sees all of them at once."""
-
-    items: list[Finding] = field(default_factory=list)
-
-    def error(self, code: str, subject: str | None, message: str) -> None:
-        """Record that the model is refused."""
-        self.items.append(Finding(code, "error", subject, message))
-
-    def warning(self, code: str, subject: str | None, message: str) -> None:
-        """Record that the model is used as it is."""
-        self.items.append(Finding(code, "warning", subject, message))
-
-    def info(self, code: str, subject: str | None, message: str) -> None:
-        """Something was filled in or left out."""
-        self.items.append(Finding(code, "info", subject, message))
-
-    def raise_errors(self) -> None:
-        """Refuse the model if there is an error among the findings.
-
-        Raises:
-            InvalidRobotModel: With all findings, the errors first: an answer may leave out what comes late.
-        """
-        errors = [item for item in self.items if item.severity == "error"]
-        if errors:
-            more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-            others = [item for item in self.items if item.severity != "error"]
-            raise InvalidRobotModel(f"the robot model cannot be used: {errors[0].message}{more}", errors + others)
-
-
-def shown(name: str) -> str:
-    """Return a client's name, cut and escaped for a message."""
-    return name[:40].encode("unicode_escape").decode() + ("..." if len(name) > 40 else "")
-
-
-def listed(names: Iterable[str], quoted: bool = False) -> str:
-    """Return the different names, cut to a few."""
-    counted = list(dict.fromkeys(names))
-    more = f" and {len(counted) - NAMES_IN_A_MESSAGE} more" if len(counted) > NAMES_IN_A_MESSAGE else ""
-    few = (shown(name) for name in counted[:NAMES_IN_A_MESSAGE])
-    return ", ".join(map(repr, few) if quoted else few) + more
 
 
 def check_names(what: str, names: Iterable[str], findings: Findings) -> None:

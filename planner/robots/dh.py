@@ -13,17 +13,16 @@ from planner.robots.chain_checks import check_chain
 from planner.robots.checks import (
     MAX_JOINTS,
     MAX_NUMBER,
-    Findings,
     check_angles,
     check_body,
     check_length,
     check_limits,
     check_names,
     check_position_limits,
-    shown,
 )
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.description import Joint, JointKind, RobotDescription
+from planner.robots.findings import Findings, shown
 from planner.spatial import Pose, rotation_x, rotation_z
 
 Convention = Literal["standard", "modified"]

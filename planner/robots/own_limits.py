@@ -9,19 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from planner.robots.checks import (
-    DYNAMIC_QUANTITIES,
-    LEAST_LIMIT,
-    MAX_NAME_LENGTH,
-    MAX_NUMBER,
-    check_position_limits,
-    shown,
-)
+from planner.robots.checks import DYNAMIC_QUANTITIES, LEAST_LIMIT, MAX_NAME_LENGTH, MAX_NUMBER, check_position_limits
 from planner.robots.description import RANGED_QUANTITIES
+from planner.robots.findings import shown
 
 if TYPE_CHECKING:
-    from planner.robots.checks import Findings
     from planner.robots.description import Joint, JointKind
+    from planner.robots.findings import Findings
 
 WIDENABLE = ("default", "estimate")
 """Provenances of limits that an owner may widen: nobody has published them."""

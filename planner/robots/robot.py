@@ -11,11 +11,11 @@ import numpy as np
 import pinocchio as pin
 
 from planner.robots.build import model_with_locked
-from planner.robots.checks import Findings, shown
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.pairs import collision_pairs
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
+from planner.robots.findings import Findings, shown
 from planner.robots.own_limits import checked_positions, is_within, with_own_limits
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf

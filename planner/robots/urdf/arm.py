@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from planner.robots.checks import listed, shown
+from planner.robots.findings import listed, shown
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from planner.robots.checks import Findings
     from planner.robots.description import JointGroup
+    from planner.robots.findings import Findings
     from planner.robots.urdf.elements import UrdfJoint
 
 

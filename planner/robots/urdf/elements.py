@@ -10,9 +10,10 @@ import numpy as np
 import pinocchio as pin
 
 from planner.robots.build import Body
-from planner.robots.checks import MAX_NUMBER, Findings, check_angles, check_body, check_length, shown
+from planner.robots.checks import MAX_NUMBER, check_angles, check_body, check_length
 from planner.robots.collision.geometry import CollisionElement
 from planner.robots.description import Joint
+from planner.robots.findings import Findings, shown
 from planner.shapes import Box, Capsule, Cylinder, InvalidShape, Sphere
 from planner.spatial import rotation_from_rpy
 

@@ -15,18 +15,10 @@ import pinocchio as pin
 
 from planner.robots.build import Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
-from planner.robots.checks import (
-    MAX_JOINTS,
-    MAX_LINKS,
-    MAX_NUMBER,
-    Findings,
-    check_limits,
-    check_names,
-    check_position_limits,
-    shown,
-)
+from planner.robots.checks import MAX_JOINTS, MAX_LINKS, MAX_NUMBER, check_limits, check_names, check_position_limits
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.description import RobotDescription
+from planner.robots.findings import Findings, shown
 from planner.robots.urdf.arm import ArmFinder
 from planner.robots.urdf.elements import UrdfReader
 from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf

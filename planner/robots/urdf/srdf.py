@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from planner.robots.checks import MAX_NAME_LENGTH, check_names, listed, shown
+from planner.robots.checks import MAX_NAME_LENGTH, check_names
 from planner.robots.description import DisabledCollision, JointGroup
+from planner.robots.findings import listed, shown
 from planner.robots.own_limits import is_within
 from planner.robots.urdf.elements import number_of
 from planner.robots.urdf.xml_document import parse_robot_document
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from xml.etree.ElementTree import Element
 
-    from planner.robots.checks import Findings
     from planner.robots.description import Joint
+    from planner.robots.findings import Findings
     from planner.robots.urdf.elements import UrdfJoint
 
 MAX_GROUPS = 64

@@ -9,7 +9,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 if TYPE_CHECKING:
-    from planner.robots.checks import Findings
+    from planner.robots.findings import Findings
 
 MAX_TEXT_LENGTH = 2**20
 """Characters."""
