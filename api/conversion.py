@@ -297,7 +297,7 @@ def _to_transition(transition: waypoints.Transition) -> problem.Transition:
         case waypoints.StopTransition():
             return problem.StopTransition()
         case waypoints.ThroughTransition():
-            return problem.ThroughTransition()
+            return problem.ThroughTransition(transition.velocity)
         case waypoints.BlendTransition():
             return problem.BlendTransition(transition.radius)
 

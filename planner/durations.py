@@ -159,9 +159,10 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: F
 
 
 def _is_rigid(backend: BackEnd, path: JointPath, run: Run) -> bool:
-    """Tell whether a run has a duration in part, or starts or ends in motion: no stretch keeps that."""
+    """Tell whether a run has a duration in part, or a motion at its ends or at a waypoint: no stretch keeps that."""
     ends, moving, free = end_states(backend, path.robot.dof), path.moving, np.isnan(path.durations[run.segments])
     moves = (ends.starts_moving and run.first == moving[0]) or (ends.ends_moving and run.segments[-1] == moving[-1])
+    moves = moves or not path.passed_at.keys().isdisjoint(run.segments.tolist())
     return bool(free.any()) and (moves or not bool(free.all()))
 
 

@@ -109,6 +109,11 @@ def leaves_straight_motions(backend: object) -> TypeGuard[LeavesStraightMotions]
     return hasattr(backend, "max_deviation")
 
 
+def passes_with_velocities(backend: object) -> bool:
+    """Tell whether a back end passes waypoints with the velocities that are asked there."""
+    return bool(getattr(backend, "passes_with_velocities", False))
+
+
 def end_states(backend: object, joints: int) -> EndStates:
     """Read from a back end's options which motion is asked at the ends; a back end without such options is at rest."""
     asked = [getattr(backend, name, None) for name in END_OPTIONS]

@@ -187,7 +187,18 @@ class StopTransition:
 
 @dataclass(frozen=True)
 class ThroughTransition:
-    """A transition that passes the waypoint exactly, without stopping."""
+    """A transition that passes the waypoint exactly, without stopping.
+
+    Attributes:
+        velocity: Velocity of each joint at the waypoint, rad/s or m/s, between joint motions; None: one that suits.
+    """
+
+    velocity: Sequence[float] | None = None
+
+    def __post_init__(self) -> None:
+        """Keep plain numbers, which are compared and cannot change."""
+        if self.velocity is not None:
+            object.__setattr__(self, "velocity", tuple(map(float, self.velocity)))
 
 
 @dataclass(frozen=True)

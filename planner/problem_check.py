@@ -9,10 +9,18 @@ import numpy as np
 from planner.actions import AtWaypoint, Wait
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END, KIND
-from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
+from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
 from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
-from planner.problem import BlendTransition, JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, StopTransition
+from planner.problem import (
+    BlendTransition,
+    JointMotion,
+    JointWaypoint,
+    PoseWaypoint,
+    RelativeWaypoint,
+    StopTransition,
+    ThroughTransition,
+)
 from planner.robots.description import RANGED_QUANTITIES
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -51,9 +59,10 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
     Raises:
         InvalidProblem: With every fault found.
         MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
-        LimitsUnsatisfiable: The motion asked at the ends breaks a limit.
+        LimitsUnsatisfiable: The motion asked at the ends, or where a waypoint is passed, breaks a limit.
     """
     faults = list(_faults(problem))
+    faults += _passing_faults(problem, backend)
     if moves_at_its_ends(backend):
         faults += _end_faults(problem, backend)
     if faults:
@@ -62,6 +71,7 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
         refuse_unknown_torques(problem.robot, problem.all_limits)
     if moves_at_its_ends(backend):
         _refuse_impossible_ends(problem, backend)
+    _refuse_impossible_passages(problem)
 
 
 def waypoint_faults(
@@ -250,6 +260,58 @@ def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[t
                     (BACK_END, name),
                     "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it",
                 )
+
+
+def _passing_faults(problem: PlanningProblem, backend: object) -> Iterator[tuple[FieldPath, str]]:
+    """Find velocities asked where waypoints are passed that the back end, or the motions there, cannot have."""
+    waypoints, joints = problem.waypoints, problem.robot.dof
+    stops = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
+    for i, velocity in _passing_velocities(problem).items():
+        field = "waypoints", i, "transition", "velocity"
+        since, until = max((k for k in stops if k < i), default=0), min((k for k in stops if k > i), default=i)
+        if len(velocity) != joints:
+            yield field, f"{len(velocity)} values for the {joints} joints of {problem.robot.id}"
+        elif not np.isfinite(velocity).all():
+            yield field, "not all of them are numbers"
+        elif not any(velocity):
+            yield field, "a waypoint passed with no velocity is a stop: ask for that"
+        elif not all(map(_is_free_in_joint_space, waypoints[since + 1 : until + 1])):
+            yield field, "a velocity can be asked only where nothing but joint motions is passed from stop to stop"
+        elif not passes_with_velocities(backend):
+            yield field, "this back end passes waypoints with velocities of its own; ruckig keeps those that are asked"
+
+
+def _passing_velocities(problem: PlanningProblem) -> dict[int, Sequence[float]]:
+    """Return the velocities asked where waypoints are passed, by the waypoint's index."""
+    transitions = ((i, waypoint.transition) for i, waypoint in enumerate(problem.waypoints))
+    return {i: t.velocity for i, t in transitions if isinstance(t, ThroughTransition) and t.velocity is not None}
+
+
+def _refuse_impossible_passages(problem: PlanningProblem) -> None:
+    """Hold the velocities asked where waypoints are passed against the limits before and after.
+
+    Raises:
+        LimitsUnsatisfiable: One is beyond a limit.
+    """
+    asked = _passing_velocities(problem)
+    lower, upper = problem.segment_limits().bounds("velocity") if asked else (np.empty(0), np.empty(0))
+    for i, velocity in asked.items():
+        least, most = lower[i - 1 : i + 1].max(axis=0), upper[i - 1 : i + 1].min(axis=0)
+        values = np.array(velocity)
+        kept = np.clip(values, least, most)
+        if (values == kept).all():
+            continue
+        joint = int((values != kept).argmax())
+        name, value, limit = problem.robot.joint_names[joint], float(values[joint]), float(kept[joint])
+        field = "waypoints", i, "transition", "velocity"
+        raise LimitsUnsatisfiable(
+            f"the velocity of {name} asked at waypoint {i} is {value:.6g}, beyond its limit {limit:.6g}",
+            waypoint=i,
+            joint=name,
+            value=value,
+            limit=limit,
+            remedies=[Remedy(field, tuple(kept.tolist()), "what the limits allow")],
+        )
 
 
 def _is_free_in_joint_space(waypoint: AnyWaypoint) -> bool:

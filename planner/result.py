@@ -12,6 +12,7 @@ from planner.action_times import action_times
 from planner.backends.shared.assembly import assemble
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
+from planner.certificate.passages import certify_passages
 from planner.certificate.tool_path import certify_tool_path
 from planner.durations import duration_error, in_asked_durations
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
@@ -106,6 +107,7 @@ def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, tr
     wanted = path.positions.copy()
     wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
     checks = certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints)
+    checks += certify_passages(trajectory, path.robot.joint_names, path.passed_at)
     if leaves_straight_motions(backend):
         checks += certify_joint_motions(trajectory, path.robot, problem.waypoints, path.positions, backend)
     return certificate_of(

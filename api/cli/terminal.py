@@ -39,10 +39,24 @@ FILE_WIDTH = 100
 CLOSE_TO_LIMIT = 0.9
 """The share of a limit from which on it is shown in yellow."""
 
-ANGLE_UNITS = {"position": "rad", "velocity": "rad/s", "acceleration": "rad/s²", "jerk": "rad/s³", "torque": "N m"}
+ANGLE_UNITS = {
+    "position": "rad",
+    "velocity": "rad/s",
+    "acceleration": "rad/s²",
+    "jerk": "rad/s³",
+    "torque": "N m",
+    "passing_velocity_error": "rad/s",
+}
 """The units of the quantities of a joint that turns."""
 
-LENGTH_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s²", "jerk": "m/s³", "torque": "N"}
+LENGTH_UNITS = {
+    "position": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s²",
+    "jerk": "m/s³",
+    "torque": "N",
+    "passing_velocity_error": "m/s",
+}
 """The units of the quantities of a joint that slides."""
 
 TOOL_UNITS = {

@@ -35,6 +35,7 @@ class Auto:
     summary: ClassVar[str] = "The back end that suits the request, with the reason in a warning; keeps every limit, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
     is_shaped_by_duration: ClassVar[bool] = True
+    passes_with_velocities: ClassVar[bool] = True
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Return the trajectory of the back end chosen, with a warning that says which and why."""
@@ -67,6 +68,9 @@ def _shortfall(refusal: PlanningError) -> float:
 
 def _choices(path: JointPath) -> Iterator[tuple[dict[str, BackEnd], str]]:
     """Yield back ends by name, of which the fastest is taken, and the reason for it; the best choice first."""
+    if path.passed_at:
+        yield {"ruckig": Ruckig()}, "it passes waypoints with the velocities asked"
+        return
     asked = ~np.isnan(path.durations)
     inside = any(len(run.segments) > 1 and asked[run.segments].any() for run in path.runs)
     if inside:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import SegmentDynamics
+from planner.errors import InvalidProblem
 from planner.limits import counted_velocity
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
@@ -17,7 +18,7 @@ from planner.waypoints.free_rotations import with_chosen_rotations
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from planner.limits import SegmentLimits
     from planner.problem import AnyWaypoint, PlanningProblem, Transition
@@ -83,6 +84,8 @@ class JointPath:
         runs: What is passed without stopping, and motions of the tool; all other segments with a length are straight
             joint motions from rest to rest.
         tool_motions: (segments,), the path of the tool; None: a joint motion.
+        passed_at: The velocities (joints,), rad/s or m/s, asked where waypoints are passed, by the segment that begins
+            there.
     """
 
     robot: Robot
@@ -93,6 +96,7 @@ class JointPath:
     dwells: FloatArray
     runs: tuple[Run, ...] = field(repr=False)
     tool_motions: tuple[PosePath | None, ...] = field(repr=False)
+    passed_at: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def keeping(self, quantities: Collection[str]) -> JointPath:
         """Return the path without those limits of the tool that are not among some quantities."""
@@ -191,6 +195,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         tool_motions=tuple(
             None if waypoint.tool_motion is None else waypoint.tool_motion.path for waypoint in solved[1:]
         ),
+        passed_at=_passed_at(waypoints, moving, transitions),
     )
 
 
@@ -247,6 +252,28 @@ def _with_stops_where_sharp(
     return result
 
 
+def _passed_at(
+    waypoints: Sequence[AnyWaypoint], moving: np.ndarray, transitions: Sequence[Transition]
+) -> dict[int, FloatArray]:
+    """Return the velocities (joints,) asked where waypoints are passed, by the segment that begins there.
+
+    Raises:
+        InvalidProblem: Of several waypoints at one joint position, another asks for another velocity or for a stop.
+    """
+    passed = {
+        int(segment): transition.velocity
+        for segment, transition in zip(moving[1:], transitions, strict=True)
+        if isinstance(transition, ThroughTransition) and transition.velocity is not None
+    }
+    for i, waypoint in enumerate(waypoints):
+        transition, next_ones = waypoint.transition, moving[moving >= i]
+        asked = transition.velocity if isinstance(transition, ThroughTransition) else None
+        if asked is not None and (not len(next_ones) or passed.get(int(next_ones[0])) != asked):
+            field = "waypoints", i, "transition", "velocity"
+            raise InvalidProblem([(field, "another waypoint at this position is passed otherwise, or the robot stops")])
+    return {segment: np.array(velocity) for segment, velocity in passed.items()}
+
+
 def _rest_time(waypoint: AnyWaypoint) -> float | None:
     """Return the time, s, that is asked for a segment of no length, which is a rest; None: none."""
     return waypoint.minimum_duration or None if waypoint.duration is None else waypoint.duration
@@ -262,8 +289,9 @@ def _transition(waypoints: Sequence[AnyWaypoint]) -> Transition:
     rests = any(_rest_time(waypoint) is not None for waypoint in waypoints[1:])
     if rests or any(isinstance(transition, StopTransition) for transition in transitions):
         return StopTransition()
-    if any(isinstance(transition, ThroughTransition) for transition in transitions):
-        return ThroughTransition()
+    passed = [transition for transition in transitions if isinstance(transition, ThroughTransition)]
+    if passed:
+        return next((transition for transition in passed if transition.velocity is not None), passed[0])
     return BlendTransition(
         min(transition.radius for transition in transitions if isinstance(transition, BlendTransition))
     )

@@ -181,3 +181,18 @@ def test_the_turn_of_a_drill_is_chosen_and_answered(service: RunningService) -> 
     request["waypoints"][1]["pose"]["orientation"] = None
     refused = service.post("/v1/trajectories", request)
     assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/free"
+
+
+def test_a_waypoint_is_passed_at_the_velocity_asked(service: RunningService) -> None:
+    request = json.loads((ROOT / "examples" / "past_a_switch.json").read_text(encoding="utf-8"))
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    at, samples = plan["waypoints"][1]["arrival_time"], plan["samples"]
+    for column, asked in enumerate(request["waypoints"][1]["transition"]["velocity"]):
+        speeds = [row[column] for row in samples["velocity"]]
+        assert np.interp(at, samples["time"], speeds) == pytest.approx(asked, abs=5e-3)
+    (check,) = [check for check in plan["certificate"]["checks"] if check["quantity"] == "passing_velocity_error"]
+    assert check["enforced"]
+    compared = request | {"backends": [{"kind": "auto"}, {"kind": "cubic"}]}
+    del compared["backend"]
+    results = service.post("/v1/trajectories/compare", compared).json()["results"]
+    assert [result["status"] for result in results] == ["planned", "invalid_request"]

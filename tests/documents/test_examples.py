@@ -38,6 +38,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "named_configuration.json": (3, None),
     "on_a_pallet.json": (4, None),
     "past_a_singularity.json": (2, None),
+    "past_a_switch.json": (3, None),
     "pick_and_place.json": (8, None),
     "refuelling_case_1.json": (6, 25.29),
     "refuelling_case_1_poses.json": (6, 25.29),

@@ -64,6 +64,7 @@ class Ruckig:
         "As fast as velocity, acceleration and jerk limits allow, waypoints passed with the best rates found, C2."
     )
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+    passes_with_velocities: ClassVar[bool] = True
 
     synchronization: Synchronization = field(
         default="phase",
@@ -94,8 +95,11 @@ class Ruckig:
         for run in path.every_run:
             if run.first in on_lines:
                 continue
-            if run.is_spline or run.first in path.straight.segments:
-                parts.append(self._time_joint_run(path, run, ends))
+            own = _ends_of(path, run.segments, ends)
+            if not path.passed_at.keys().isdisjoint(run.segments.tolist()):
+                parts += self._passing(path, run, own)
+            elif run.is_spline or run.first in path.straight.segments:
+                parts.append(self._time_joint_run(path, run, own))
             else:
                 parts.append(time_run(path, run))
         return assemble(path, parts)
@@ -106,8 +110,7 @@ class Ruckig:
         It is where waypoints are dense or on one straight line, and where torque or tool speed limit the motion: they
         slow a segment as a whole, but the law along a curve only where it has to.
         """
-        is_first, is_last = run.segments[0] == path.moving[0], run.segments[-1] == path.moving[-1]
-        moves = (is_first and ends.starts_moving) or (is_last and ends.ends_moving)
+        moves = ends.starts_moving or ends.ends_moving
         free = not moves and bool(np.isnan(path.durations[run.segments]).all())
         passes = free and len(run.segments) > 1
         found: list[SegmentedPolynomial] = []
@@ -133,6 +136,20 @@ class Ruckig:
                 found = [*found, self._stopping(path, run, ends)]
         return min([own, *found], key=lambda pieces: float(pieces.lengths.sum()))
 
+    def _passing(self, path: JointPath, run: Run, ends: EndStates) -> list[SegmentedPolynomial]:
+        """Return the motions of a run from each waypoint whose velocity is asked to the next.
+
+        Without an acceleration there: that leaves most room before the velocity limits.
+        """
+        cuts = [segment for segment in run.segments.tolist() if segment in path.passed_at]
+        velocities = [ends.initial_velocity, *(path.passed_at[cut] for cut in cuts), ends.final_velocity]
+        gains = [ends.initial_acceleration, *(np.zeros(path.robot.dof) for _ in cuts)]
+        parts = np.split(run.segments, np.searchsorted(run.segments, cuts))
+        return [
+            time_joint_run(path, part, EndStates(begin, gain, end), self.synchronization, enforced(self))[0]
+            for part, begin, gain, end in zip(parts, velocities[:-1], gains, velocities[1:], strict=True)
+        ]
+
     def _stopping(self, path: JointPath, run: Run, ends: EndStates) -> SegmentedPolynomial:
         """Return the motion that stops at each waypoint of a run."""
         if self.synchronization == "phase":
@@ -147,6 +164,13 @@ class Ruckig:
         there[motions.segments == path.moving[0]] &= not ends.starts_moving
         there[motions.segments == path.moving[-1]] &= not ends.ends_moving
         return motions.of(there)
+
+
+def _ends_of(path: JointPath, segments: np.ndarray, ends: EndStates) -> EndStates:
+    """Return the motion at the ends of some segments, by that at the ends of the path: rest, but where these are."""
+    still = np.zeros(path.robot.dof)
+    begin = (ends.initial_velocity, ends.initial_acceleration) if segments[0] == path.moving[0] else (still, still)
+    return EndStates(*begin, ends.final_velocity if segments[-1] == path.moving[-1] else still)
 
 
 def _straightness(path: JointPath, run: Run) -> float:

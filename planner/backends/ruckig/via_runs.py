@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
     from planner.backends.ruckig.via_problem import ViaMotion
     from planner.backends.shared.time_scaling import TimeScaling
+    from planner.fields import FieldPath
     from planner.guarantees import EndStates
     from planner.paths import JointPath
     from planner.spatial import FloatArray
@@ -54,7 +55,7 @@ def time_joint_run(
     Args:
         path: The path, with limits and durations.
         segments: Indices (segments,) of segments that follow each other.
-        ends: The motion asked at the ends of the whole path, which its first and its last segment heed.
+        ends: The motion at their ends.
         synchronization: How the joints are synchronised where there are no waypoints between.
         enforced: The quantities whose limits are kept.
 
@@ -104,10 +105,8 @@ class _JointRun:
     ) -> None:
         self.path, self.segments, self.enforced = path, segments, enforced
         self.asked = path.durations[segments]
-        self.still = np.zeros(path.robot.dof)
-        is_first, is_last = segments[0] == path.moving[0], segments[-1] == path.moving[-1]
-        start = Rates(ends.initial_velocity, ends.initial_acceleration) if is_first else Rates(self.still, self.still)
-        end = Rates(ends.final_velocity if is_last else self.still, self.still)
+        start = Rates(ends.initial_velocity, ends.initial_acceleration)
+        end = Rates(ends.final_velocity, np.zeros(path.robot.dof))
         own = path.limits.of(segments)
         positions = path.positions[np.append(segments, segments[-1] + 1)]
         limits = RateLimits(own.velocity, own.acceleration, own.jerk)
@@ -264,8 +263,13 @@ class _JointRun:
         motion = pass_waypoints(self.problem, stopping=True)
         beyond = None if motion is None else self._outside(motion)
         rates = (*self.problem.start, self.problem.end.velocity)
-        options = [option for option, rate in zip(END_OPTIONS, rates, strict=True) if rate.any()]
-        remedies = [Remedy((BACK_END, option), None, "none there") for option in options]
+        fields: list[FieldPath] = [(BACK_END, option) for option in END_OPTIONS]
+        for waypoint, options in ((int(self.segments[0]), (0, 1)), (int(self.segments[-1]) + 1, (2,))):
+            if waypoint in self.path.passed_at:
+                for option in options:
+                    fields[option] = "waypoints", waypoint, "transition", "velocity"
+        asked = [field for field, rate in zip(fields, rates, strict=True) if rate.any()]
+        remedies = [Remedy(field, None, "none there") for field in asked]
         if beyond is None:
             message = "with the motion at the ends no other was found that keeps the torque and tool speed limits"
             return LimitsUnsatisfiable(message, segment=int(self.segments[0]), remedies=remedies)

@@ -78,6 +78,7 @@ def setting(value: Any) -> dict[str, Any]:
 INVALID = "invalid_request"
 VIA_AT_START = {"position": [0.26582269183668716, 0.026671232618305785, -0.00289525224954534], "orientation": None}
 """The tool of the arm with three joints at (0.1, 0.2, 0.3)."""
+PASSED_SLOWLY = {"kind": "through", "velocity": [0.1, 0.1, 0.1]}
 A, B, C = joint(0.1, 0.2, 0.3), joint(0.3, 0.1, 0.5), joint(0.2, 0.2, 0.2)
 
 BAD_REQUESTS = [
@@ -293,6 +294,21 @@ BAD_REQUESTS = [
     ),
     Bad(
         "no jerk of the tool", PLAN, plan_request(limits={"tcp_angular_jerk": 0.0}), INVALID, "/limits/tcp_angular_jerk"
+    ),
+    Bad(
+        "a velocity at a waypoint of another back end",
+        PLAN,
+        plan_request(backend={"kind": "quintic"})
+        | {"waypoints": [joint(0.1, 0.2, 0.3), joint(0.2, 0.3, 0.4, transition=PASSED_SLOWLY), joint(0.3, 0.1, 0.5)]},
+        INVALID,
+        "/waypoints/1/transition/velocity",
+    ),
+    Bad(
+        "a velocity at the last waypoint",
+        PLAN,
+        second_changed(transition={"kind": "through", "velocity": [0.1, 0.1, 0.1]}),
+        INVALID,
+        "/waypoints/1/transition",
     ),
     Bad("negative duration", PLAN, second_changed(duration=-1.0), INVALID, "/waypoints/1/duration"),
     Bad("no duration of the whole", PLAN, plan_request(duration=0.0), INVALID, "/duration"),
