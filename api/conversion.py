@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from api.action_conversion import to_action, with_waits
+from api.action_conversion import to_actions, with_waits
 from api.schemas import common, requests, robots, waypoints
 from planner import problem
 from planner.backends import BACKENDS, BackEnd
@@ -44,15 +44,16 @@ OWN_FRAMES = {BASE, WORLD}
 def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.PlanningProblem:
     """Make the planning problem of a plan request."""
     robot = mounted(with_tool(robot, request.tool), request.mounting)
+    actions = to_actions(request.actions, request.waypoints)
     return problem.PlanningProblem(
         robot=robot,
-        waypoints=with_waits(to_waypoints(request.waypoints, robot, request.frames), request.actions),
+        waypoints=with_waits(to_waypoints(request.waypoints, robot, request.frames), actions),
         limits=to_limits(request.limits),
         inverse_kinematics=to_options(request.ik, request.seed),
         payload=None if request.payload is None else to_payload(request.payload),
         duration=request.duration,
         start_tolerance=request.start_tolerance,
-        actions=tuple(map(to_action, request.actions)),
+        actions=actions,
     )
 
 
@@ -256,6 +257,7 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
         "limits": None if waypoint.limits is None else to_limits(waypoint.limits),
         "payload": None if waypoint.payload is None else to_payload(waypoint.payload),
         "put_down": waypoint.put_down,
+        "tool": None if waypoint.tool is None else to_pose(waypoint.tool),
     }
     match waypoint:
         case waypoints.JointWaypoint():

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.actions import Action
+    from planner.dynamics import SegmentDynamics
     from planner.fields import FieldPath
-    from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
@@ -49,11 +49,13 @@ class TimedAction:
     distance: float
 
 
-def action_times(robot: Robot, trajectory: Trajectory, actions: Sequence[Action]) -> tuple[TimedAction, ...]:
+def action_times(
+    dynamics: SegmentDynamics, trajectory: Trajectory, actions: Sequence[Action]
+) -> tuple[TimedAction, ...]:
     """Find when actions happen.
 
     Args:
-        robot: The robot, with its tool.
+        dynamics: The robot with its tool on each segment.
         trajectory: The trajectory.
         actions: What happens.
 
@@ -65,7 +67,7 @@ def action_times(robot: Robot, trajectory: Trajectory, actions: Sequence[Action]
     """
     if not actions:
         return ()
-    way = _WayOfTheTool(robot, trajectory)
+    way = _WayOfTheTool(dynamics, trajectory)
     waited: dict[int, float] = {}
     times, faults = [], list[tuple["FieldPath", str]]()
     for i, action in enumerate(actions):
@@ -94,8 +96,8 @@ def action_times(robot: Robot, trajectory: Trajectory, actions: Sequence[Action]
 class _WayOfTheTool:
     """The length of the way of the tool, by quadrature of its speed on parts of the pieces of the trajectory."""
 
-    def __init__(self, robot: Robot, trajectory: Trajectory) -> None:
-        self._robot = robot
+    def __init__(self, dynamics: SegmentDynamics, trajectory: Trajectory) -> None:
+        self._dynamics = dynamics
         self._trajectory = trajectory
         ends = trajectory.breakpoints
         parts = -(-LEAST_PARTS // (len(ends) - 1))
@@ -131,7 +133,8 @@ class _WayOfTheTool:
         half = (ends - starts)[:, None] / 2.0
         times = (starts[:, None] + half * (1.0 + nodes)).ravel()
         position, velocity = self._trajectory.evaluate(times, [0, 1])
-        linear, _ = tool_velocities(self._robot, position, velocity)
+        segments = self._trajectory.segments[self._trajectory.locate(times)[0]]
+        linear, _ = self._dynamics.by_robot(tool_velocities, segments, position, velocity)
         speeds = np.linalg.norm(linear, axis=1).reshape(len(starts), -1)
         lengths: FloatArray = (speeds * weights * half).sum(axis=1)
         return lengths

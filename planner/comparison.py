@@ -131,9 +131,10 @@ def figures(plan: Plan) -> Figures:
 
 def _path_deviation(plan: Plan) -> float:
     """Return the largest distance of the tool, m, from where it goes when it stops at every waypoint."""
-    robot, trajectory, path = plan.path.robot, plan.trajectory, plan.path
+    trajectory, path = plan.trajectory, plan.path
     worst = 0.0
     for segment, motion in enumerate(path.tool_motions):
+        robot = path.dynamics.robot_on(segment)
         times = np.linspace(trajectory.arrivals[segment], trajectory.arrivals[segment + 1], PATH_SAMPLES)
         tools = _tools(robot, trajectory.evaluate(times, [0])[0])
         share = np.linspace(0.0, 1.0, PATH_SAMPLES)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -11,6 +12,7 @@ from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
+from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
 
 if TYPE_CHECKING:
@@ -230,6 +232,9 @@ class Waypoint:
         payload: What the robot carries from here on, in place of what it carried; None: that. It changes only where the
             robot stops, and while it rests there both are held: a gripper may close at any time of the dwell.
         put_down: Whether the robot puts down here what it carries, and goes on without a payload.
+        tool: The tool centre point in the tip frame from here on, in place of the one before; None: that. It is the
+            tool whose pose is meant here, and whose motion leads here: a line begins where this tool is at the waypoint
+            before. There the robot has to stop.
     """
 
     name: str | None = None
@@ -241,6 +246,7 @@ class Waypoint:
     limits: Limits | None = None
     payload: Payload | None = None
     put_down: bool = False
+    tool: Pose | None = None
 
 
 @dataclass(frozen=True)
@@ -361,6 +367,11 @@ class PlanningProblem:
         """Return the limits in force on each segment; of a single waypoint, those while the robot rests there."""
         own = tuple(waypoint.limits for waypoint in self.waypoints[1:])
         return segment_limits(self.robot, self.limits, own or (None,))
+
+    @cached_property
+    def robots(self) -> tuple[Robot, ...]:
+        """The robot with the tool of each waypoint; one that goes on with the same tool is the same object."""
+        return with_tools(self.robot, [waypoint.tool for waypoint in self.waypoints])
 
     @property
     def payloads(self) -> tuple[Payload | None, ...]:

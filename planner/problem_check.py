@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -170,6 +171,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
     yield from _payload_faults(problem)
+    yield from _tool_faults(problem)
     yield from _action_faults(problem)
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):
@@ -235,6 +237,14 @@ def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
         if payload != before and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "transition"), "a payload is taken or put down only where the robot stops"
         before = payload
+
+
+def _tool_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find waypoints that are passed without a stop where another tool goes on."""
+    for i, (before, after) in enumerate(pairwise(problem.robots)):
+        if before is not after and not isinstance(problem.waypoints[i].transition, StopTransition):
+            text = "the robot has another tool from here on: it has to stop where its tool changes"
+            yield ("waypoints", i, "transition"), text
 
 
 def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:

@@ -64,7 +64,7 @@ class Plan:
     @cached_property
     def actions(self) -> tuple[TimedAction, ...]:
         """What happens on the way besides motion, with its times."""
-        return action_times(self.path.robot, self.trajectory, self.problem.actions)
+        return action_times(self.path.dynamics, self.trajectory, self.problem.actions)
 
 
 def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
@@ -106,10 +106,10 @@ def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
 def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Certificate:
     wanted = path.positions.copy()
     wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
-    checks = certify_tool_path(trajectory, path.robot, problem.waypoints, path.waypoints)
+    checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints)
     checks += certify_passages(trajectory, path.robot.joint_names, path.passed_at)
     if leaves_straight_motions(backend):
-        checks += certify_joint_motions(trajectory, path.robot, problem.waypoints, path.positions, backend)
+        checks += certify_joint_motions(trajectory, path.dynamics, problem.waypoints, path.positions, backend)
     return certificate_of(
         trajectory,
         path.robot,

@@ -84,8 +84,8 @@ def _line_polynomial(plan: Plan, run: Run, k: int, line: Line) -> LinePolynomial
         k: Which of the run's segments it is.
         line: The line itself.
     """
-    trajectory, robot, curve = plan.trajectory, plan.path.robot, run.curve
     segment = int(run.segments[k])
+    trajectory, robot, curve = plan.trajectory, plan.path.dynamics.robot_on(segment), run.curve
     first, last = curve.breakpoints[run.waypoint_knots[k : k + 2]]
     of_blends = curve.breakpoints[run.blend_knots]
     leaves = of_blends[(of_blends > first) & (of_blends < last)]
@@ -123,15 +123,16 @@ def _line_polynomial(plan: Plan, run: Run, k: int, line: Line) -> LinePolynomial
     position = path_parameter[:, None] * way[:, None] + 0.0  # no minus before a zero
     position[:, :, 0] += line.start.position
     breakpoints = trajectory.breakpoints[rows[0] + np.array([0, *ends_of_pieces])]
-    return LinePolynomial(segment, breakpoints, path_parameter, position, _deviation(plan, rows, breakpoints, position))
+    deviation = _deviation(plan, robot, rows, breakpoints, position)
+    return LinePolynomial(segment, breakpoints, path_parameter, position, deviation)
 
 
-def _deviation(plan: Plan, rows: np.ndarray, breakpoints: FloatArray, position: FloatArray) -> float:
+def _deviation(plan: Plan, robot: Robot, rows: np.ndarray, breakpoints: FloatArray, position: FloatArray) -> float:
     """Return the largest distance of the tool, m, on pieces (rows,) of the trajectory from its polynomials."""
     trajectory = plan.trajectory
     since = np.linspace(0.0, 1.0, SAMPLES) * trajectory.lengths[rows, None]
     joints = horner(trajectory.coefficients[rows][:, None], since[..., None])
-    reached = tool_poses(plan.path.robot, joints.reshape(-1, joints.shape[-1]))[0].reshape(*since.shape, 3)
+    reached = tool_poses(robot, joints.reshape(-1, joints.shape[-1]))[0].reshape(*since.shape, 3)
     starts = trajectory.breakpoints[rows]
     pieces = np.searchsorted(breakpoints, starts, side="right") - 1
     times = (starts - breakpoints[pieces])[:, None] + since

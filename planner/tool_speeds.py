@@ -132,7 +132,7 @@ def _sampled(plan: Plan, segment: int) -> _Samples:
         for order in range(4)
     )
     times = (trajectory.breakpoints[rows, None] + since).ravel()
-    speeds, _ = tool_speeds(plan.path.robot, q, v)
+    speeds, _ = tool_speeds(plan.path.dynamics.robot_on(segment), q, v)
     steps = np.diff(times) * (speeds[1:] + speeds[:-1]) / 2.0
     return _Samples(times, q, v, a, j, speeds, np.concatenate([[0.0], np.cumsum(steps)]))
 
@@ -160,7 +160,7 @@ def _uses(plan: Plan, segment: int, samples: _Samples) -> Iterator[tuple[str, st
     """Yield each limit that is kept: its quantity, its joint, and the shares (N,) of it that samples use."""
     limits, names, dynamics = plan.path.limits, plan.path.robot.joint_names, plan.path.dynamics
     of_tool = {name: limit[segment] for name, limit in limits.of_tool.items() if name != "tcp_linear_velocity"}
-    rates = tool_rates(plan.path.robot, of_tool, samples.q, samples.v, samples.a, samples.j)
+    rates = tool_rates(dynamics.robot_on(segment), of_tool, samples.q, samples.v, samples.a, samples.j)
     yield from ((quantity, None, rates[quantity] / limit) for quantity, limit in of_tool.items())
     values = {"velocity": samples.v, "acceleration": samples.a, "jerk": samples.j}
     if dynamics.has_dynamics and np.isfinite(limits.torque[segment]).any():

@@ -28,28 +28,47 @@ class ActionMoment(Schema):
         return self
 
 
-class SetOutputAction(Schema):
-    """An output of the controller takes a value."""
+class SetOutput(Schema):
+    """An output of the controller takes a value, on arrival at the waypoint."""
 
     kind: Literal["set_output"]
     """The action: an output is set."""
-    at: ActionMoment
-    """When it is set."""
     name: Annotated[str, Field(min_length=1, max_length=200)]
     """What the controller calls the output; programs of robots need a name that their language has."""
     value: bool | Annotated[float, Field(ge=-1e9, le=1e9)]
     """The value: true or false for a digital output, a number in the unit of the output for another."""
 
 
-class WaitAction(Schema):
-    """A wait at a waypoint where the robot stops, besides its `dwell`."""
+class Wait(Schema):
+    """A wait at the waypoint, where the robot stops, besides its `dwell`."""
 
     kind: Literal["wait"]
     """The action: a wait."""
+    duration: Annotated[float, Field(ge=1e-6, le=LARGEST)]
+    """How long the robot waits, s; actions listed after it happen after it."""
+
+
+WaypointAction = TypeAliasType(
+    "WaypointAction",
+    Annotated[
+        SetOutput | Wait,
+        Field(discriminator="kind", description="Something that happens at a waypoint besides motion."),
+    ],
+)
+
+
+class SetOutputAction(SetOutput):
+    """An output of the controller takes a value."""
+
+    at: ActionMoment
+    """When it is set."""
+
+
+class WaitAction(Wait):
+    """A wait at a waypoint where the robot stops, besides its `dwell`."""
+
     at: ActionMoment
     """The waypoint; actions listed after this one happen after it."""
-    duration: Annotated[float, Field(ge=1e-6, le=LARGEST)]
-    """How long the robot waits, s."""
 
 
 Action = TypeAliasType(

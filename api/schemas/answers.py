@@ -246,7 +246,7 @@ class TimedAction(Answer):
     """An action with its time."""
 
     index: int
-    """The index of the action in the request, counted from 0."""
+    """The index of the action, counted from 0: the `actions` of the request come first, then those of its waypoints."""
     kind: Literal["set_output", "wait"]
     """What happens: an output is set, or the robot waits."""
     time: float

@@ -112,7 +112,8 @@ class TrajectoryRequest(Schema):
     """How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it is taken to be at
     the limit, and the warning `position_snapped` says so."""
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
-    """What happens on the way besides motion; the answer has `actions` with their times."""
+    """What happens on the way besides motion, and not as one of the `actions` of a waypoint; the answer has `actions`
+    with their times."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
     """The time between two rows of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 from typing_extensions import TypeAliasType
 
+from api.schemas.actions import WaypointAction  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.common import (
     LARGEST,
     Elbow,
@@ -232,6 +233,13 @@ class WaypointBase(Schema):
     are both held there within the torque limits."""
     put_down: bool = False
     """Whether the robot puts down here what it carries, and goes on without a payload."""
+    tool: Pose | None = None
+    """The pose of the tool centre point in the tip frame (m) from here on, in place of the tool before; omitted: that.
+    It is this tool whose pose is meant here, and the motion to here is its motion: a line begins where this tool is at
+    the waypoint before, where the robot has to stop."""
+    actions: Annotated[list[WaypointAction], Field(max_length=100)] = Field(default_factory=list)
+    """What happens on arrival here besides motion, one after the other; after the `actions` of the request that are at
+    this waypoint."""
 
 
 class JointWaypoint(WaypointBase):

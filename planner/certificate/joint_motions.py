@@ -13,9 +13,9 @@ from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.dynamics import SegmentDynamics
     from planner.guarantees import LeavesStraightMotions
     from planner.problem import AnyWaypoint
-    from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
@@ -28,7 +28,7 @@ JOINT_DEVIATION = "joint_deviation"
 
 def certify_joint_motions(
     trajectory: Trajectory,
-    robot: Robot,
+    dynamics: SegmentDynamics,
     waypoints: Sequence[AnyWaypoint],
     positions: FloatArray,
     allowed: LeavesStraightMotions,
@@ -41,7 +41,7 @@ def certify_joint_motions(
 
     Args:
         trajectory: The trajectory to be checked.
-        robot: The robot, with its tool.
+        dynamics: The robot with its tool on each segment.
         waypoints: The waypoints as they are asked.
         positions: (waypoints, joints), their joint positions, rad or m.
         allowed: The largest distances that are allowed.
@@ -54,6 +54,7 @@ def certify_joint_motions(
     for segment in np.flatnonzero(np.diff(positions, axis=0).any(axis=1)).tolist():
         if not isinstance(waypoints[segment + 1].motion, JointMotion):
             continue
+        robot = dynamics.robot_on(segment)
         first, last = float(trajectory.departures[segment]), float(trajectory.arrivals[segment + 1])
         straight = np.linspace(positions[segment], positions[segment + 1], CHORDS + 1)
         stops = not (passed[segment] or passed[segment + 1])

@@ -19,7 +19,7 @@ from planner.certificate.checks import Certificate, Check
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates, Guarantee
-from planner.kinematics.forward import tool_rates
+from planner.kinematics.forward import tool_rates_on
 from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 
@@ -59,7 +59,7 @@ def certificate_of(
             be met.
         more_checks: Checks of other things than these limits.
         ends: The motion before and after the trajectory that is asked; None: rest.
-        dynamics: The robot with the payload that it carries on each segment; None: that of `robot` on all.
+        dynamics: The robot with its payload and tool on each segment; None: those of `robot` on all.
     """
     derivatives = derivatives_on_unit_time(trajectory, DERIVATIVES)
     still = np.zeros(robot.dof)
@@ -176,7 +176,7 @@ def _sampled_checks(
         if torque:
             values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq) - middles[segments[pieces]]
         if tool:
-            rates = tool_rates(robot, limits.of_tool, q, dq, ddq, dddq)
+            rates = tool_rates_on(dynamics, segments[pieces], limits.of_tool, q, dq, ddq, dddq)
             values |= {quantity: rate[:, None] for quantity, rate in rates.items()}
         shares: FloatArray = np.hstack([values[quantity] for quantity in limited]) / bounds[pieces]
         return shares

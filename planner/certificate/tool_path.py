@@ -15,8 +15,10 @@ import numpy as np
 from planner.certificate.checks import Check
 from planner.certificate.lines_and_circles import Circle, Line, angles_of, rotation_vectors_of
 from planner.certificate.on_curve import parameters_on
-from planner.kinematics.forward import tool_poses
+from planner.dynamics import SegmentDynamics
+from planner.kinematics.forward import tool_poses_on
 from planner.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
+from planner.spatial import Pose
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
 
@@ -66,7 +68,10 @@ class _Deviation(NamedTuple):
 
 
 def certify_tool_path(
-    trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
+    trajectory: Trajectory,
+    robots: Sequence[Robot],
+    waypoints: Sequence[AnyWaypoint],
+    solved: Sequence[SolvedWaypoint],
 ) -> list[Check]:
     """Find the worst deviation from the lines and circles asked, and the largest distance from blended corners.
 
@@ -75,12 +80,12 @@ def certify_tool_path(
 
     Args:
         trajectory: The trajectory to be checked.
-        robot: The robot, with its tool.
+        robots: The robot with the tool of each waypoint.
         waypoints: The waypoints as they are asked.
         solved: The solved waypoints, with their poses.
     """
     worst: dict[str, _Deviation] = {}
-    for deviation in _deviations(trajectory, robot, waypoints, solved):
+    for deviation in _deviations(trajectory, robots, waypoints, solved):
         known = worst.get(deviation.quantity)
         if known is None or deviation.value / deviation.limit > known.value / known.limit:
             worst[deviation.quantity] = deviation
@@ -101,24 +106,28 @@ def certify_tool_path(
 
 
 def _deviations(
-    trajectory: Trajectory, robot: Robot, waypoints: Sequence[AnyWaypoint], solved: Sequence[SolvedWaypoint]
+    trajectory: Trajectory,
+    robots: Sequence[Robot],
+    waypoints: Sequence[AnyWaypoint],
+    solved: Sequence[SolvedWaypoint],
 ) -> Iterator[_Deviation]:
     """Give worst of each kind: near blended waypoints, and along all lines and all circles, with and without turns."""
     with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
     if not (with_tool or any(isinstance(waypoint.transition, BlendTransition) for waypoint in waypoints)):
         return
+    on_segments = SegmentDynamics.of_robots([*(robots[1:] or robots), robots[-1]])
     centers = np.array([waypoint.pose.position for waypoint in solved])
     radii = np.array([w.transition.radius if isinstance(w.transition, BlendTransition) else -1.0 for w in waypoints])
     blended = np.flatnonzero(radii > 0.0)
     if len(blended):
         times = trajectory.arrivals[blended]
-        tools = tool_poses(robot, trajectory.evaluate(times, [0])[0])[0]
+        tools = tool_poses_on(on_segments, blended, trajectory.evaluate(times, [0])[0])[0]
         yield _worst("blend_deviation", np.linalg.norm(tools - centers[blended], axis=1), radii[blended], times)
     tolerances = _tolerances(waypoints)
 
     def sampled(pieces: np.ndarray, units: FloatArray) -> _Samples:
         """Return the samples of pieces, but for those within the radius of a blend."""
-        samples = _samples(trajectory, robot, pieces, units)
+        samples = _samples(trajectory, on_segments, pieces, units)
         kept = np.ones(len(samples.times), dtype=bool)
         for end in (samples.segments, samples.segments + 1):
             kept &= np.linalg.norm(samples.positions - centers[end], axis=1) > radii[end]
@@ -136,7 +145,8 @@ def _deviations(
                 allowed = np.broadcast_to(tolerances[segment + 1], (len(u), 2))
                 yield from _path_deviations(*found, allowed, of_curve.times)
         elif len(pieces):
-            path = _path(waypoints[segment + 1], solved[segment], solved[segment + 1])
+            start = _start(solved[segment], *robots[segment : segment + 2])
+            path = _path(waypoints[segment + 1], start, solved[segment + 1])
             kinds.setdefault((type(path), path.start is None), {})[segment] = path
     for paths in kinds.values():
         pieces = np.flatnonzero(np.isin(trajectory.segments, list(paths)))
@@ -177,9 +187,26 @@ def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatAr
     return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]))
 
 
-def _path(waypoint: AnyWaypoint, before: SolvedWaypoint, after: SolvedWaypoint) -> Line | Circle:
-    """Return line or circle asked to a waypoint; an orientation that was left open at its start is the one reached."""
-    start = before.wanted if before.wanted.rotation is not None else before.pose
+def _start(before: SolvedWaypoint, robot: Robot, other: Robot) -> Pose:
+    """Return where a line or a circle starts: at the pose asked there; an orientation left open is the one reached.
+
+    Args:
+        before: The waypoint where it starts.
+        robot: The robot with the tool that has got there.
+        other: The robot with the tool that goes on.
+    """
+    position, rotation = before.wanted.position, before.wanted.rotation
+    if rotation is None:
+        position, rotation = before.pose.position, before.pose.rotation
+    tool, own = other.tool_in_tip, robot.tool_in_tip
+    if rotation is None or other is robot or tool == own:
+        return Pose(position, rotation)
+    tip = rotation @ own.rotation.T
+    return Pose(position + tip @ (tool.translation - own.translation), tip @ tool.rotation)
+
+
+def _path(waypoint: AnyWaypoint, start: Pose, after: SolvedWaypoint) -> Line | Circle:
+    """Return line or circle asked to a waypoint from where it starts."""
     if isinstance(waypoint.motion, CircularMotion):
         return Circle.through(start, waypoint.motion.via, after.wanted)
     return Line.between(start, after.wanted)
@@ -217,13 +244,14 @@ class _Samples(NamedTuple):
     rotations: FloatArray
 
 
-def _samples(trajectory: Trajectory, robot: Robot, pieces: np.ndarray, units: FloatArray) -> _Samples:
+def _samples(trajectory: Trajectory, dynamics: SegmentDynamics, pieces: np.ndarray, units: FloatArray) -> _Samples:
     """Sample pieces of a trajectory at unit times on each."""
     starts, lengths = trajectory.breakpoints[pieces], trajectory.lengths[pieces]
     times = (starts[:, None] + units * lengths[:, None]).ravel()
     own = np.repeat(pieces, len(units))
     joints = trajectory.evaluate(times, [0])[0]
-    return _Samples(own, trajectory.segments[own], times, joints, *tool_poses(robot, joints))
+    segments = trajectory.segments[own]
+    return _Samples(own, segments, times, joints, *tool_poses_on(dynamics, segments, joints))
 
 
 def _distances(

@@ -1,4 +1,4 @@
-"""The torques of a robot that puts down and picks up payloads on its way."""
+"""A robot that puts down and picks up payloads on its way, and changes its tool: its torques, and the tool's motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from planner.dynamics.inverse import inverse_dynamics
 from planner.dynamics.path_dynamics import PathDynamics, path_dynamics
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -19,12 +19,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SegmentDynamics:
-    """The dynamics of a robot on each segment of a path, with the payload that it carries there.
+    """The robot on each segment of a path, with the payload that it carries there and the tool that goes along it.
 
-    A payload changes at a waypoint where the robot stops, so that what is passed without stopping has one.
+    Both change at waypoints where the robot stops, so that what is passed without stopping has one payload and one
+    tool.
 
     Attributes:
-        robots: The robot with each payload that it carries, the one at the start first.
+        robots: The robot with each payload that it carries and each tool, the one at the start first.
         indices: (segments + 1,), index of the robot on each segment, and of the one after the last waypoint.
     """
 
@@ -33,8 +34,14 @@ class SegmentDynamics:
 
     @classmethod
     def unchanged(cls, robot: Robot) -> SegmentDynamics:
-        """Return the dynamics of a robot that carries the same on all segments."""
+        """Return the dynamics of a robot with the same payload and tool on all segments."""
         return cls((robot,), np.zeros(1, dtype=int))
+
+    @classmethod
+    def of_robots(cls, robots: Sequence[Robot]) -> SegmentDynamics:
+        """Return the dynamics of the robots (segments + 1,) on each segment and after the last one."""
+        distinct = tuple(dict.fromkeys(robots))
+        return cls(distinct, np.array([distinct.index(robot) for robot in robots]))
 
     @property
     def has_dynamics(self) -> bool:
@@ -43,13 +50,30 @@ class SegmentDynamics:
 
     @property
     def changes(self) -> list[tuple[int, Robot]]:
-        """The waypoints at which the payload changes, each with the robot that goes on from there."""
+        """The waypoints at which payload or tool change, each with the robot that goes on from there."""
         at = np.flatnonzero(np.diff(self.indices)) + 1
         return [(waypoint, self.robots[self.indices[waypoint]]) for waypoint in at.tolist()]
 
     def robot_on(self, segment: int) -> Robot:
-        """Return the robot with the payload that it carries on a segment."""
+        """Return the robot with its payload and tool on a segment."""
         return self.robots[0] if len(self.robots) == 1 else self.robots[self.indices[segment]]
+
+    def by_robot(
+        self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Put together what a function makes of each robot and the states (N, joints) on its segments (N,)."""
+        indices = np.broadcast_to(self.indices[segments] if len(self.robots) > 1 else 0, states[0].shape[:1])
+        used = np.unique(indices).tolist()
+        if len(used) <= 1:
+            return function(self.robots[used[0] if used else 0], *states)
+        results: tuple[FloatArray, ...] = ()
+        for index in used:
+            rows = indices == index
+            parts = function(self.robots[index], *(state[rows] for state in states))
+            results = results or tuple(np.empty((len(indices), *part.shape[1:])) for part in parts)
+            for result, part in zip(results, parts, strict=True):
+                result[rows] = part
+        return results
 
     def torques(
         self, segments: np.ndarray, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import UnsupportedFormat
-from planner.kinematics import forward_kinematics, quaternion, tool_accelerations, tool_poses, tool_velocities
+from planner.kinematics import quaternion, tool_accelerations, tool_velocities
+from planner.kinematics.forward import tool_poses_on
 from planner.spatial import rpy_from_rotations
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ def sample_at(
     """Evaluate a trajectory at times (N,), s.
 
     Args:
-        dynamics: The robot, with its tool and payloads.
+        dynamics: The robot, with its tools and payloads.
         trajectory: A trajectory of its joints.
         time: (N,), s, strictly increasing.
         include: Columns that are computed besides, some of `INCLUDABLE`.
@@ -133,7 +134,6 @@ def sample_at(
     Raises:
         MissingDynamics: Torques are asked of a robot without inertias and payload.
     """
-    robot = dynamics.robots[0]
     orders = 4 if "jerk" in include else 3
     derivatives = trajectory.evaluate(time, range(orders))
     position, velocity, acceleration = derivatives[:3]
@@ -142,15 +142,17 @@ def sample_at(
     if "torque" in include:
         torque = dynamics.torques(segment, position, velocity, acceleration)
     if "tcp_pose" in include:
-        poses = forward_kinematics(robot, position)
-        tcp_position = np.array([pose.position for pose in poses])
-        tcp_quaternion = np.array([quaternion(pose.rotation) for pose in poses if pose.rotation is not None])
+        points, rotations = tool_poses_on(dynamics, segment, position)
+        tcp_position = np.ascontiguousarray(points)
+        tcp_quaternion = np.array([quaternion(rotation) for rotation in rotations])
     if "tcp_rpy" in include:
-        tcp_rpy = rpy_from_rotations(tool_poses(robot, position)[1])
+        tcp_rpy = rpy_from_rotations(tool_poses_on(dynamics, segment, position)[1])
     if "tcp_velocity" in include:
-        tcp_velocity = tool_velocities(robot, position, velocity)
+        linear, angular = dynamics.by_robot(tool_velocities, segment, position, velocity)
+        tcp_velocity = linear, angular
     if "tcp_acceleration" in include:
-        tcp_acceleration = tool_accelerations(robot, position, velocity, acceleration)
+        linear, angular = dynamics.by_robot(tool_accelerations, segment, position, velocity, acceleration)
+        tcp_acceleration = linear, angular
     return Samples(
         time=time,
         position=position,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import orjson
 
 from planner.actions import SetOutput
@@ -51,7 +52,9 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     robot, trajectory = plan.path.robot, plan.trajectory
     samples = sample(plan, options)
     poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
-    manipulabilities = manipulability(robot, plan.path.positions).tolist()
+    with_tools, rows = SegmentDynamics.of_robots(plan.problem.robots), np.arange(len(plan.path.positions))
+    measured = with_tools.by_robot(lambda *states: (manipulability(*states),), rows, plan.path.positions)
+    manipulabilities = measured[0].tolist()
     answer: dict[str, Any] = {
         "robot": robot.id,
         "joint_names": robot.joint_names,

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+import pinocchio as pin
+
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
 from planner.export.programs import moves
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 
     from planner.export.programs import Move
     from planner.result import Plan
+    from planner.spatial import Pose
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
@@ -31,7 +35,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         [
             f"# {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: joint positions in rad.",
             "# The controller plans each motion by its own law in the time given: the certificate is not that of what",
-            "# it does. Lines are those of the tool that is set there, which has to be the plan's.",
+            "# it does. Lines are those of the tool that is set there, which has to be the plan's at the start.",
             "def planned_trajectory():",
             *halt_away_from_start(plan.path.positions[0]),
             *(f"  {line}" for line in _statements(plan, motions)),
@@ -47,6 +51,8 @@ def _statements(plan: Plan, motions: list[Move]) -> Iterator[str]:
     for i, (waypoint, move) in enumerate(zip(plan.problem.waypoints, motions, strict=False)):
         if 0 < i < last and not isinstance(waypoint.transition, StopTransition):
             raise UnsupportedFormat(f"this form stops at every waypoint; waypoint {i} is passed", waypoint=i)
+        if waypoint.tool is not None:
+            yield f"set_tcp({_pose(waypoint.tool)})"
         if len(move.time) > 1:
             position, duration = joints(plan.path.positions[i]), float(move.time[-1])
             match waypoint.motion:
@@ -59,6 +65,12 @@ def _statements(plan: Plan, motions: list[Move]) -> Iterator[str]:
                     raise UnsupportedFormat(message, waypoint=i)
         for step in move.steps_of_the_rest():
             yield f"sleep({step!r})" if isinstance(step, float) else set_output(step)
+
+
+def _pose(pose: Pose) -> str:
+    """Return a pose as URScript writes it: a position, m, and a rotation vector, rad."""
+    turn = np.zeros(3) if pose.rotation is None else pin.log3(pose.rotation)
+    return f"p[{', '.join(repr(value) for value in [*pose.position.tolist(), *turn.tolist()])}]"
 
 
 FORMAT = Format("urscript_moves", "text/x-urscript-moves", ".moves.script", render)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from planner.dynamics import SegmentDynamics
     from planner.robots import Robot
 
 AT_REST = 1e-9
@@ -236,6 +237,38 @@ def tool_rates(
     if j is not None and any(quantity in quantities for quantity in JERKS):
         rates |= {name: _norms(own) for name, own in zip(JERKS, screws.jerks(q, v, a, j, point), strict=True)}
     return {quantity: rates[quantity] for quantity in quantities if quantity in rates}
+
+
+def tool_poses_on(
+    dynamics: SegmentDynamics, segments: np.ndarray, positions: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Positions (N, 3), m, and rotations (N, 3, 3) of the tool in the base frame.
+
+    Args:
+        dynamics: The robot on each segment.
+        segments: (N,), index of the segment of each state.
+        positions: (N, joints), rad or m.
+    """
+    points, rotations = dynamics.by_robot(tool_poses, segments, positions)
+    return points, rotations
+
+
+def tool_rates_on(
+    dynamics: SegmentDynamics, segments: np.ndarray, quantities: Collection[str], *states: FloatArray
+) -> dict[str, FloatArray]:
+    """Compute magnitudes (N,) of velocities and accelerations of the tool, as `tool_rates` does.
+
+    Args:
+        dynamics: The robot on each segment.
+        segments: (N,), index of the segment of each state.
+        quantities: Names of what is asked.
+        states: Positions, velocities and accelerations of the joints, each (N, joints).
+    """
+
+    def rates(robot: Robot, *states: FloatArray) -> tuple[FloatArray, ...]:
+        return tuple(tool_rates(robot, quantities, *states).values())
+
+    return dict(zip(quantities, dynamics.by_robot(rates, segments, *states), strict=True))
 
 
 class AccelerationOnPath(NamedTuple):

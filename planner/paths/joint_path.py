@@ -75,8 +75,8 @@ class JointPath:
     rests there as long as is asked, or not at all.
 
     Attributes:
-        robot: The arm, with its tool and the payload that it starts with.
-        dynamics: The arm with the payload that it carries on each segment.
+        robot: The arm, with the tool and the payload that it starts with.
+        dynamics: The arm with the payload and the tool that it has on each segment.
         waypoints: The solved waypoints, in order; segment i goes from waypoint i to waypoint i + 1.
         limits: The limits in force on each segment.
         durations: (segments,), s; NaN: as fast as the limits allow.
@@ -163,10 +163,10 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         SingularPath: A motion of the tool meets a singularity.
     """
     dynamics = dynamics_of(problem)
-    robot = dynamics.robots[0]
+    robot, robots = dynamics.robots[0], problem.robots
     waypoints, options = within_limits(robot, problem.waypoints, problem.start_tolerance), problem.inverse_kinematics
-    waypoints = with_chosen_rotations(robot, waypoints, options)
-    solved = solve_waypoints(robot, waypoints, options)
+    waypoints = with_chosen_rotations(problem.robot, waypoints, options)
+    solved = solve_waypoints(problem.robot, waypoints, options)
     limits = problem.segment_limits()
     dwells = np.array([waypoint.dwell for waypoint in waypoints])
     moving = _moving(solved)
@@ -178,7 +178,9 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     transitions = _with_stops_where_sharp(waypoints, solved, limits, moving, transitions)
     stops = _stops(transitions)
     runs = tuple(
-        build_run(robot, waypoints, solved, limits, moving[first:last], transitions[first : last - 1])
+        build_run(
+            robots[moving[first] + 1], waypoints, solved, limits, moving[first:last], transitions[first : last - 1]
+        )
         for first, last in pairwise([0, *stops, len(moving)])
         if last > first + 1 or (last > first and not isinstance(waypoints[moving[first] + 1].motion, JointMotion))
     )
@@ -200,12 +202,13 @@ def solve_path(problem: PlanningProblem) -> JointPath:
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:
-    """Return the robot with the payload that it carries on each segment, or at its only waypoint."""
-    payloads = problem.payloads
+    """Return the robot with its payload and tool on each segment, or at its only waypoint, and after the last one."""
+    payloads, robots = problem.payloads, problem.robots
     carried = [*payloads[: max(1, len(payloads) - 1)], payloads[-1]]
-    distinct = [payload for i, payload in enumerate(carried) if payload not in carried[:i]]
-    robots = (problem.robot if payload is None else problem.robot.with_payload(payload) for payload in distinct)
-    return SegmentDynamics(tuple(robots), np.array([distinct.index(payload) for payload in carried]))
+    tools = [*(robots[1:] or robots), robots[-1]]
+    pairs = list(zip(tools, carried, strict=True))
+    loaded = {pair: pair[0] if pair[1] is None else pair[0].with_payload(pair[1]) for pair in dict.fromkeys(pairs)}
+    return SegmentDynamics.of_robots([loaded[pair] for pair in pairs])
 
 
 def _moving(solved: Sequence[SolvedWaypoint]) -> np.ndarray:

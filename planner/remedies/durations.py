@@ -15,7 +15,7 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.kinematics.forward import tool_rates
+from planner.kinematics.forward import tool_rates_on
 from planner.limits import Limits
 from planner.remedies.higher_limits import higher_limits, limit_of
 from planner.remedies.lighter_payload import lighter_payload
@@ -140,7 +140,7 @@ class _Motion:
         if self.dynamics.has_dynamics and np.isfinite(limits.torque).any():
             sampled["torque"] = np.abs(self.dynamics.torques(self.segments(), *self.samples()[:3]))
         if limits.of_tool:
-            sampled |= tool_rates(robot, limits.of_tool, *self.samples())
+            sampled |= tool_rates_on(self.dynamics, self.segments(), limits.of_tool, *self.samples())
         for quantity, values in sampled.items():
             for joint, column in enumerate(values.reshape(len(segment_of) * SAMPLES, -1).T):
                 note(quantity, segment_of, joint, column.reshape(-1, SAMPLES).max(axis=1))

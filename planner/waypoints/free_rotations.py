@@ -12,6 +12,7 @@ from planner.kinematics.inverse import inverse_kinematics, solution_layers
 from planner.kinematics.search import QUICK, Search
 from planner.kinematics.turns import TURN
 from planner.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.robots.tools import with_tools
 from planner.spatial import Pose, rotation_z
 from planner.waypoints.choice import MOTION_PENALTY, joint_times
 from planner.waypoints.targets import wanted_poses
@@ -46,24 +47,25 @@ def with_chosen_rotations(
     free pose can be reached, its own orientation is what is asked.
 
     Args:
-        robot: The robot, with its tool.
+        robot: The robot, with the tool that it has until a waypoint changes it.
         waypoints: The waypoints as they are asked.
         options: How poses are solved; the way starts at their reference, or else in the middle of the limits.
     """
     chosen = list(waypoints)
     free = [k for k, waypoint in enumerate(chosen) if isinstance(waypoint, PoseWaypoint) and waypoint.free]
+    robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
     near = robot.middle if options.reference is None else np.array(options.reference)
     origin = 0
     for k in range(free[-1] + 1 if free else 0):
         waypoint = chosen[k]
         if isinstance(waypoint, PoseWaypoint) and waypoint.free:
-            chosen[k] = waypoint = replace(waypoint, pose=_chosen(robot, waypoint, near, options), free=None)
+            chosen[k] = waypoint = replace(waypoint, pose=_chosen(robots[k], waypoint, near, options), free=None)
         if isinstance(waypoint, JointWaypoint):
             near = np.array(waypoint.position)
         elif k < free[-1]:
             origin = origin if isinstance(waypoint, RelativeWaypoint) else k
-            pose = wanted_poses(robot, chosen[origin : k + 1])[-1]
-            solved = None if pose is None else inverse_kinematics(robot, pose, options, near)
+            pose = wanted_poses(robots[origin : k + 1], chosen[origin : k + 1])[-1]
+            solved = None if pose is None else inverse_kinematics(robots[k], pose, options, near)
             near = near if solved is None or solved.status != "solved" else solved.position
         origin = k if isinstance(waypoint, JointWaypoint) else origin
     return tuple(chosen)

@@ -14,10 +14,12 @@ from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_fai
 from planner.kinematics.search import is_isolated
 from planner.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problem_check import waypoint_faults
+from planner.robots.tools import with_tools
+from planner.spatial import Pose
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.free_rotations import with_chosen_rotations
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
-from planner.waypoints.targets import moved_pose, wanted_poses
+from planner.waypoints.targets import moved_pose, of_other_tool, wanted_poses
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
-    from planner.spatial import FloatArray, Pose
+    from planner.spatial import FloatArray
 
 
 class LimitMargin(NamedTuple):
@@ -84,19 +86,23 @@ def reachability(
     faults = list(waypoint_faults(robot, waypoints, options))
     if faults:
         raise InvalidProblem(faults)
+    robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
     waypoints = with_chosen_rotations(robot, within_limits(robot, waypoints, START_TOLERANCE), options)
-    wanted = wanted_poses(robot, waypoints)
+    wanted = wanted_poses(robots, waypoints)
     answers: list[Reachability] = []
     before: Pose | None = None
-    for index, (waypoint, pose) in enumerate(zip(waypoints, wanted, strict=True)):
+    for index, (robot, waypoint, pose) in enumerate(zip(robots, waypoints, wanted, strict=True)):
+        if index and before is not None and robot is not robots[index - 1]:
+            before = of_other_tool(before, robots[index - 1], robot)
         if isinstance(waypoint, JointWaypoint):
             answers.append(_joint_waypoint(robot, index, np.array(waypoint.position)))
             before = pose
             continue
         axes = None if before is None else before.rotation
         if pose is None:
-            assert isinstance(waypoint, RelativeWaypoint) and before is not None  # noqa: S101 - no other is unknown
-            axes = _axes(robot, answers[-1])
+            assert isinstance(waypoint, RelativeWaypoint)  # noqa: S101 - no other is unknown
+            there = _pose_there(robot, answers[-1])
+            axes, before = there.rotation, Pose(there.position) if before is None else before
             pose = moved_pose(before, axes, waypoint)
         solutions = solutions_or_failure(robot, pose, options)
         if isinstance(solutions, tuple):
@@ -109,12 +115,11 @@ def reachability(
     return answers
 
 
-def _axes(robot: Robot, answer: Reachability) -> FloatArray | None:
-    """Return the axes (3, 3) of the tool at a waypoint."""
-    if answer.nearest is not None:
-        return answer.nearest.pose.rotation
-    assert answer.best is not None  # noqa: S101 - a pose has a solution, or a nearest pose
-    return tool_pose(robot, answer.best).rotation
+def _pose_there(robot: Robot, answer: Reachability) -> Pose:
+    """Return the pose of the tool of `robot` where the solution of a waypoint is, or the posture nearest to it."""
+    position = answer.best if answer.nearest is None else answer.nearest.position
+    assert position is not None  # noqa: S101 - a pose has a solution, or a nearest posture
+    return tool_pose(robot, position)
 
 
 def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:

@@ -15,6 +15,7 @@ from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinemati
 from planner.kinematics.search import Search, is_isolated, pose_errors, wide_spread
 from planner.kinematics.turns import TURN
 from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_motion
@@ -22,7 +23,7 @@ from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.motion_remedies import motion_remedies
-from planner.waypoints.targets import moved_pose, pose_remedy, wanted_poses
+from planner.waypoints.targets import moved_pose, of_other_tool, pose_remedy, wanted_poses
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,7 +94,7 @@ def solve_waypoints(
     waypoint before splits the list: the part before it is chosen first.
 
     Args:
-        robot: The robot, with its tool.
+        robot: The robot, with the tool that it has until a waypoint changes it.
         waypoints: The first is not relative.
         options: Tolerances, reference and seed.
         follow: Follows a motion of the tool from a joint position (joints,).
@@ -104,19 +105,23 @@ def solve_waypoints(
         InvalidProblem: No one circle goes through three poses.
         PlanningError: The error of the first motion that could not be followed, where no other way is left.
     """
-    return _Sequence(robot, waypoints, options, follow).solve()
+    return _Sequence(with_tools(robot, [waypoint.tool for waypoint in waypoints]), waypoints, options, follow).solve()
 
 
 class _Sequence:
     def __init__(
         self,
-        robot: Robot,
+        robots: Sequence[Robot],
         waypoints: Sequence[AnyWaypoint],
         options: InverseKinematicsOptions,
         follow: Follow,
     ) -> None:
-        self.robot, self.waypoints, self.options, self.follow = robot, waypoints, options, follow
-        self.wanted = wanted_poses(robot, waypoints)
+        self.robot, self.robots = robots[0], robots
+        self.waypoints, self.options, self.follow = waypoints, options, follow
+        self.wanted = wanted_poses(robots, waypoints)
+        # Of the tool that goes on from there: the pose asked at the waypoint before each.
+        changes = zip(self.wanted, robots, robots[1:], strict=False)
+        self.before: list[Pose | None] = [None, *(of_other_tool(pose, own, other) for pose, own, other in changes)]
         self.given_ahead: list[FloatArray | None] = [None] * (len(waypoints) + 1)  # at a waypoint, or after it
         for index in range(len(waypoints) - 1, -1, -1):
             waypoint = waypoints[index]
@@ -128,7 +133,7 @@ class _Sequence:
         if self.options.reference is not None:
             position, weight = np.array(self.options.reference), 1.0
         solved: list[SolvedWaypoint] = []
-        ends = [i for i, pose in enumerate(self.wanted) if pose is None] + [len(self.waypoints)]
+        ends = [*filter(self._depends_on_posture, range(len(self.waypoints))), len(self.waypoints)]
         for end in ends:
             stops = self._stops(solved, end, position)
             way = shortest_way(self.robot, stops, position, weight, self.follow)
@@ -146,16 +151,27 @@ class _Sequence:
     def _stops(self, solved: list[SolvedWaypoint], end: int, start: FloatArray) -> list[Stop]:
         """Return the waypoints from those solved to `end`, with all that they may be solved with."""
         for index in range(len(solved), end):
-            if self.wanted[index] is None:  # only of a relative waypoint, and only of the first of this part
-                waypoint = self.waypoints[index]
-                assert isinstance(waypoint, RelativeWaypoint)  # noqa: S101
-                self.wanted[index] = moved_pose(solved[-1].wanted, solved[-1].pose.rotation, waypoint)
+            if index == 0 or not self._depends_on_posture(index):
+                continue
+            waypoint = self.waypoints[index]  # the first of this part
+            before, there = solved[-1].wanted, tool_pose(self.robots[index], solved[-1].position)
+            if self.robots[index] is not self.robots[index - 1]:
+                before = Pose(there.position, None if before.rotation is None else there.rotation)
+            self.before[index] = before
+            if isinstance(waypoint, RelativeWaypoint):
+                self.wanted[index] = moved_pose(before, there.rotation, waypoint)
+                if index + 1 < len(self.before):
+                    self.before[index + 1] = of_other_tool(self.wanted[index], *self.robots[index : index + 2])
         wanted = {
             index: pose
             for index in range(len(solved), end)
             if not isinstance(self.waypoints[index], JointWaypoint) and (pose := self.wanted[index]) is not None
         }
-        layers = dict(zip(wanted, solution_layers(self.robot, list(wanted.values()), self.options, start), strict=True))
+        layers: dict[int, tuple[FloatArray, ...]] = {}
+        for robot in dict.fromkeys(self.robots[index] for index in wanted):
+            poses = {index: pose for index, pose in wanted.items() if self.robots[index] is robot}
+            found = solution_layers(robot, list(poses.values()), self.options, start)
+            layers |= dict(zip(poses, found, strict=True))
         stops: list[Stop] = []
         near = start
         for index in range(len(solved), end):
@@ -175,9 +191,16 @@ class _Sequence:
             pose = self.wanted[stop.index]
             is_start = stop.layer.descend is not None and stop.asked is None and after.asked is not None
             if pose is not None and is_start and self.robot.dof > (3 if pose.rotation is None else 6):
-                found = wide_spread(Search(self.robot, pose, self.options))
+                found = wide_spread(Search(self.robots[stop.index], pose, self.options))
                 wider[k] = replace(stop, layer=stop.layer.with_solutions(self.robot, found))
         return wider
+
+    def _depends_on_posture(self, index: int) -> bool:
+        """Whether a waypoint, or where the motion of the tool to it begins, depends on the posture before."""
+        waypoint = self.waypoints[index]
+        return index > 0 and (
+            self.wanted[index] is None or (self.before[index] is None and not isinstance(waypoint.motion, JointMotion))
+        )
 
     def _may_turn(self, index: int) -> np.ndarray:
         """Return the joints (joints,), bool, that take the short way to a joint waypoint."""
@@ -190,10 +213,10 @@ class _Sequence:
         return may_turn
 
     def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
-        robot, options = self.robot, self.options
+        robot, options = self.robots[index], self.options
         if not solutions:
             result = inverse_kinematics(robot, pose, options, near)
-            before = self.wanted[index - 1] if index else None
+            before = self.before[index]
             axes = None if before is None else before.rotation
             raise unreachable_error(robot, index, self.waypoints[index], pose, result, before, axes)
         waypoint = self.waypoints[index]
@@ -211,13 +234,13 @@ class _Sequence:
         waypoint = self.waypoints[index]
         if index == 0 or isinstance(waypoint.motion, JointMotion):
             return None
-        before, after = self.wanted[index - 1], self.wanted[index]
+        before, after = self.before[index], self.wanted[index]
         assert before is not None and after is not None  # noqa: S101 - filled in before
-        return AskedMotion(self.robot, self.options, index, waypoint, before, after)
+        return AskedMotion(self.robots[index], self.options, index, waypoint, before, after)
 
     def _solved(self, stop: Stop, before: FloatArray, passage: Passage) -> SolvedWaypoint:
         position, motion = passage
-        robot, waypoint, wanted = self.robot, self.waypoints[stop.index], self.wanted[stop.index]
+        robot, waypoint, wanted = self.robots[stop.index], self.waypoints[stop.index], self.wanted[stop.index]
         assert wanted is not None  # noqa: S101 - filled in by _stops
         if stop.layer.is_given:
             known = wanted.rotation is not None and bool((position == stop.layer.positions[0]).all())

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from planner.robots import Robot
 
 
-def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:
+def wanted_poses(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> list[Pose | None]:
     """Return the pose asked at every waypoint, as far as the list alone says it.
 
     A move starts from the pose asked before it, not from the one reached: errors do not add up. Relative to a joint
     position of an arm that cannot choose its orientation it asks for none.
 
     Args:
-        robot: The robot, with its tool.
+        robots: The robot with the tool of each waypoint.
         waypoints: The first is not relative.
 
     Returns:
@@ -35,7 +35,12 @@ def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | 
     wanted: list[Pose | None] = []
     before: Pose | None = None
     axes: FloatArray | None = None
-    for waypoint in waypoints:
+    for k, (robot, waypoint) in enumerate(zip(robots, waypoints, strict=True)):
+        if k and robot is not robots[k - 1]:
+            seen = None if before is None else of_other_tool(Pose(before.position, axes), robots[k - 1], robot)
+            is_open = before is None or before.rotation is None
+            before = Pose(seen.position) if seen is not None and is_open else seen
+            axes = None if seen is None else seen.rotation
         if isinstance(waypoint, JointWaypoint):
             before = tool_pose(robot, np.array(waypoint.position))
             axes = before.rotation
@@ -51,6 +56,25 @@ def wanted_poses(robot: Robot, waypoints: Sequence[AnyWaypoint]) -> list[Pose | 
             axes = None if before is None else before.rotation
         wanted.append(before)
     return wanted
+
+
+def of_other_tool(pose: Pose | None, robot: Robot, other: Robot) -> Pose | None:
+    """Return the pose of another tool where a tool has a pose.
+
+    Args:
+        pose: Of the tool of `robot`; None: it is not known.
+        robot: The robot with the one tool.
+        other: The robot with the other tool.
+
+    Returns:
+        None: it is not known, for it depends on an orientation that is left open.
+    """
+    if pose is None or robot is other:
+        return pose
+    if pose.rotation is None:
+        return None
+    shift = robot.tool_in_tip.actInv(other.tool_in_tip)
+    return Pose(pose.position + pose.rotation @ shift.translation, pose.rotation @ shift.rotation)
 
 
 def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> Pose:

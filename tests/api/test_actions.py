@@ -91,3 +91,21 @@ def test_a_program_sets_outputs_and_a_table_refuses(service: RunningService) -> 
     assert program.index("set_standard_digital_out(0, True)") < program.index("set_standard_digital_out(1, True)")
     refused = service.post(f"{PLAN}?format=csv", request).json()
     assert refused["code"] == "unsupported_format"
+
+
+def test_actions_of_a_waypoint_are_those_of_the_request_at_it(service: RunningService) -> None:
+    """After those of the request that are there; a wait lengthens the dwell, which the next one comes after."""
+    there = [{"kind": "wait", "duration": 0.5}, {"kind": "set_output", "name": "gripper", "value": True}]
+    waypoints = [THREE[0], {**THREE[1], "actions": there}, THREE[2]]
+    own = [output(False, waypoint=1)]
+    answer = checked(service.post(PLAN, plan_request(waypoints=waypoints, actions=own)), answers.PlanAnswer)
+    same = plan_request(waypoints=THREE, actions=[*own, wait(0.5, waypoint=1), output(waypoint=1)])
+    expected = checked(service.post(PLAN, same), answers.PlanAnswer)
+    assert answer["actions"] == expected["actions"]
+    assert answer["samples"] == expected["samples"]
+    assert [one["time"] - answer["waypoints"][1]["arrival_time"] for one in answer["actions"]] == pytest.approx(
+        [0.0, 0.0, 0.5]
+    )
+    moving = {**THREE[1], "dwell": 0.0, "transition": {"kind": "through"}, "actions": there}
+    refused = service.post(PLAN, plan_request(waypoints=[THREE[0], moving, THREE[2]]))
+    assert (refused.status_code, refused.json()["errors"][0]["pointer"]) == (422, "/waypoints/1/dwell")

@@ -196,3 +196,20 @@ def test_a_waypoint_is_passed_at_the_velocity_asked(service: RunningService) -> 
     del compared["backend"]
     results = service.post("/v1/trajectories/compare", compared).json()["results"]
     assert [result["status"] for result in results] == ["planned", "invalid_request"]
+
+
+def test_each_waypoint_has_its_tool(service: RunningService) -> None:
+    """The poses of the answer by forward kinematics with that tool; what a camera sees is not where a gripper grips."""
+    request = json.loads((ROOT / "examples" / "two_tools.json").read_text(encoding="utf-8"))
+    answer = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    tools = [None, request["waypoints"][1]["tool"], request["waypoints"][2]["tool"], request["waypoints"][2]["tool"]]
+    for waypoint, tool in zip(answer["waypoints"], tools, strict=True):
+        body = {"robot": request["robot"], "positions": [waypoint["position"]], "tool": tool}
+        (there,) = service.post("/v1/kinematics/forward", body).json()["poses"]
+        assert waypoint["pose"]["position"] == pytest.approx(there["position"], abs=1e-9)
+        assert waypoint["pose"]["orientation"]["xyzw"] == pytest.approx(there["orientation"]["xyzw"], abs=1e-9)
+    assert [one["kind"] for one in answer["actions"]] == ["set_output", "wait"] * 2
+    request["waypoints"][1]["transition"] = {"kind": "through"}
+    del request["waypoints"][1]["actions"]
+    refused = service.post("/v1/trajectories", request)
+    assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/transition"

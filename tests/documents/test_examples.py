@@ -46,6 +46,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "three_joint_arm_first.json": (3, 30.0),
     "three_joint_arm_second.json": (3, 30.0),
     "three_joint_arm_third.json": (3, 30.0),
+    "two_tools.json": (4, None),
     "welding.json": (11, None),
 }
 

@@ -49,6 +49,9 @@ PARTS_CARRIED = (Payload(1.0, (0.0, 0.0, 0.1)), Payload(4.0, (0.05, 0.0, 0.1), (
 WORK_OBJECT = Pose.from_rpy([0.3, -0.2, 0.1], [0.2, -0.4, 1.0])
 """A frame that every second pose is given in."""
 
+TOOLS = (Pose([0.0, 0.02, 0.12]), Pose.from_rpy([0.05, 0.0, 0.2], [0.0, 0.6, 0.0]))
+"""Tools that arms change to on their way."""
+
 LEAST_DURATIONS = (0.0, 0.0, 0.0, 0.1, 2.0)
 """Least durations that segments are asked for, s."""
 
@@ -124,6 +127,7 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         if problem.robot.has_dynamics:
             taken = draw(st.sampled_from([None, None, *PARTS_CARRIED]))
             waypoints[i] = replace(waypoints[i], payload=taken, put_down=taken is None and draw(st.booleans()))
+        waypoints[i] = replace(waypoints[i], tool=draw(st.sampled_from([None, None, None, *TOOLS])))
     # With tool speeds a search takes seconds.
     no_speeds = [None] * (8 if kind in MOST_WAYPOINTS_OF else 3)
     limits = Limits(
@@ -201,6 +205,18 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
             both_tool = not isinstance(before, JointMotion) and not isinstance(made, JointMotion)
             kinds = ["stop", "blend"] if both_tool else ["stop", "blend", "through"]
             waypoints[k - 1] = replace(waypoints[k - 1], transition=draw(_transitions(kinds, reach)))
+        if isinstance(waypoints[k - 1].transition, StopTransition) and rng.random() < 0.2:
+            tool = TOOLS[rng.integers(len(TOOLS))]
+            here = robot.with_tool(tool)  # whose poses are near to where this tool is at the first waypoint
+            home = forward_kinematics(here, first[None])[0]
+            goal = _near(home, robot, rng, reach)
+            via = [_near(home, robot, rng, reach) for _ in range(3)]
+            if isinstance(made, CircularMotion):
+                made = replace(made, via=via[0])
+            elif isinstance(made, PolylineMotion | SplineMotion):
+                made = replace(made, poses=via)
+            pose = goal if frame is None else goal.to_frame(frame)
+            waypoints[k] = replace(waypoints[k], pose=pose, tool=tool, motion=made)
         before = made
     scale = draw(st.floats(0.05, 1.0))
     speed = draw(st.sampled_from([None, None, 0.05, 0.5]))

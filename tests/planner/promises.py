@@ -11,6 +11,7 @@ from planner.backends.base import enforced
 from planner.kinematics import tool_speeds
 from planner.polynomials import differentiate, horner
 from planner.result import Plan
+from planner.robots import Robot
 from planner.spatial import FloatArray
 
 JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
@@ -68,15 +69,25 @@ def is_continuous(result: Plan, derivatives: int) -> None:
     assert int(result.certificate.continuity[1:]) >= derivatives
 
 
+def robots_on_segments(result: Plan) -> list[Robot]:
+    """The robot with the tool whose motion each segment is, and with what it carries there."""
+    robot, with_tools = result.problem.robot, []
+    for waypoint in result.problem.waypoints:
+        robot = robot if waypoint.tool is None else robot.with_tool(waypoint.tool)
+        with_tools.append(robot)
+    carried = zip(with_tools[1:] or with_tools, result.problem.payloads, strict=False)
+    return [robot if payload is None else robot.with_payload(payload) for robot, payload in carried]
+
+
 def _keeps_tool_jerks(result: Plan, times: FloatArray, step: float = 1e-5) -> None:
     """The difference of Pinocchio's accelerations of the tool, at times whose neighbours are on the same piece."""
-    trajectory, robot, limits = result.trajectory, result.problem.robot, result.path.limits.of_tool
+    trajectory, robots, limits = result.trajectory, robots_on_segments(result), result.path.limits.of_tool
     limits = {name: limit for name, limit in limits.items() if name in enforced(result.backend) and "jerk" in name}
     pieces, since = trajectory.locate(times)
     inside = np.minimum(since, trajectory.lengths[pieces] - since) > step
-    data = robot.model.createData()
     for time, segment in zip(times[inside], trajectory.segments[pieces[inside]], strict=True):
-        gains = []
+        robot, gains = robots[segment], []
+        data = robot.model.createData()
         for shift in (-step, step) if limits else ():
             pin.forwardKinematics(robot.model, data, *trajectory.evaluate(time + shift, [0, 1, 2]))
             frame = robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
@@ -89,23 +100,23 @@ def _keeps_tool_jerks(result: Plan, times: FloatArray, step: float = 1e-5) -> No
 
 def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
     """Torque with what is carried and tool speeds by Pinocchio, at random times; the tool's speed evenly, too."""
-    trajectory, robot, limits = result.trajectory, result.problem.robot, result.path.limits
-    data = robot.model.createData()
-    loaded = [robot if payload is None else robot.with_payload(payload) for payload in result.problem.payloads]
+    trajectory, limits, robots = result.trajectory, result.path.limits, robots_on_segments(result)
+    data = [robot.model.createData() for robot in robots]
     times = trajectory.duration * np.random.default_rng(0).random(samples)
     segments = trajectory.segments[trajectory.locate(times)[0]]
     for segment, q, v, a in zip(segments, *trajectory.evaluate(times, [0, 1, 2]), strict=True):
-        if loaded[segment].has_dynamics:
-            torque = pin.rnea(loaded[segment].model, data, q, v, a)
+        robot = robots[segment]
+        if robot.has_dynamics:
+            torque = pin.rnea(robot.model, data[segment], q, v, a)
             lower, upper = (bound[segment] for bound in limits.bounds("torque"))
             assert (torque <= upper * (1.0 + 1e-6)).all()
             assert (torque >= lower * (1.0 + 1e-6)).all()
-        pin.forwardKinematics(robot.model, data, q, v, a)
-        speed = pin.getFrameVelocity(robot.model, data, robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        frame = robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        pin.forwardKinematics(robot.model, data[segment], q, v, a)
+        speed = pin.getFrameVelocity(robot.model, data[segment], *frame)
         assert np.linalg.norm(speed.linear) <= limits.tcp_linear_velocity[segment] * (1.0 + 1e-6)
         assert np.linalg.norm(speed.angular) <= limits.tcp_angular_velocity[segment] * (1.0 + 1e-6)
-        frame = robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        gain = pin.getFrameClassicalAcceleration(robot.model, data, *frame)
+        gain = pin.getFrameClassicalAcceleration(robot.model, data[segment], *frame)
         assert np.linalg.norm(gain.linear) <= limits.tcp_linear_acceleration[segment] * (1.0 + 1e-6)
         assert np.linalg.norm(gain.angular) <= limits.tcp_angular_acceleration[segment] * (1.0 + 1e-6)
         if (fast := np.linalg.norm(speed.linear)) > 1e-6:
@@ -118,5 +129,9 @@ def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
         for first in range(0, len(trajectory.lengths), AT_ONCE):
             part = slice(first, first + AT_ONCE)
             times = (trajectory.breakpoints[:-1][part, None] + each * trajectory.lengths[part, None]).ravel()
-            speeds = np.array(tool_speeds(robot, *trajectory.evaluate(times, [0, 1])))
-            assert (speeds <= np.repeat(bounds[:, part], len(each), axis=1) * (1.0 + 1e-6)).all()
+            states, own = trajectory.evaluate(times, [0, 1]), np.repeat(trajectory.segments[part], len(each))
+            allowed = np.repeat(bounds[:, part], len(each), axis=1) * (1.0 + 1e-6)
+            for segment in np.unique(own).tolist():
+                rows = own == segment
+                speeds = np.array(tool_speeds(robots[segment], *(state[rows] for state in states)))
+                assert (speeds <= allowed[:, rows]).all()

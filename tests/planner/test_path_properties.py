@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
-from planner.kinematics import FloatArray, Pose
+from planner.kinematics import FloatArray, Pose, forward_kinematics
 from planner.planning import plan
 from planner.problem import (
     BlendTransition,
@@ -25,7 +25,13 @@ from planner.problem import (
 )
 from planner.result import Plan
 from tests.planner.problems import PARTS, REQUESTS, backend_of, path_problems, try_on_random
-from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_least_durations, keeps_sampled_limits
+from tests.planner.promises import (
+    is_continuous,
+    keeps_joint_limits,
+    keeps_least_durations,
+    keeps_sampled_limits,
+    robots_on_segments,
+)
 
 REFUSALS = (ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint)
 
@@ -57,8 +63,9 @@ def keeps_its_promises_along_a_path(backend: BackEnd, problem: PlanningProblem) 
 
 def _goes_where_it_should(result: Plan) -> None:
     """Waypoints met; lines and circles kept but within the radius of a blend; one branch along each of them."""
-    robot, trajectory, solved = result.path.robot, result.trajectory, result.path.waypoints
-    data = robot.model.createData()
+    robots, trajectory, solved = robots_on_segments(result), result.trajectory, result.path.waypoints
+    robots = [result.problem.robot, *robots]  # that each waypoint is reached with
+    data = [robot.model.createData() for robot in robots]
     waypoints = result.problem.waypoints
     corners = {
         k: (solved[k].pose.position, waypoint.transition.radius)
@@ -73,25 +80,25 @@ def _goes_where_it_should(result: Plan) -> None:
             assert np.linalg.norm(reached.pose.position - waypoint.pose_in_base.position) < 2e-6
     for k, time in enumerate(trajectory.arrivals):
         q = trajectory.evaluate(np.array([time]), [0])[0][0]
-        pin.framesForwardKinematics(robot.model, data, q)
-        distance = float(np.linalg.norm(data.oMf[robot.tool_frame_id].translation - solved[k].pose.position))
+        pin.framesForwardKinematics(robots[k].model, data[k], q)
+        distance = float(np.linalg.norm(data[k].oMf[robots[k].tool_frame_id].translation - solved[k].pose.position))
         assert distance <= (corners[k][1] if k in corners else 1e-6)
     for k, waypoint in enumerate(waypoints[1:], 1):
         if isinstance(waypoint.motion, JointMotion):
             continue
         times = np.linspace(trajectory.arrivals[k - 1], trajectory.arrivals[k], 150)
-        handedness = set()
+        handedness, robot = set(), robots[k]
+        start, end = forward_kinematics(robot, solved[k - 1].position[None])[0], solved[k].pose
         for q in trajectory.evaluate(times, [0])[0]:
-            pin.computeJointJacobians(robot.model, data, q)
-            pin.framesForwardKinematics(robot.model, data, q)
-            tool = data.oMf[robot.tool_frame_id]
+            pin.computeJointJacobians(robot.model, data[k], q)
+            pin.framesForwardKinematics(robot.model, data[k], q)
+            tool = data[k].oMf[robot.tool_frame_id]
             near = [corners[end] for end in (k - 1, k) if end in corners]
             if any(np.linalg.norm(tool.translation - corner) <= radius for corner, radius in near):
                 continue
             axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-            J = pin.getFrameJacobian(robot.model, data, robot.tool_frame_id, axes)[: 3 if robot.dof == 3 else 6]
+            J = pin.getFrameJacobian(robot.model, data[k], robot.tool_frame_id, axes)[: 3 if robot.dof == 3 else 6]
             handedness.add(float(np.sign(np.linalg.det(J))))
-            start, end = solved[k - 1].pose, solved[k].pose
             if isinstance(waypoint.motion, PolylineMotion | SplineMotion):
                 poses = [start, *waypoint.motion.poses, end]
                 assert _from_curve(tool.translation, poses, waypoint.motion) <= 1.01e-4

@@ -10,7 +10,7 @@ import numpy as np
 from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.extrema import derivatives_on_unit_time
 from planner.guarantees import TCP_ORDERS
-from planner.kinematics.forward import tool_rates
+from planner.kinematics.forward import tool_rates_on
 from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class SampledLimits:
         def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
             """Return the factors (N, limits) that samples of pieces `at` (N,) need."""
             torque = partial(self._stretch_for_torque, rows=rows[at], segments=pieces.segments[at], q=q, v=v, a=a)
-            values = self._of_samples(rows[at], q, v, a, j, torque)
+            values = self._of_samples(rows[at], pieces.segments[at], (q, v, a, j), torque)
             for column, quantity in enumerate(self.tool, self.robot.dof):
                 values[:, column] **= 1.0 / TCP_ORDERS[quantity]
             return values
@@ -92,25 +92,23 @@ class SampledLimits:
         def shares(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
             """Return the shares (N, limits) that samples of pieces `at` (N,) use."""
             torques = partial(self.dynamics.torques, pieces.segments[at], q, v, a)
-            middle = self.middle[rows[at]]
-            return self._of_samples(rows[at], q, v, a, j, lambda limit: np.abs(torques() - middle) / limit)
+            segments, middle = pieces.segments[at], self.middle[rows[at]]
+            return self._of_samples(rows[at], segments, (q, v, a, j), lambda limit: np.abs(torques() - middle) / limit)
 
         return _peaks(shares, len(self.each), pieces, np.arange(len(rows)))[0]
 
     def _of_samples(
         self,
         rows: np.ndarray,
-        q: FloatArray,
-        v: FloatArray,
-        a: FloatArray,
-        j: FloatArray,
+        segments: np.ndarray,
+        states: tuple[FloatArray, ...],
         of_torque: Callable[[FloatArray], FloatArray],
     ) -> FloatArray:
         """Join the shares of the limits of the tool and what `of_torque` makes of those of torque: (N, limits)."""
         torque, dof = self.torque[rows], self.robot.dof
         values = np.zeros((len(rows), len(self.each)))
         if self.tool:
-            rates = tool_rates(self.robot, self.tool, q, v, a, j)
+            rates = tool_rates_on(self.dynamics, segments, self.tool, *states)
             for column, (quantity, limit) in enumerate(self.tool.items(), dof):
                 values[:, column] = rates[quantity] / limit[rows]
         if np.isfinite(torque).any():

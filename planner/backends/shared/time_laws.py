@@ -140,7 +140,9 @@ class ToolSpeeds:
         if limits:
             unit = (np.arange(SPEED_SAMPLES) + 0.5) / SPEED_SAMPLES
             self.gridpoints = (curve.breakpoints[:-1, None] + unit * curve.lengths[:, None]).ravel()
-            self.shares = shares_of_path_speed(path.robot, limits, *curve.evaluate(self.gridpoints))
+            self.shares = shares_of_path_speed(
+                path.dynamics.robot_on(run.first), limits, *curve.evaluate(self.gridpoints)
+            )
 
     def shares_at(self, s: FloatArray) -> FloatArray:
         """Return the shares at path positions of any shape, by linear interpolation."""

@@ -15,7 +15,7 @@ import numpy as np
 from planner.kinematics.forward import ACCELERATIONS, accelerations_on_path
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Container, Mapping
 
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -44,6 +44,11 @@ class AccelerationRows(NamedTuple):
     quantities: list[str]
 
 
+def limited_accelerations(limited: Container[str]) -> list[str]:
+    """Return the names (rows,) of the quantities whose limits the rows are, some of those that are limited."""
+    return [quantity for quantity in ACCELERATIONS if quantity in limited for _ in range(PAIRS)]
+
+
 def acceleration_rows(
     robot: Robot, limited: Mapping[str, FloatArray], q: FloatArray, first: FloatArray, second: FloatArray
 ) -> AccelerationRows:
@@ -56,12 +61,12 @@ def acceleration_rows(
         first: First derivative.
         second: Second derivative.
     """
-    by_u, by_x, quantities = [np.empty((len(q), 0))], [np.empty((len(q), 0))], []
-    if any(quantity in limited for quantity in ACCELERATIONS):
+    by_u, by_x = [np.empty((len(q), 0))], [np.empty((len(q), 0))]
+    quantities = limited_accelerations(limited)
+    if quantities:
         onward, sideways = np.cos(ANGLES) / INSCRIBED, np.sin(ANGLES) / INSCRIBED
         for quantity, part in zip(ACCELERATIONS, accelerations_on_path(robot, q, first, second), strict=True):
             if quantity in limited:
                 by_u.append(part.speed[:, None] * onward)
                 by_x.append(part.along[:, None] * onward + part.across[:, None] * sideways)
-                quantities += [quantity] * PAIRS
     return AccelerationRows(np.hstack(by_u), np.hstack(by_x), quantities)

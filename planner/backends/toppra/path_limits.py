@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.backends.shared.refusals import refuse_what_gravity_exceeds
-from planner.backends.shared.tool_accelerations import acceleration_rows
+from planner.backends.shared.tool_accelerations import acceleration_rows, limited_accelerations
 from planner.backends.toppra.intervals import PROBES
 from planner.kinematics.forward import shares_of_path_speed
 from planner.tolerances import ROUNDING
@@ -289,10 +289,15 @@ def path_limits(
         parts.append(_torques(dynamics, limits, intervals, (q, first, second)))
     of_tool = {quantity: limit[intervals.segments] for quantity, limit in limits.of_tool.items()}
     states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
-    rows = acceleration_rows(dynamics.robots[0], of_tool, *states)
-    if rows.quantities:
-        bound = np.stack([of_tool[quantity] for quantity in rows.quantities], axis=1)
-        by_u, by_x = (part.reshape(*q.shape[:2], -1) / bound for part in (rows.per_u, rows.per_x))
+    if quantities := limited_accelerations(of_tool):
+
+        def rows_of(robot: Robot, *states: FloatArray) -> tuple[FloatArray, ...]:
+            rows = acceleration_rows(robot, of_tool, *states)
+            return rows.per_u, rows.per_x
+
+        rows = dynamics.by_robot(rows_of, np.tile(intervals.segments, len(POINTS)), *states)
+        bound = np.stack([of_tool[quantity] for quantity in quantities], axis=1)
+        by_u, by_x = (part.reshape(*q.shape[:2], -1) / bound for part in rows)
         parts.append((by_u, by_x, np.zeros_like(by_u)))
     per_u, per_x, rest = (np.concatenate(values, axis=2) for values in zip(*parts, strict=True))
     slower = squares[:, None]
@@ -301,7 +306,7 @@ def path_limits(
         per_u * slower,
         per_x * slower,
         rest,
-        _bounds(dynamics.robots[0], limits, intervals) / squares,
+        _bounds(dynamics, limits, intervals) / squares,
     )
 
 
@@ -341,7 +346,7 @@ def _at_all_points(values: FloatArray, own: np.ndarray) -> FloatArray:
     return rows
 
 
-def _bounds(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> FloatArray:
+def _bounds(dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Intervals) -> FloatArray:
     """Bounds on x (probes, intervals) by the speed limits of joints and tool."""
     q, first, second = intervals.at(PROBES)
     segments = intervals.segments
@@ -349,7 +354,13 @@ def _bounds(robot: Robot, limits: SegmentLimits, intervals: Intervals) -> FloatA
     if limits.of_tool:
         of_tool = {quantity: np.tile(limit[segments], len(PROBES)) for quantity, limit in limits.of_tool.items()}
         states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
-        used = np.maximum(used, shares_of_path_speed(robot, of_tool, *states).reshape(used.shape))
+
+        def shares(robot: Robot, *states: FloatArray) -> tuple[FloatArray]:
+            own = dict(zip(of_tool, states[3:], strict=True))
+            return (shares_of_path_speed(robot, own, *states[:3]),)
+
+        (by_tool,) = dynamics.by_robot(shares, np.tile(segments, len(PROBES)), *states, *of_tool.values())
+        used = np.maximum(used, by_tool.reshape(used.shape))
     bounds = 1.0 / np.maximum(used, MOST_SQUARE**-0.5) ** 2
     limited: FloatArray = np.minimum(bounds, STEEP * bounds.min(axis=0))
     return limited
