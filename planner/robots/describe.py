@@ -56,7 +56,8 @@ def _describe_chain(robot: Robot) -> list[dict[str, Any]]:
     """Return where each joint stands in the one before, and its axis, which is its column of its own Jacobian."""
     model, data = robot.model, robot.model.createData()
     pin.computeJointJacobians(model, data, np.zeros(model.nq))
-    columns = [pin.getJointJacobian(model, data, i + 1, pin.LOCAL)[:, i] for i in range(model.nv)]
+    jacobians = [pin.getJointJacobian(model, data, i + 1, pin.LOCAL) for i in range(model.nv)]
+    columns = [jacobian.reshape(6, model.nv)[:, i] for i, jacobian in enumerate(jacobians)]  # one column comes flat
     return [
         _describe_pose(placement.translation, placement.rotation)
         | {"axis": (column[:3] if joint.kind == "prismatic" else column[3:]).tolist()}
