@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from sqlalchemy import delete, exists, func, insert, or_, select
+from sqlalchemy import delete, exists, func, insert, or_, select, true
 
 from api.database.batches import forget_contents
 from api.database.locks import ROBOTS, exclusively
@@ -13,7 +13,7 @@ from api.database.tables import robot_contents, robots
 from api.robot_content import RobotContent, with_id
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection
+    from sqlalchemy import ColumnElement, Connection
 
 
 class RobotBounds(NamedTuple):
@@ -23,11 +23,13 @@ class RobotBounds(NamedTuple):
         ids: The most ids.
         ids_of_owner: The most ids of one client.
         size: The most bytes of contents.
+        size_of_owner: The most bytes of the contents that the ids of one client stand for.
     """
 
     ids: int
     ids_of_owner: int
     size: int
+    size_of_owner: int
 
 
 FOR_ALL = ""
@@ -50,7 +52,7 @@ def add_robot(
 
     Returns:
         `same`: it does already; `exists`: it stands for another; `full`: there is no room; `too_many`: the client
-        has as many ids as one may have.
+        has as many ids, or bytes, as one may have.
     """
     exclusively(connection, ROBOTS)
     named = (robots.c.namespace == namespace) & (robots.c.id == robot_id)
@@ -58,18 +60,27 @@ def add_robot(
     if kept is not None:
         return "same" if kept == content.digest else "exists"
     ids = select(func.count()).select_from(robots)
-    if connection.execute(ids.where(robots.c.owner == owner)).scalar_one() >= bounds.ids_of_owner:
+    own_ids = connection.execute(ids.where(robots.c.owner == owner)).scalar_one()
+    others = robot_contents.c.digest.in_(
+        select(robots.c.digest).where(robots.c.owner == owner, robots.c.digest != content.digest)
+    )
+    if own_ids >= bounds.ids_of_owner or _size(connection, others) + content.size > bounds.size_of_owner:
         return "too_many"
     is_known = connection.scalar(select(exists().where(robot_contents.c.digest == content.digest)))
-    size = connection.execute(select(func.coalesce(func.sum(robot_contents.c.size), 0))).scalar_one()
     more = 0 if is_known else content.size
-    if size + more > bounds.size or connection.execute(ids).scalar_one() >= bounds.ids:
+    if _size(connection, true()) + more > bounds.size or connection.execute(ids).scalar_one() >= bounds.ids:
         return "full"
     if not is_known:
         connection.execute(insert(robot_contents).values(**vars(content), size=content.size))
     values = {"namespace": namespace, "id": robot_id, "digest": content.digest, "owner": owner, "added": time.time()}
     connection.execute(insert(robots).values(values))
     return "added"
+
+
+def _size(connection: Connection, which: ColumnElement[bool]) -> int:
+    """Add up the bytes of some of the contents."""
+    size: int = connection.execute(select(func.coalesce(func.sum(robot_contents.c.size), 0)).where(which)).scalar_one()
+    return size
 
 
 def delete_robot(

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from http import HTTPStatus
+from typing import TYPE_CHECKING
 
 from fastapi import Request, Response
 
 from api.access.access import audit
-from api.database.robots import RobotBounds, find_robot, robots_behind
+from api.database.robots import FOR_ALL, RobotBounds, find_robot, robots_behind
 from api.database.robots import add_robot as keep_robot
 from api.database.robots import delete_robot as forget_robot
 from api.errors import RobotExists, RobotOfAnother, TooManyRobots
 from api.pages import first_page
 from api.routes.ordinary import client, is_known, not_modified, page_limit, respond, run, run_with_body, service_of
 from api.server.traffic import Answer
+
+if TYPE_CHECKING:
+    from api.settings import Settings
 
 ADDED = "uploaded."
 """What the cursors of added robots begin with; those of the catalogue's come before."""
@@ -47,13 +51,12 @@ async def add_robot(request: Request) -> Response:
     reply = await run_with_body(request, "add_robot")
     if reply.result is None:
         return respond(reply)
-    robot_id, content = reply.result
-    service = service_of(request)
-    bounds = RobotBounds(
-        service.settings.max_robots, service.settings.max_robots_per_client, service.settings.max_robots_bytes
-    )
-    sender = client(request)
-    match await service.database.write(keep_robot, sender.namespace, robot_id, content, sender.name, bounds):
+    robot_id, visibility, content = reply.result
+    service, sender = service_of(request), client(request)
+    namespace = FOR_ALL if visibility == "public" else sender.namespace
+    match await service.database.write(
+        keep_robot, namespace, robot_id, content, sender.name, _bounds(service.settings)
+    ):
         case "added":
             audit(request, "robot_added", robot_id)
         case "exists":
@@ -61,10 +64,20 @@ async def add_robot(request: Request) -> Response:
         case "full":
             raise TooManyRobots("the service keeps no more robots; delete one first")
         case "too_many":
-            raise TooManyRobots("the service keeps no more robots of yours; delete one first")
+            raise TooManyRobots("the service keeps no more robots of yours, or none as large; delete one first")
         case "same":
             reply = replace(reply, status=200)
     return respond(reply)
+
+
+def _bounds(settings: Settings) -> RobotBounds:
+    """Find out how much is kept of robots."""
+    return RobotBounds(
+        settings.max_robots,
+        settings.max_robots_per_client,
+        settings.max_robots_bytes,
+        settings.max_robots_bytes_per_client,
+    )
 
 
 async def delete_robot(request: Request) -> Response:

@@ -27,6 +27,14 @@ from api.schemas.problem_documents import ModelFinding  # noqa: TC001 - pydantic
 JointName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-/ ]*$", max_length=100)]
 
 
+class Shown(Schema):
+    """Who sees an added robot."""
+
+    visibility: Literal["private", "public"] = "private"
+    """Who sees the robot where API keys are asked for: who sends the key that it was added with (`private`), or
+    everybody (`public`). A key's own robot goes before a public one of the same id."""
+
+
 class UrdfModel(Schema):
     """A URDF document. Meshes and files that it names are not read."""
 
@@ -54,7 +62,7 @@ class UrdfModel(Schema):
     to it."""
 
 
-class UrdfRobot(UrdfModel):
+class UrdfRobot(UrdfModel, Shown):
     """A robot as a URDF document. Meshes and files that it names are not read."""
 
     id: RobotId
@@ -113,7 +121,7 @@ class DhModel(Schema):
     """The pose of the flange in the table's last frame (m); omitted: they are the same."""
 
 
-class DhRobot(DhModel):
+class DhRobot(DhModel, Shown):
     """A robot as a Denavit-Hartenberg table."""
 
     id: RobotId | None = None
@@ -167,7 +175,7 @@ class Changes(Schema):
     """Joint positions by name, one value for each joint that is not locked, rad or m, beside the other robot's."""
 
 
-class DerivedRobot(Changes):
+class DerivedRobot(Changes, Shown):
     """A robot made from another one, with limits, a tool and a mounting of its owner."""
 
     id: RobotId

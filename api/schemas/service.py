@@ -26,6 +26,8 @@ class ServiceLimits(Answer):
     """The largest number of robots that are kept for one client."""
     max_robots_bytes: int
     """The bytes that the robots of all clients may take in the database."""
+    max_robots_bytes_per_client: int
+    """The bytes that the robots of one client may take of these."""
     max_batch_items: int
     """The largest number of requests in one batch."""
     max_batch_bytes: int

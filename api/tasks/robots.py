@@ -59,7 +59,7 @@ def add_robot(work: Work) -> Reply:
     with work.stage("validate"):
         named = work.request(schemas.RobotDefinition)
         model = _without_name(named, work.arguments.get("definition"))
-        definition = canonical(model, exclude={"id"})
+        definition = canonical(model, exclude={"id", "visibility"})
         digest = sha256(definition)
         robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
         if robot_id in catalogue_ids():
@@ -70,7 +70,9 @@ def add_robot(work: Work) -> Reply:
     answer = description | {"findings": [asdict(finding) for finding in robot.findings]}
     del description["id"]
     content = RobotContent(digest, definition, to_json(description), to_json(_summary(description)))
-    return work.reply(answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, content))
+    return work.reply(
+        answer, 201, headers={"Location": f"/v1/robots/{robot_id}"}, result=(robot_id, named.visibility, content)
+    )
 
 
 def _without_name(named: Any, base: bytes | None) -> Any:
@@ -158,7 +160,8 @@ OPERATIONS = (
         tag="robots",
         scope="robots:write",
         summary="Add a robot from a URDF document, a Denavit-Hartenberg table, or another robot.",
-        description="`findings` says what was read, and what was filled in.",
+        description="`findings` says what was read, and what was filled in. Where keys are asked for, only who "
+        "sends the same key sees the robot, or everybody with `visibility`: `public`.",
         run=add_robot,
         request=schemas.RobotDefinition,
         answer=schemas.AddedRobot,

@@ -150,6 +150,25 @@ def test_robots_of_another_are_not_there_and_ids_do_not_collide(keyed: Keyed) ->
     assert keyed.ask("one", "DELETE", "/v1/robots/mine_alone").status_code == 204
 
 
+def test_a_public_robot_is_everybodys_to_use_and_its_owners_to_delete(keyed: Keyed) -> None:
+    def reach(name: str) -> Any:
+        answer = keyed.ask(name, "POST", "/v1/kinematics/forward", {"robot": "shown", "positions": [[0.0]]})
+        return answer.json()["poses"][0]["position"][0] if answer.status_code == 200 else answer.json()["code"]
+
+    public = {"visibility": "public"}
+    assert keyed.ask("one", "POST", "/v1/robots", one_link("shown", 1.0) | public).status_code == 201
+    assert [reach(name) for name in ("one", "other", "planner")] == pytest.approx([1.0] * 3)
+    assert keyed.ask("one", "POST", "/v1/robots", one_link("shown", 1.0) | public).status_code == 200
+    assert keyed.ask("other", "POST", "/v1/robots", one_link("shown", 2.0) | public).json()["code"] == "robot_exists"
+    assert keyed.ask("other", "POST", "/v1/robots", one_link("shown", 2.0)).status_code == 201
+    assert [reach(name) for name in ("one", "other", "planner")] == pytest.approx([1.0, 2.0, 1.0])
+    assert keyed.ask("other", "DELETE", "/v1/robots/shown").status_code == 204  # its own
+    assert keyed.ask("other", "DELETE", "/v1/robots/shown").json()["code"] == "robot_of_another"
+    assert keyed.ask("one", "GET", "/v1/robots/shown").json()["id"] == "shown"
+    assert keyed.ask("one", "DELETE", "/v1/robots/shown").status_code == 204
+    assert [reach(name) for name in ("one", "other")] == ["unknown_robot"] * 2
+
+
 def one_link(robot_id: str, reach: float) -> dict[str, Any]:
     row = {"kind": "revolute", "theta": 0.0, "d": 0.0, "a": reach, "alpha": 0.0, "velocity": 1.0, "acceleration": 1.0}
     return dh_robot(id=robot_id, joints=[row])

@@ -167,7 +167,7 @@ def test_there_is_room_for_so_many_batches(connection: Connection) -> None:
 
 def test_a_batch_keeps_the_robot_that_its_id_stood_for(connection: Connection) -> None:
     content = RobotContent("sha256:x", b"definition", b"{}", b"{}")
-    add_robot(connection, "", "arm", content, "client", RobotBounds(10, 10, 1000))
+    add_robot(connection, "", "arm", content, "client", RobotBounds(10, 10, 1000, 1000))
     arrival = arrived(connection, 1, robot="arm")
     assert delete_robot(connection, "", "arm", "client") == "deleted"
     (item,) = claim(connection, ME, 1)

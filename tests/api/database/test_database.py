@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
 
 __all__ = ["engine", "postgres"]
-WIDE = RobotBounds(ids=10, ids_of_owner=10, size=1000)
+WIDE = RobotBounds(ids=10, ids_of_owner=10, size=1000, size_of_owner=10**6)
 
 
 @pytest.fixture
@@ -225,6 +225,16 @@ def test_one_client_fills_no_more_than_its_share_and_deletes_what_it_added_only(
     assert add("c", owner="one") == "added"
 
 
+def test_one_client_fills_no_more_than_its_share_of_the_bytes(connection: Connection) -> None:
+    add = partial(add_robot, connection, "", bounds=WIDE._replace(size_of_owner=560))
+    assert add("a", content("x", 300), "one") == "added"
+    assert add("b", content("x", 300), "one") == "added"  # the same content takes no more
+    assert add("c", content("y", 300), "one") == "too_many"
+    assert add("c", content("y", 300), "other") == "added"
+    assert add("d", content("y", 300), "one") == "too_many"  # it would be one of its own
+    assert add("d", content("z", 200), "one") == "added"
+
+
 def test_the_bytes_of_all_robots_are_bounded(connection: Connection) -> None:
     """100 robots of 4 MB took 382 MB of the server."""
     add = partial(add_robot, connection, "", owner="me", bounds=WIDE)
@@ -262,7 +272,12 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
             return body.pop() if body else await asyncio.sleep(10.0)
 
         app = SimpleNamespace(state=SimpleNamespace(service=service))
-        state = {"share": Traffic(10**6).share(), "arrived": time.monotonic(), "client": Client("127.0.0.1")}
+        state = {
+            "share": Traffic(10**6).share(),
+            "arrived": time.monotonic(),
+            "client": Client("127.0.0.1"),
+            "operation": None,
+        }
         scope = {"type": "http", "method": "POST", "path": "/", "headers": [], "app": app, "state": state}
         await run_with_body(Request(scope, receive), "plan_trajectory")
 
