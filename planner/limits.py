@@ -175,7 +175,7 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
     Args:
         robot: The robot, whose limits are the widest there are.
         common: Limits of the whole trajectory.
-        own: Limits of each segment; what is given there goes before `common`. The scales multiply.
+        own: Limits of each segment; where both give one, the narrower holds. The scales multiply.
     """
 
     def joint_limits(quantity: str) -> FloatArray:
@@ -186,14 +186,14 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         for i, narrower in enumerate(own):
             if narrower is not None:
                 asked = getattr(narrower, quantity)
-                rows[i] = rows[i] if asked is None else asked
+                rows[i] = rows[i] if asked is None else np.minimum(rows[i], asked)
                 rows[i] *= getattr(narrower, f"{quantity}_scale", 1.0)
         return rows * scale
 
     def tool_limits(quantity: str) -> FloatArray:
         """Return the limits (segments,) of a quantity of the tool."""
-        asked = [getattr(narrower, quantity, None) or getattr(common, quantity) for narrower in own]
-        return np.array([np.inf if limit is None else limit for limit in asked])
+        each = ((getattr(limits, quantity, None) or np.inf for limits in (common, narrower)) for narrower in own)
+        return np.array([min(asked) for asked in each])
 
     of_joints = {quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES}
     wider = {}
@@ -217,12 +217,13 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
 def _ranges(robot: Robot, quantity: str, common: Limits, own: tuple[Limits | None, ...]) -> FloatArray | None:
     """Return the magnitudes (segments, 2, joints) of lower and upper limits; None: they are the same everywhere."""
     name, scale_name = f"{quantity}_range", f"{quantity}_scale"
-    asked = [getattr(narrower, name, None) or getattr(common, name) for narrower in own]
-    if not any(asked) and not any(quantity in joint.ranges for joint in robot.joints):
+    asked = [[getattr(limits, name, None) for limits in (common, narrower)] for narrower in own]
+    if not any(map(any, asked)) and not any(quantity in joint.ranges for joint in robot.joints):
         return None
     ranges = np.tile(np.abs(robot.bounds(quantity)), (len(own), 1, 1))
-    for row, narrower, pairs in zip(ranges, own, asked, strict=True):
-        if pairs is not None:
-            row[:] = np.minimum(row, np.abs(pairs).T)
+    for row, narrower, both in zip(ranges, own, asked, strict=True):
+        for pairs in both:
+            if pairs is not None:
+                row[:] = np.minimum(row, np.abs(pairs).T)
         row *= getattr(common, scale_name, 1.0) * getattr(narrower, scale_name, 1.0)
     return ranges

@@ -338,7 +338,7 @@ class PlanningProblem:
             position of the one before (up to 1e-9 rad or m) is passed with it, as the strictest of their transitions
             asks; a `duration` there is a rest of that time, so is a `minimum_duration`. Where nothing moves and no rest
             is asked, the robot rests for 0.01 s.
-        limits: Limits on the whole trajectory; a waypoint's own limits go before these.
+        limits: Limits on the whole trajectory; where a waypoint has limits of its own, the narrower hold.
         inverse_kinematics: How the poses among the waypoints are solved.
         payload: What the robot carries, until a waypoint changes it; None: nothing.
         duration: Time for the whole trajectory, dwells included, s: what segments with a duration of their own and

@@ -92,7 +92,7 @@ class TrajectoryRequest(Schema):
     asks, and a warning says so; its `duration` or `minimum_duration` is a rest of that time. Where the robot is to go
     nowhere and no rest is asked, it rests for 0.01 s."""
     limits: Limits = Limits()
-    """Limits of the whole trajectory; those of a waypoint go before these on its segment."""
+    """Limits of the whole trajectory; where a waypoint has limits of its own, the narrower hold on its segment."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """How poses and relative moves are solved for joint positions."""
     tool: Pose | None = None

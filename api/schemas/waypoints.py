@@ -226,7 +226,7 @@ class WaypointBase(Schema):
     transition: Transition = StopTransition(kind="stop")
     """How to pass this waypoint; omitted: with a stop."""
     limits: Limits | None = None
-    """Limits of the segment that ends here; what is omitted is as for the whole trajectory."""
+    """Limits of the segment that ends here, besides those of the whole trajectory: the narrower of both hold."""
     payload: Payload | None = None
     """The body that the robot carries from here on, in place of what it carried; omitted: that. It changes only where
     the robot stops; as a gripper may close at any time of the dwell, what is carried before and what is carried after

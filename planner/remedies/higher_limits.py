@@ -35,7 +35,7 @@ def higher_limits(
 ) -> Iterator[Change]:
     """Return the limits that a problem asks raised as far as needed, for each share; nothing if those do not suffice.
 
-    A scale is raised before the values that it scales, and what is asked at a waypoint before what is asked of all.
+    A scale is raised before the values that it scales.
 
     Args:
         problem: A problem whose limits are too narrow.
@@ -69,23 +69,22 @@ def _field(waypoint: int) -> FieldPath:
 def _raise(
     limits: dict[FieldPath, Limits], holders: Sequence[FieldPath], quantity: str, joint: int, needed: float, own: float
 ) -> None:
-    """Raise one limit, which the first of the holders that asks it gives and the scales of all narrow, in place."""
-    scaled = f"{quantity}_scale"
-    asked = next((holder for holder in holders if getattr(limits[holder], quantity) is not None), None)
-    values: Any = None if asked is None else getattr(limits[asked], quantity)
-    value = own if asked is None else values[joint] if quantity in JOINT_QUANTITIES else values
+    """Raise one limit, which holders ask, the narrowest of them holds and the scales of all narrow, in place."""
+    scaled, of_joint = f"{quantity}_scale", quantity in JOINT_QUANTITIES
+    asked = {holder: value for holder in holders if (value := getattr(limits[holder], quantity)) is not None}
+    in_force = min([own, *(value[joint] if of_joint else value for value in asked.values())])
     scales = {holder: getattr(limits[holder], scaled, 1.0) for holder in holders}
-    missing = needed / (value * prod(scales.values()))
+    missing = needed / (in_force * prod(scales.values()))
     for holder, scale in scales.items():
         if missing > 1.0 and scale < 1.0:
             changed: dict[str, Any] = {scaled: min(1.0, scale * missing)}
             limits[holder] = replace(limits[holder], **changed)
             missing *= scale / changed[scaled]
-    if asked is not None and missing > 1.0:
-        value = min(value * missing, own)
-        new = (*values[:joint], value, *values[joint + 1 :]) if quantity in JOINT_QUANTITIES else value
-        changed = {quantity: new}
-        limits[asked] = replace(limits[asked], **changed)
+    least = min(in_force * missing, own)
+    for holder, value in asked.items():
+        if missing > 1.0 and (value[joint] if of_joint else value) < least:
+            changed = {quantity: (*value[:joint], least, *value[joint + 1 :]) if of_joint else least}
+            limits[holder] = replace(limits[holder], **changed)
 
 
 def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[FieldPath, float]]:

@@ -213,3 +213,15 @@ def test_each_waypoint_has_its_tool(service: RunningService) -> None:
     del request["waypoints"][1]["actions"]
     refused = service.post("/v1/trajectories", request)
     assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/transition"
+
+
+@pytest.mark.parametrize(("whole", "own"), [(0.05, 0.2), (0.2, 0.05)])
+def test_the_narrower_limit_of_the_list_and_of_a_waypoint_holds(
+    service: RunningService, whole: float, own: float
+) -> None:
+    end = joint(0.3, 0.1, 0.5, limits={"tcp_linear_velocity": own})
+    request = plan_request(waypoints=[joint(0.1, 0.2, 0.3), end], limits={"tcp_linear_velocity": whole})
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    (check,) = [check for check in plan["certificate"]["checks"] if check["quantity"] == "tcp_linear_velocity"]
+    assert check["limit"] == 0.05
+    assert 0.99 < check["ratio"] <= 1.0
