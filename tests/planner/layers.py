@@ -18,6 +18,7 @@ LAYERS = (
     "limits",
     "dynamics",
     "kinematics",
+    "scene",
     "actions",
     "problem",
     "problem_check",

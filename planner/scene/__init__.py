@@ -1,0 +1,23 @@
+"""What stands around a robot, and proved distances of its pieces: at postures and along whole motions."""
+
+from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
+from planner.scene.continuous import Budget, Clearances, Nearest, clearances
+from planner.scene.point_cloud import PointCloud
+from planner.scene.postures import edge, is_edge_free, is_free
+from planner.scene.scene import AttachedObject, Scene, SceneObject
+
+__all__ = [
+    "CONTACT_TOLERANCE",
+    "AttachedObject",
+    "Budget",
+    "Clearances",
+    "CollisionChecker",
+    "Nearest",
+    "PointCloud",
+    "Scene",
+    "SceneObject",
+    "clearances",
+    "edge",
+    "is_edge_free",
+    "is_free",
+]

@@ -1,0 +1,154 @@
+"""The convex pieces of a robot and of what it carries: where they are, and how far joints move them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.tolerances import ROUNDING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.robots import Robot
+    from planner.shapes import BoundingCapsule, Shape
+    from planner.spatial import FloatArray
+
+SPHERES = 5
+"""Number of spheres that cover a bounding capsule: with fewer they are much wider than it, with more the bounds of
+distances take longer than what they save."""
+
+
+class Body(NamedTuple):
+    """A convex piece that moves with a joint.
+
+    Attributes:
+        name: Name of the link, or of the attached object, that it is a piece of.
+        joint: Number of the joint that it moves with, as Pinocchio counts: 0 is the base.
+        rotation: (3, 3), of the piece in the joint's frame.
+        translation: (3,), m.
+        shape: The piece in its own frame.
+    """
+
+    name: str
+    joint: int
+    rotation: FloatArray
+    translation: FloatArray
+    shape: Shape
+
+
+class Postures(NamedTuple):
+    """The placements of bodies at N postures, in the base frame.
+
+    Attributes:
+        rotations: (N, joints + 1, 3, 3): of the joints' frames; 0 is the base.
+        origins: (N, joints + 1, 3), m.
+        spheres: (N, bodies, SPHERES, 3), m: centers of spheres along the axis of each body's bounding capsule, the
+            first and the last at its ends.
+        levers: (N, bodies, joints): largest distance of the body from the axis of a joint that turns it, m; 1 where
+            the joint slides it; 0 where it does not move it.
+    """
+
+    rotations: FloatArray
+    origins: FloatArray
+    spheres: FloatArray
+    levers: FloatArray
+
+
+class Bodies:
+    """The convex pieces that move with the joints of a robot.
+
+    Attributes:
+        pieces: The pieces.
+        joints: (bodies,): number of the joint of each.
+        radii: (bodies,), m: of the bounding capsules.
+        sphere_radii: (bodies,), m: of spheres that cover the bounding capsules.
+        is_moved: (bodies, joints): whether each joint moves the body.
+    """
+
+    def __init__(self, robot: Robot, pieces: Sequence[Body]) -> None:
+        self.pieces = tuple(pieces)
+        model = robot.model
+        self.is_angle = robot.is_angle
+        self._parents = [int(parent) for parent in list(model.parents)[1:]]
+        placements = model.jointPlacements.tolist()[1:]
+        self._turns = [placement.rotation.copy() for placement in placements]
+        self._shifts = [placement.translation.copy() for placement in placements]
+        chains = np.zeros((robot.dof + 1, robot.dof), dtype=bool)
+        for k, parent in enumerate(self._parents):
+            chains[k + 1] = chains[parent]
+            chains[k + 1, k] = True
+        self.joints = np.array([piece.joint for piece in self.pieces], dtype=int)
+        self.is_moved = chains[self.joints]
+        capsules = [bounding_capsule(piece.shape) for piece in self.pieces]
+        starts, ends = (
+            np.array([p.rotation @ end[k] + p.translation for p, end in zip(self.pieces, capsules, strict=True)])
+            for k in (0, 1)
+        )
+        starts, ends = starts.reshape(-1, 3), ends.reshape(-1, 3)
+        shares = np.linspace(0.0, 1.0, SPHERES)[:, None]
+        self._spheres = starts[:, None] + shares * (ends - starts)[:, None]
+        self.radii = np.array([capsule.radius for capsule in capsules])
+        half_step = np.linalg.norm(ends - starts, axis=1) / (SPHERES - 1) / 2.0
+        self.sphere_radii = np.hypot(self.radii, half_step) * (1.0 + ROUNDING)
+
+    def at(self, positions: FloatArray) -> Postures:
+        """Compute where the bodies are at postures (N, joints), rad or m."""
+        rotations, origins = self.frames(positions)
+        spheres = np.matmul(self._spheres, rotations[:, self.joints].transpose(0, 1, 3, 2))
+        spheres += origins[:, self.joints, None]
+        return Postures(rotations, origins, spheres, self._levers(rotations, origins, spheres))
+
+    def frames(self, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Compute the frames of the joints, rotations (N, joints + 1, 3, 3) and origins (N, joints + 1, 3)."""
+        count, joints = positions.shape
+        rotations, origins = np.empty((count, joints + 1, 3, 3)), np.zeros((count, joints + 1, 3))
+        rotations[:, 0] = np.eye(3)
+        cosines, sines = np.cos(positions)[..., None], np.sin(positions)[..., None]
+        for k, (parent, turn, shift) in enumerate(zip(self._parents, self._turns, self._shifts, strict=True)):
+            before = rotations[:, parent] @ turn
+            origins[:, k + 1] = origins[:, parent] + rotations[:, parent] @ shift
+            if self.is_angle[k]:
+                x, y, c, s = before[:, :, 0], before[:, :, 1], cosines[:, k], sines[:, k]
+                rotations[:, k + 1] = np.stack([c * x + s * y, c * y - s * x, before[:, :, 2]], axis=-1)
+            else:
+                rotations[:, k + 1] = before
+                origins[:, k + 1] += before[:, :, 2] * positions[:, k, None]
+        return rotations, origins
+
+    def _levers(self, rotations: FloatArray, origins: FloatArray, spheres: FloatArray) -> FloatArray:
+        """Return the levers (N, bodies, joints); a convex function is largest at the ends of the capsule's axis."""
+        axes = rotations[:, 1:, :, 2]
+        ends = spheres[:, :, [0, -1]].reshape(len(axes), -1, 3)
+        along = ends @ axes.transpose(0, 2, 1) - (origins[:, 1:] * axes).sum(axis=-1)[:, None]
+        feet = origins[:, None, 1:] + along[..., None] * axes[:, None]
+        distances = np.linalg.norm(ends[:, :, None] - feet, axis=-1)
+        levers = distances.reshape(len(axes), -1, 2, axes.shape[1]).max(axis=2) + self.radii[:, None]
+        levers = np.where(self.is_angle, levers * (1.0 + ROUNDING) + ROUNDING, 1.0)
+        return np.where(self.is_moved, levers, 0.0)
+
+    def displacements(self, postures: Postures, excursions: FloatArray) -> FloatArray:
+        """Bound how far the joints move the bodies from where they are, one joint after the other, the first one first.
+
+        A joint that turns a body by an angle moves none of its points further than the chord of that angle at the
+        largest distance from the joint's axis. What the joints before it do changes no such distance (Schwarzer, Saha
+        and Latombe, Adaptive dynamic collision checking, IEEE Transactions on Robotics 21, 2005).
+
+        Args:
+            postures: N postures.
+            excursions: Largest change of each joint (N, joints), rad or m.
+
+        Returns:
+            What each joint adds (N, bodies, joints), m.
+        """
+        chords = 2.0 * np.sin(np.minimum(excursions, np.pi) / 2.0)
+        return postures.levers * np.where(self.is_angle, chords, excursions)[:, None]
+
+
+def bounding_capsule(shape: Shape) -> BoundingCapsule:
+    """Return the bounding capsule of a shape that has an end."""
+    capsule = shape.bounding_capsule
+    if capsule is None:
+        raise ValueError("what moves with a robot has an end")
+    return capsule

@@ -1,0 +1,292 @@
+"""A robot among objects: which pieces are held against which, and cheap lower bounds of all their distances."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.errors import InvalidProblem
+from planner.scene.bodies import Bodies, Body, Postures
+from planner.scene.obstacles import Obstacles
+from planner.scene.point_cloud import Cluster
+from planner.scene.scene import Scene
+from planner.scene.segments import segment_distances
+from planner.scene.separations import Placed, Separation, cluster_separation, separation
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.robots import Robot
+    from planner.scene.scene import AttachedObject
+    from planner.spatial import FloatArray
+
+CONTACT_TOLERANCE = 1e-5
+"""Distance, m, by which a pair may be nearer than its margin and still keep it: touching is free up to rounding, and
+GJK's plane proves distances of curved shapes to some micrometres."""
+
+ITSELF = 0
+"""Number of the pairs between pieces that move."""
+
+AMONG_OBJECTS = 1
+"""Number of the pairs of a piece that moves and one that stands still."""
+
+
+class Items(NamedTuple):
+    """Pairs of pieces at postures, one a row.
+
+    Attributes:
+        rows: (n,): number of the posture.
+        pairs: (n,): number of the pair.
+    """
+
+    rows: np.ndarray
+    pairs: np.ndarray
+
+
+class CollisionChecker:
+    """A robot, what it carries, and what stands around it.
+
+    Pairs have numbers: those of pieces that move first, then those of every such piece with every obstacle.
+
+    Examples:
+        >>> import planner
+        >>> floor = planner.SceneObject("floor", [planner.HalfSpace([0.0, 0.0, 1.0], -0.05)])
+        >>> checker = planner.CollisionChecker(planner.load_robot("kuka_kr16_2"), planner.Scene([floor]))
+        >>> checker.is_empty
+        False
+
+    Attributes:
+        bodies: The pieces that move.
+        obstacles: The pieces that stand still.
+        first: (own pairs,): number of the body that moves less, of each pair of bodies.
+        second: (own pairs,): number of the other one.
+        margins: (bodies, obstacles), m: least distance asked; negative without end where none is.
+    """
+
+    def __init__(self, robot: Robot, scene: Scene | None = None, *, self_collision: bool | None = None) -> None:
+        """Prepare the checks.
+
+        Args:
+            robot: The arm, with its tool and mounting.
+            scene: What is around it; None: nothing.
+            self_collision: Whether the arm is held against itself, and against what it carries; None: as far as the
+                shapes of its links are those of its description, and no estimates.
+
+        Raises:
+            InvalidProblem: The scene names a link that there is not, or uses a name twice.
+        """
+        self.scene = scene or Scene()
+        self.dof = robot.dof
+        refuse_unusable_names(robot, self.scene)
+        shapes = robot.collision_shapes
+        links = [
+            Body(shape.link, shape.joint, shape.placement.rotation, shape.placement.translation, shape.shape)
+            for shape in shapes
+        ]
+        carried = [body for thing in self.scene.attached for body in _bodies_of(robot, thing)]
+        self.bodies = Bodies(robot, [*links, *carried])
+        self.obstacles = Obstacles(self.scene.objects, robot.mounting)
+        self._allowed = {frozenset(pair) for pair in self.scene.allowed_pairs}
+        described = {k for k, shape in enumerate(shapes) if self_collision or shape.source == "model"}
+        pairs = [] if self_collision is False else list(self._own_pairs(robot, len(links), described))
+        self.first, self.second = np.array(pairs, dtype=int).reshape(-1, 2).T
+        moved = self.bodies.is_moved
+        self._by_second = moved[self.second] & ~moved[self.first]
+        self._by_first = moved[self.first] & ~moved[self.second]
+        self.margins = self._margins()
+
+    @property
+    def own_pairs(self) -> int:
+        """The number of pairs of pieces that move."""
+        return len(self.first)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to be held against anything."""
+        return not self.own_pairs and not np.isfinite(self.margins).any()
+
+    def kinds(self, pairs: np.ndarray) -> np.ndarray:
+        """Return `ITSELF` or `AMONG_OBJECTS` of pairs (n,)."""
+        return np.where(pairs < self.own_pairs, ITSELF, AMONG_OBJECTS)
+
+    def names(self, pair: int) -> tuple[str, str]:
+        """Return the names of what a pair consists of."""
+        if pair < self.own_pairs:
+            numbers = int(self.first[pair]), int(self.second[pair])
+            return self.bodies.pieces[numbers[0]].name, self.bodies.pieces[numbers[1]].name
+        body, obstacle = divmod(pair - self.own_pairs, len(self.obstacles.all))
+        return self.bodies.pieces[body].name, self.obstacles.all[obstacle].name
+
+    def margins_of(self, pairs: np.ndarray) -> FloatArray:
+        """Return the least distance asked of pairs (n,), m."""
+        margins = np.zeros(len(pairs))
+        among = pairs >= self.own_pairs
+        margins[among] = self.margins.ravel()[pairs[among] - self.own_pairs]
+        return margins
+
+    def own_items(self, count: int) -> Items:
+        """Return all pairs of pieces that move, at so many postures."""
+        rows, pairs = np.divmod(np.arange(count * self.own_pairs), max(self.own_pairs, 1))
+        return Items(rows, pairs)
+
+    def sphere_bounds(self, postures: Postures) -> FloatArray:
+        """Bound the distances of the bodies from all obstacles by a sphere about each: (N, bodies, obstacles), m.
+
+        Infinite where no distance is asked.
+        """
+        spheres = postures.spheres
+        centers = (spheres[:, :, 0] + spheres[:, :, -1]) / 2.0
+        reach = np.linalg.norm(spheres[:, :, -1] - centers, axis=-1) + self.bodies.radii
+        bounds = np.empty((*centers.shape[:2], len(self.obstacles.all)))
+        count = len(self.obstacles.pieces)
+        bounds[:, :, :count] = self.obstacles.sphere_distances(centers) - reach[..., None]
+        heights = centers @ self.obstacles.normals.T - self.obstacles.offsets
+        bounds[:, :, count:] = heights - reach[..., None]
+        bounds[:, ~np.isfinite(self.margins)] = np.inf
+        return bounds
+
+    def bounds(self, postures: Postures, items: Items) -> FloatArray:
+        """Bound the distances of pairs at postures from below (n,), m; where that is negative they may be anything."""
+        low = np.empty(len(items.rows))
+        own = items.pairs < self.own_pairs
+        if own.any():
+            low[own] = self._own_bounds(postures, Items(items.rows[own], items.pairs[own]))
+        if not own.all():
+            rows, among = items.rows[~own], items.pairs[~own] - self.own_pairs
+            bodies, obstacles = np.divmod(among, len(self.obstacles.all))
+            spheres = postures.spheres[rows, bodies]
+            boxed = obstacles < len(self.obstacles.pieces)
+            distances = np.empty(len(rows))
+            near = self.obstacles.box_distances(spheres[boxed], obstacles[boxed]).min(axis=1)
+            distances[boxed] = near - self.bodies.sphere_radii[bodies[boxed]]
+            planes = obstacles[~boxed] - len(self.obstacles.pieces)
+            heights = self.obstacles.plane_distances(spheres[~boxed], planes).min(axis=1)
+            distances[~boxed] = heights - self.bodies.radii[bodies[~boxed]]
+            low[~own] = distances
+        return low
+
+    def _own_bounds(self, postures: Postures, items: Items) -> FloatArray:
+        first, second = self.first[items.pairs], self.second[items.pairs]
+        ends = (postures.spheres[items.rows, body][:, k] for body in (first, second) for k in (0, -1))
+        radii: FloatArray = self.bodies.radii[first] + self.bodies.radii[second]
+        return segment_distances(*ends) - radii
+
+    def motions(self, displacements: FloatArray, items: Items) -> FloatArray:
+        """Bound how much nearer pairs may come by displacements (N, bodies, joints): (n,), m."""
+        moved = np.empty(len(items.rows))
+        own = items.pairs < self.own_pairs
+        rows, pairs = items.rows[own], items.pairs[own]
+        of_second = (displacements[rows, self.second[pairs]] * self._by_second[pairs]).sum(axis=1)
+        of_first = (displacements[rows, self.first[pairs]] * self._by_first[pairs]).sum(axis=1)
+        moved[own] = of_first + of_second
+        bodies = (items.pairs[~own] - self.own_pairs) // max(len(self.obstacles.all), 1)
+        moved[~own] = displacements.sum(axis=2)[items.rows[~own], bodies]
+        return moved
+
+    def separate(self, postures: Postures, row: int, pair: int) -> Separation:
+        """Compute how far a pair is apart at one posture, with proof."""
+        if pair < self.own_pairs:
+            first, second = (self._placed(postures, row, int(body[pair])) for body in (self.first, self.second))
+            return separation(first, second)
+        body, number = divmod(pair - self.own_pairs, len(self.obstacles.all))
+        obstacle, placed = self.obstacles.all[number], self._placed(postures, row, body)
+        if isinstance(obstacle.shape, Cluster):
+            return cluster_separation(placed, obstacle.shape, obstacle.rotation, obstacle.translation)
+        return separation(placed, Placed(obstacle.shape, obstacle.rotation, obstacle.translation))
+
+    def _placed(self, postures: Postures, row: int, body: int) -> Placed:
+        piece = self.bodies.pieces[body]
+        rotation, origin = postures.rotations[row, piece.joint], postures.origins[row, piece.joint]
+        return Placed(piece.shape, rotation @ piece.rotation, rotation @ piece.translation + origin)
+
+    def _own_pairs(self, robot: Robot, links: int, described: set[int]) -> Iterator[tuple[int, int]]:
+        """Yield the pairs of bodies that are held against each other: the robot's own, then those with what it carries.
+
+        What an object is attached to may touch it, and so may another object that is attached there.
+
+        Args:
+            robot: The arm.
+            links: The number of its own pieces, which come first.
+            described: The numbers of those that count.
+        """
+        pieces = self.bodies.pieces
+        of_link: dict[str, list[int]] = {}
+        for number in sorted(described):
+            of_link.setdefault(pieces[number].name, []).append(number)
+        for pair in robot.collision_pairs:
+            if pair.reason is None and not self._may_touch(pair.link_1, pair.link_2):
+                yield from product(of_link.get(pair.link_1, ()), of_link.get(pair.link_2, ()))
+        touched = {thing.id: {thing.link or robot.tip_frame, *thing.touch_links} for thing in self.scene.attached}
+        for second in range(links, len(pieces)):
+            held = pieces[second]
+            for first in sorted(described) + list(range(links, second)):
+                other = pieces[first]
+                apart = other.joint != held.joint and other.name not in touched[held.name]
+                if (
+                    apart
+                    and held.name not in touched.get(other.name, ())
+                    and not self._may_touch(other.name, held.name)
+                ):
+                    yield first, second
+
+    def _may_touch(self, first: str, second: str) -> bool:
+        return frozenset((first, second)) in self._allowed
+
+    def _margins(self) -> FloatArray:
+        """Return the least distances (bodies, obstacles); what does not move is not held against what stands still."""
+        margins = np.full((len(self.bodies.pieces), len(self.obstacles.all)), -np.inf)
+        own = {thing.id: thing.margin for thing in self.scene.attached}
+        of_obstacles = np.array([self.scene.margin if o.margin is None else o.margin for o in self.obstacles.all])
+        by_name: dict[str, list[int]] = {}
+        for number, obstacle in enumerate(self.obstacles.all):
+            by_name.setdefault(obstacle.name, []).append(number)
+        for number, body in enumerate(self.bodies.pieces):
+            if not body.joint:
+                continue
+            margin = own.get(body.name)
+            margins[number] = of_obstacles if margin is None else np.maximum(of_obstacles, margin)
+            for pair in self._allowed:
+                for other in pair - {body.name} if body.name in pair else ():
+                    margins[number, by_name.get(other, [])] = -np.inf
+        return margins
+
+
+def refuse_unusable_names(robot: Robot, scene: Scene) -> None:
+    """Refuse names that are used twice, or that nothing has.
+
+    Raises:
+        InvalidProblem: With every fault found.
+    """
+    links = {frame.name for frame in robot.model.frames} | {shape.link for shape in robot.collision_shapes}
+    faults: list[tuple[tuple[str | int, ...], str]] = []
+    seen = set(links)
+    names = [("objects", i, thing.id) for i, thing in enumerate(scene.objects)]
+    names += [("attached", i, held.id) for i, held in enumerate(scene.attached)]
+    for kind, i, name in names:
+        if name in seen:
+            faults.append((("scene", kind, i, "id"), f"there is a link or an object called {name!r} already"))
+        seen.add(name)
+    for i, held in enumerate(scene.attached):
+        endless = [k for k, shape in enumerate(held.shapes) if shape.bounding_capsule is None]
+        faults += [(("scene", "attached", i, "shapes", k), "what moves with a robot has an end") for k in endless]
+        if held.link is not None and not robot.model.existFrame(held.link):
+            faults.append((("scene", "attached", i, "link"), f"{robot.id} has no link called {held.link!r}"))
+        unknown = [k for k, name in enumerate(held.touch_links) if name not in seen]
+        faults += [
+            (("scene", "attached", i, "touch_links", k), f"nothing is called {held.touch_links[k]!r}") for k in unknown
+        ]
+    for i, pair in enumerate(scene.allowed_pairs):
+        faults += [(("scene", "allowed_pairs", i), f"nothing is called {name!r}") for name in pair if name not in seen]
+    if faults:
+        raise InvalidProblem(faults)
+
+
+def _bodies_of(robot: Robot, thing: AttachedObject) -> Sequence[Body]:
+    """Return the pieces of an attached object in the frame of the joint that carries it."""
+    frame = robot.model.frames[robot.tool_frame_id if thing.link is None else robot.model.getFrameId(thing.link)]
+    turn = np.eye(3) if thing.pose.rotation is None else thing.pose.rotation
+    rotation = frame.placement.rotation @ turn
+    translation = frame.placement.rotation @ thing.pose.position + frame.placement.translation
+    return [Body(thing.id, int(frame.parentJoint), rotation, translation, shape) for shape in thing.shapes]

@@ -1,0 +1,321 @@
+"""Clearance of a motion at all times: between postures that are looked at, joints are bounded and not sampled.
+
+An interval of time is looked at in its middle. If the distance of a pair there, less what both can move within the
+interval, is as large as wanted, the pair is done with on the whole interval; otherwise the interval is split, for that
+pair only. Cheap bounds come first, proved distances only where those do not decide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, ITSELF, Items
+from planner.scene.excursions import excursions
+
+if TYPE_CHECKING:
+    from planner.polynomials import PiecewisePolynomial
+    from planner.scene.bodies import Postures
+    from planner.scene.checker import CollisionChecker
+    from planner.scene.separations import Separation
+    from planner.spatial import FloatArray
+
+ARC_OF_PART = 0.15
+"""How far the fastest joint goes in one of the intervals that a motion is cut into at first, rad or m."""
+
+MOST_PARTS = 32
+"""The most intervals that a motion is cut into at first: later ones are cut where it is needed."""
+
+AT_ONCE = 512
+"""The number of intervals that are looked at together: enough for array operations, in some MiB."""
+
+MOST_SPLITS = 6
+"""The most parts that an interval is split into at once."""
+
+ENOUGH_PARTS = 4.0
+"""The number of parts down to which a pair is split by its cheap bound alone: as fast as one proved distance."""
+
+LEAST_SHARE = 1e-12
+"""The least share of a motion that an interval is split down to: below, times are rounding."""
+
+
+class Budget(NamedTuple):
+    """How much is looked at before a motion is left unproved; a count, so that equal requests get equal answers.
+
+    Attributes:
+        postures: The most intervals.
+        distances: The most proved distances, each some 20 microseconds.
+    """
+
+    postures: int = 20_000
+    distances: int = 20_000
+
+
+DEFAULT_BUDGET = Budget()
+"""What is looked at unless something else is asked: half a second for the rare motion that takes all of it."""
+
+
+class Nearest(NamedTuple):
+    """A pair that is near, or too near, and when.
+
+    Attributes:
+        distance: m; negative: how deep the two overlap.
+        time: s.
+        pair: Number of the pair.
+        point: (3,), m, in the base frame: a point of the first of the pair.
+        margin: Least distance asked of the pair, m.
+    """
+
+    distance: float
+    time: float
+    pair: int
+    point: FloatArray
+    margin: float
+
+    @property
+    def missing(self) -> float:
+        """How much the pair is nearer than its margin, m."""
+        return self.margin - self.distance
+
+
+@dataclass
+class Clearances:
+    """What is known of a motion's clearance: of the arm against itself first, then against objects.
+
+    Attributes:
+        lower: (2,), m: no pair is ever nearer than this; infinite where there is no pair.
+        nearest: The nearest seen of each kind, an upper bound; None: nothing was looked at.
+        hit: The pair seen that is nearest beyond its margin; None: there is none.
+        undecided: A pair that could not be proved within the budget; None: all are.
+        postures: Number of postures looked at.
+        distances: Number of proved distances.
+    """
+
+    lower: FloatArray = field(default_factory=lambda: np.full(2, np.inf))
+    nearest: list[Nearest | None] = field(default_factory=lambda: [None, None])
+    hit: Nearest | None = None
+    undecided: Nearest | None = None
+    postures: int = 0
+    distances: int = 0
+
+    @property
+    def is_proved(self) -> bool:
+        """Whether every pair keeps its margin at all times, up to `CONTACT_TOLERANCE`."""
+        return self.hit is None and self.undecided is None
+
+    @property
+    def upper(self) -> FloatArray:
+        """The distances (2,) of the nearest seen, m; infinite where nothing was looked at."""
+        return np.array([np.inf if near is None else near.distance for near in self.nearest])
+
+    def see(self, kind: int, found: Nearest) -> None:
+        """Take a distance into account."""
+        near = self.nearest[kind]
+        if near is None or found.distance < near.distance:
+            self.nearest[kind] = found
+        if found.missing > CONTACT_TOLERANCE and (self.hit is None or found.missing > self.hit.missing):
+            self.hit = found
+
+
+def clearances(
+    checker: CollisionChecker,
+    motion: PiecewisePolynomial,
+    *,
+    tolerance: float | None = None,
+    budget: Budget = DEFAULT_BUDGET,
+) -> Clearances:
+    """Prove that every pair keeps its margin all along a motion, or find one that does not.
+
+    Args:
+        checker: The robot and what is around it.
+        motion: What the joints do, rad or m.
+        tolerance: How well the least distances are measured besides, m; None: they are not, which is faster.
+        budget: How much is looked at.
+    """
+    found = Clearances()
+    if checker.is_empty:
+        return found
+    search = _Search(checker, motion, tolerance, found, budget)
+    edges = np.linspace(0.0, float(motion.breakpoints[-1]), _parts(motion) + 1)
+    search.start(edges[:-1], edges[1:])
+    while search.waiting and found.hit is None and search.has_budget:
+        search.step()
+    search.finish()
+    return found
+
+
+def _parts(motion: PiecewisePolynomial) -> int:
+    """Return how many intervals a motion is cut into at first: by how far its joints go, as far as samples tell."""
+    times = np.linspace(0.0, float(motion.breakpoints[-1]), MOST_PARTS + 1)
+    ways = np.abs(np.diff(motion.evaluate(times, [0])[0], axis=0)).sum(axis=0)
+    return int(np.clip(np.ceil(ways.max(initial=0.0) / ARC_OF_PART), 1, MOST_PARTS))
+
+
+class _Batch(NamedTuple):
+    """Intervals that are still to be looked at, and the pairs that are not done with on each.
+
+    Attributes:
+        starts: (N,), s.
+        ends: (N,), s.
+        items: Rows are numbers of intervals; None: all pairs on all of them.
+    """
+
+    starts: FloatArray
+    ends: FloatArray
+    items: Items | None
+
+
+class _Search:
+    """The intervals that are left, in the order in which they were split."""
+
+    def __init__(
+        self,
+        checker: CollisionChecker,
+        motion: PiecewisePolynomial,
+        tolerance: float | None,
+        found: Clearances,
+        budget: Budget,
+    ) -> None:
+        self.checker, self.motion, self.tolerance, self.found = checker, motion, tolerance, found
+        self.budget = budget
+        self.waiting: list[_Batch] = []
+        self.least = LEAST_SHARE * float(motion.breakpoints[-1])
+        self.stuck: list[tuple[float, int, float]] = []
+
+    @property
+    def has_budget(self) -> bool:
+        """Whether more may be looked at."""
+        return self.found.postures < self.budget.postures and self.found.distances < self.budget.distances
+
+    def start(self, starts: FloatArray, ends: FloatArray) -> None:
+        """Begin with intervals on which all pairs count."""
+        self.waiting.append(_Batch(starts, ends, None))
+
+    def wanted(self, pairs: np.ndarray) -> FloatArray:
+        """Return the distances (n,) from which on pairs are done with, m."""
+        wanted: FloatArray = self.checker.margins_of(pairs) - CONTACT_TOLERANCE
+        if self.tolerance is None:
+            return wanted
+        np.maximum(wanted, (self.found.upper - self.tolerance)[self.checker.kinds(pairs)], out=wanted)
+        return wanted
+
+    def step(self) -> None:
+        """Look at the first intervals that are left, and split those where pairs are not done with."""
+        starts, ends, items = self.waiting.pop(0)
+        middles = (starts + ends) / 2.0
+        positions = self.motion.evaluate(middles, [0])[0]
+        postures = self.checker.bodies.at(positions)
+        reach = excursions(self.motion, starts, ends, positions)
+        displacements = self.checker.bodies.displacements(postures, reach)
+        self.found.postures += len(starts)
+        if items is None:
+            items = self._all_items(postures, displacements, middles)
+        motions = self.checker.motions(displacements, items)
+        near = self.checker.bounds(postures, items)
+        low = near - motions
+        order = np.argsort(low, kind="stable")
+        wanted = self.wanted(items.pairs)
+        for item in order.tolist():
+            if low[item] >= wanted[item] or motions[item] <= ENOUGH_PARTS * (near[item] - wanted[item]):
+                continue
+            if not self.has_budget:
+                break
+            row, pair = int(items.rows[item]), int(items.pairs[item])
+            apart = self._look(postures, row, pair, float(middles[row]))
+            near[item] = apart.proved
+            low[item] = apart.proved - motions[item]
+            if self.found.hit is not None and self.tolerance is None:
+                break
+            if self.tolerance is not None:
+                wanted = np.maximum(wanted, (self.found.upper - self.tolerance)[self.checker.kinds(items.pairs)])
+        self._split(_Batch(starts, ends, items), near, low, self.wanted(items.pairs))
+
+    def _look(self, postures: Postures, row: int, pair: int, time: float) -> Separation:
+        apart = self.checker.separate(postures, row, pair)
+        self.found.distances += 1
+        kind = ITSELF if pair < self.checker.own_pairs else AMONG_OBJECTS
+        margin = float(self.checker.margins_of(np.array([pair]))[0])
+        self.found.see(kind, Nearest(apart.distance, time, pair, apart.point, margin))
+        return apart
+
+    def _all_items(self, postures: Postures, displacements: FloatArray, middles: FloatArray) -> Items:
+        """Return the pairs that spheres about the pieces do not decide."""
+        own = self.checker.own_items(len(middles))
+        bounds = self.checker.sphere_bounds(postures)
+        if not np.isfinite(bounds).any():
+            return own
+        margins = self.checker.margins[None] - CONTACT_TOLERANCE
+        low = bounds - displacements.sum(axis=2)[..., None]
+        if self.tolerance is not None:
+            nearest = np.unravel_index(np.argmin(bounds), bounds.shape)
+            pair = self.checker.own_pairs + int(np.ravel_multi_index(nearest[1:], bounds.shape[1:]))
+            self._look(postures, int(nearest[0]), pair, float(middles[nearest[0]]))
+            margins = np.maximum(margins, self.found.upper[AMONG_OBJECTS] - self.tolerance)
+        left = low < margins
+        self._done(AMONG_OBJECTS, low[~left])
+        rows, pairs = np.nonzero(left.reshape(len(middles), -1))
+        return Items(np.concatenate([own.rows, rows]), np.concatenate([own.pairs, pairs + self.checker.own_pairs]))
+
+    def _done(self, kind: int, low: FloatArray) -> None:
+        self.found.lower[kind] = min(self.found.lower[kind], low.min(initial=np.inf))
+
+    def _split(self, batch: _Batch, near: FloatArray, low: FloatArray, wanted: FloatArray) -> None:
+        """Split the intervals on which pairs are left, into as many parts as should do."""
+        starts, ends, items = batch
+        if items is None:
+            raise ValueError("nothing was looked at")
+        left = low < wanted
+        for kind in (ITSELF, AMONG_OBJECTS):
+            self._done(kind, low[~left & (self.checker.kinds(items.pairs) == kind)])
+        rows, pairs = items.rows[left], items.pairs[left]
+        if not len(rows):
+            return
+        room = np.maximum(near[left] - wanted[left], 1e-9)
+        parts = np.ones(len(starts), dtype=int)
+        need = np.ceil(np.clip((near[left] - low[left]) / room, 2, MOST_SPLITS)).astype(int)
+        np.maximum.at(parts, rows, need)
+        short = (ends - starts)[rows] < self.least
+        middles = (starts + ends) / 2.0
+        for kind in (ITSELF, AMONG_OBJECTS):
+            self._done(kind, low[left][short & (self.checker.kinds(pairs) == kind)])
+        self.stuck += [
+            (float(middles[row]), int(pair), float(distance))
+            for row, pair, distance in zip(rows[short], pairs[short], near[left][short], strict=True)
+        ]
+        rows, pairs = rows[~short], pairs[~short]
+        chosen = np.unique(rows)
+        for first in range(0, len(chosen), AT_ONCE // MOST_SPLITS):
+            some = chosen[first : first + AT_ONCE // MOST_SPLITS]
+            self.waiting.append(_split_into(starts[some], ends[some], parts[some], some, rows, pairs))
+
+    def finish(self) -> None:
+        """Say what is left: what was not looked at may be as near as anything."""
+        left = [(batch.starts, batch.ends, batch.items) for batch in self.waiting if batch.items is not None]
+        for starts, ends, items in left:
+            for kind in np.unique(self.checker.kinds(items.pairs)).tolist():
+                self.found.lower[kind] = -np.inf
+            middle = float((starts[items.rows[0]] + ends[items.rows[0]]) / 2.0)
+            self.stuck.append((middle, int(items.pairs[0]), -np.inf))
+        if self.stuck and self.found.hit is None:
+            time, pair, distance = min(self.stuck, key=lambda each: each[2])
+            margin = float(self.checker.margins_of(np.array([pair]))[0])
+            self.found.undecided = Nearest(distance, time, pair, np.full(3, np.nan), margin)
+
+
+def _split_into(
+    starts: FloatArray, ends: FloatArray, parts: np.ndarray, rows: np.ndarray, of: np.ndarray, pairs: np.ndarray
+) -> _Batch:
+    """Return intervals in so many parts each, with the pairs of the rows `of` that they had."""
+    first = np.cumsum(parts) - parts
+    new_of = np.repeat(np.arange(len(parts)), parts)
+    number = np.arange(len(new_of)) - first[new_of]
+    edges = [starts[new_of] + (ends - starts)[new_of] * ((number + k) / parts[new_of]) for k in (0, 1)]
+    edges[1] = np.where(number + 1 == parts[new_of], ends[new_of], edges[1])
+    mine = np.isin(of, rows)
+    position = np.searchsorted(rows, of[mine])
+    count = parts[position]
+    inner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    items = Items(np.repeat(first[position], count) + inner, np.repeat(pairs[mine], count))
+    return _Batch(edges[0], edges[1], items)

@@ -1,0 +1,101 @@
+"""Point clouds as balls in voxels, and the clusters of a k-d tree over them, which bound many balls at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.shapes.shape import MOST_SIZE, InvalidShape, checked_numbers, checked_size
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from planner.spatial import FloatArray
+
+MOST_IN_CLUSTER = 64
+"""Number of balls that a leaf of the k-d tree holds: with fewer there are more boxes to bound distances to, with more
+each of them is looser and has more balls to look at."""
+
+BALL_ROUNDING = 1e-12
+"""Relative amount by which balls are made larger than computed, for the rounding of their own computation."""
+
+
+class Cluster(NamedTuple):
+    """Balls that lie near each other.
+
+    Attributes:
+        centers: (N, 3), m.
+        radii: (N,), m.
+    """
+
+    centers: FloatArray
+    radii: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points that a sensor saw, each of which stands for a ball around it.
+
+    Points in one voxel of a grid become one ball, which contains theirs.
+
+    Attributes:
+        points: (N, 3), m.
+        radius: How far around each point there may be something, m: half the spacing of the points, or more.
+        voxel: Side of a voxel, m; None: the radius.
+
+    Examples:
+        >>> import planner
+        >>> cloud = planner.PointCloud([[0.0, 0.0, 0.0], [0.001, 0.0, 0.0], [0.5, 0.0, 0.0]], radius=0.01)
+        >>> len(cloud.balls.radii)
+        2
+    """
+
+    points: FloatArray
+    radius: float
+    voxel: float | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, points: ArrayLike, radius: float, voxel: float | None = None) -> None: ...
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        points = checked_numbers("points", self.points, (-1, 3))
+        if not len(points) or np.abs(points).max() > MOST_SIZE:
+            raise InvalidShape("points", f"are none, or beyond {MOST_SIZE:g} m")
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "radius", checked_size("radius", self.radius))
+        if self.voxel is not None:
+            object.__setattr__(self, "voxel", checked_size("voxel", self.voxel))
+
+    @cached_property
+    def balls(self) -> Cluster:
+        """One ball a voxel, around the middle of its points."""
+        cells = np.floor(self.points / (self.voxel or self.radius)).astype(np.int64)
+        order = np.lexsort(cells.T)
+        new = np.any(np.diff(cells[order], axis=0, prepend=cells[order[:1]] - 1), axis=1)
+        first, of = np.flatnonzero(new), np.cumsum(new) - 1
+        points = self.points[order]
+        low, high = (bound.reduceat(points, first, axis=0) for bound in (np.minimum, np.maximum))
+        centers = (low + high) / 2.0
+        spread = np.maximum.reduceat(np.linalg.norm(points - centers[of], axis=1), first)
+        return Cluster(centers, (spread + self.radius) * (1.0 + BALL_ROUNDING))
+
+    @cached_property
+    def clusters(self) -> tuple[Cluster, ...]:
+        """The leaves of the k-d tree over the balls: it is split at the median of the longest side."""
+        found, left = [], [np.arange(len(self.balls.radii))]
+        while left:
+            rows = left.pop()
+            if len(rows) <= MOST_IN_CLUSTER:
+                found.append(Cluster(self.balls.centers[rows], self.balls.radii[rows]))
+                continue
+            centers = self.balls.centers[rows]
+            axis = int(np.argmax(centers.max(axis=0) - centers.min(axis=0)))
+            middle = len(rows) // 2
+            split = np.argpartition(centers[:, axis], middle)
+            left += [rows[split[:middle]], rows[split[middle:]]]
+        return tuple(found)

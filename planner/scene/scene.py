@@ -1,0 +1,108 @@
+"""What stands around a robot and what it carries, as immutable values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.spatial import Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.scene.point_cloud import PointCloud
+    from planner.shapes import Shape
+
+HERE = Pose(np.zeros(3), np.eye(3))
+"""The pose of what stands in the frame that it is given in."""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneObject:
+    """A thing that stands still.
+
+    Attributes:
+        id: Name of the object, which no other object, attached object or link has.
+        shapes: The shapes that it is made of, in its own frame.
+        pose: Pose of the object in the world; without a rotation its axes are those of the world.
+        margin: Least distance that the robot keeps from it, m; None: that of the scene.
+
+    Examples:
+        >>> import planner
+        >>> floor = planner.SceneObject("floor", [planner.HalfSpace([0.0, 0.0, 1.0])], margin=0.02)
+        >>> floor.margin
+        0.02
+    """
+
+    id: str
+    shapes: Sequence[Shape | PointCloud]
+    pose: Pose = HERE
+    margin: float | None = None
+
+    def __post_init__(self) -> None:
+        """Keep the shapes in a tuple, which cannot change."""
+        object.__setattr__(self, "shapes", tuple(self.shapes))
+
+
+@dataclass(frozen=True, eq=False)
+class AttachedObject:
+    """A thing that moves with a link of the robot: a gripper, or what it holds.
+
+    Attributes:
+        id: Name of the object, which no other object, attached object or link has.
+        shapes: The shapes that it is made of, in its own frame.
+        pose: Pose of the object in the frame of its link, or in that of the tool.
+        link: Name of the link that it moves with; None: it is held at the tool.
+        touch_links: Names of links that it may touch, besides the link that it moves with.
+        margin: Least distance that it keeps from objects, m; None: that of the object or the scene.
+
+    Examples:
+        >>> import planner
+        >>> part = planner.AttachedObject("part", [planner.Box([0.1, 0.1, 0.2])], planner.Pose([0.0, 0.0, 0.1]))
+        >>> part.link is None
+        True
+    """
+
+    id: str
+    shapes: Sequence[Shape]
+    pose: Pose = HERE
+    link: str | None = None
+    touch_links: Sequence[str] = ()
+    margin: float | None = None
+
+    def __post_init__(self) -> None:
+        """Keep lists in tuples, which cannot change."""
+        object.__setattr__(self, "shapes", tuple(self.shapes))
+        object.__setattr__(self, "touch_links", tuple(self.touch_links))
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The surroundings of a robot.
+
+    Attributes:
+        objects: What stands still.
+        attached: What moves with the robot.
+        allowed_pairs: Pairs of names, of links, objects or attached objects, that may touch.
+        margin: Least distance that the robot and what it carries keep from objects, m.
+
+    Examples:
+        >>> import planner
+        >>> table = planner.SceneObject("table", [planner.Box([1.2, 0.8, 0.05])], planner.Pose([0.9, 0.0, 0.4]))
+        >>> scene = planner.Scene([table], margin=0.01)
+        >>> scene.objects[0].id
+        'table'
+    """
+
+    objects: Sequence[SceneObject] = ()
+    attached: Sequence[AttachedObject] = ()
+    allowed_pairs: Sequence[tuple[str, str]] = field(default_factory=tuple)
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Keep lists in tuples, which cannot change."""
+        for name in ("objects", "attached"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "allowed_pairs", tuple((first, second) for first, second in self.allowed_pairs))

@@ -1,0 +1,106 @@
+"""What is held against what: the arm against itself, what it carries, allowed pairs, and single postures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import planner
+from planner.errors import InvalidProblem
+from planner.robots import load_robot
+from planner.scene import (
+    AttachedObject,
+    CollisionChecker,
+    PointCloud,
+    Scene,
+    SceneObject,
+    clearances,
+    edge,
+    is_edge_free,
+    is_free,
+)
+from planner.shapes import Box, HalfSpace, Sphere
+from planner.spatial import Pose
+
+KUKA = load_robot("kuka_kr16_2")
+HOME = np.array([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
+FOLDED = np.array([0.0, 0.6, 2.6, 0.0, 0.5, 0.0])
+"""The hand of the arm is in its own base."""
+
+
+def ahead(distance: float) -> Pose:
+    """A pose in front of the tool at home, along its own z axis."""
+    pose = planner.tool_pose(KUKA, HOME)
+    assert pose.rotation is not None
+    return Pose(pose.position + distance * pose.rotation[:, 2], pose.rotation)
+
+
+def test_estimates_refuse_only_where_that_is_asked() -> None:
+    assert CollisionChecker(KUKA).is_empty
+    wrist = Scene(
+        allowed_pairs=[("link_3", "link_5"), ("link_3", "link_6"), ("link_4", "link_6"), ("base_link", "link_2")]
+    )
+    asked = CollisionChecker(KUKA, wrist, self_collision=True)
+    assert not asked.is_empty
+    assert is_free(asked, np.array([HOME, FOLDED])).tolist() == [True, False]
+    assert not is_edge_free(asked, HOME, FOLDED)
+    hit = clearances(asked, edge(HOME, FOLDED)).hit
+    assert hit is not None
+    assert len({"link_1", "base_link", "link_2"} & set(asked.names(hit.pair))) == 1
+
+
+def test_what_is_carried_is_held_against_objects() -> None:
+    ball = SceneObject("ball", [Sphere(0.02)], ahead(0.3))
+    assert is_free(CollisionChecker(KUKA, Scene([ball])), HOME[None]).all()
+    rod = AttachedObject("rod", [Box([0.02, 0.02, 0.3])], Pose([0.0, 0.0, 0.15]))
+    checker = CollisionChecker(KUKA, Scene([ball], [rod]))
+    assert not is_free(checker, HOME[None]).any()
+    assert is_free(CollisionChecker(KUKA, Scene([ball], [rod], [("rod", "ball")])), HOME[None]).all()
+
+
+def test_margins_of_objects_go_before_that_of_the_scene() -> None:
+    for margin, own, free in ((0.0, None, True), (0.4, None, False), (0.4, 0.01, True), (0.0, 0.4, False)):
+        ball = SceneObject("ball", [Sphere(0.02)], ahead(0.3), own)
+        assert is_free(CollisionChecker(KUKA, Scene([ball], margin=margin)), HOME[None]).all() == free
+
+
+def test_a_point_cloud_is_as_near_as_its_points() -> None:
+    """The measured clearance is that of the point alone that is nearest, in a cloud of thousands."""
+    rng = np.random.default_rng(1)
+    far = rng.uniform(-1.0, 1.0, (5_000, 3)) * [2.0, 2.0, 0.02] - [0.0, 0.0, 0.9]
+    near = ahead(0.2).position
+    cloud = SceneObject("cloud", [PointCloud(np.vstack([far, near]), radius=0.005)])
+    point = SceneObject("point", [Sphere(0.005)], Pose(near))
+    motion = edge(HOME, HOME + 0.1)
+    bounds = [clearances(CollisionChecker(KUKA, Scene([thing])), motion, tolerance=1e-4) for thing in (cloud, point)]
+    assert bounds[0].upper[1] == pytest.approx(bounds[1].upper[1], abs=1e-4)
+    assert all(found.upper[1] - found.lower[1] <= 1e-4 + 1e-9 for found in bounds)
+
+
+def test_objects_stand_in_the_world() -> None:
+    """An arm on the ceiling meets what is below it in the world: above it in its own frame."""
+    ceiling = KUKA.derived(mounting=Pose.from_rpy([0.0, 0.0, 3.0], [np.pi, 0.0, 0.0]))
+    tool = planner.tool_pose(KUKA, HOME).from_frame(Pose.from_rpy([0.0, 0.0, 3.0], [np.pi, 0.0, 0.0]))
+    scene = Scene([SceneObject("ball", [Sphere(0.05)], tool)])
+    assert not is_free(CollisionChecker(ceiling, scene), HOME[None]).any()
+    assert is_free(CollisionChecker(KUKA, scene), HOME[None]).all()
+
+
+@pytest.mark.parametrize(
+    ("scene", "field"),
+    [
+        (Scene([SceneObject("link_1", [Sphere(0.1)])]), ("scene", "objects", 0, "id")),
+        (Scene([SceneObject("a", [Sphere(0.1)])] * 2), ("scene", "objects", 1, "id")),
+        (Scene(attached=[AttachedObject("a", [Sphere(0.1)], link="hand")]), ("scene", "attached", 0, "link")),
+        (
+            Scene(attached=[AttachedObject("a", [Sphere(0.1)], touch_links=["hand"])]),
+            ("scene", "attached", 0, "touch_links", 0),
+        ),
+        (Scene(attached=[AttachedObject("a", [HalfSpace([0, 0, 1])])]), ("scene", "attached", 0, "shapes", 0)),
+        (Scene(allowed_pairs=[("link_1", "moon")]), ("scene", "allowed_pairs", 0)),
+    ],
+)
+def test_names_that_mean_nothing_are_refused(scene: Scene, field: tuple[str | int, ...]) -> None:
+    with pytest.raises(InvalidProblem) as refusal:
+        CollisionChecker(KUKA, scene)
+    assert [fault.field for fault in refusal.value.faults] == [field]

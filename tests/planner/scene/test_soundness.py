@@ -1,0 +1,149 @@
+"""No motion is proved that dense samples see collide, and none is refused that they see free."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import planner
+from planner.robots import Robot, load_robot
+from planner.scene import CONTACT_TOLERANCE, Budget, CollisionChecker, Scene, SceneObject, clearances
+from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from planner.spatial import FloatArray, Pose, rotation_with_z_along
+from planner.trajectory import Trajectory
+from tests.planner.scene.brute_force import least_distance
+from tests.sizes import SIZE
+
+ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm", "ur5e", "fr3")
+"""Arms of six kinds: with prismatic joints, with seven joints, with estimates of their shapes."""
+
+GRAZING = (-1e-3, -3e-5, 1e-4, 2e-3)
+"""How much more room there is than the margin, m."""
+
+BRUTE_FORCE_ERROR = 2e-6
+"""How much the least distance of dense samples may be off, m: they stand 0.2 ms apart."""
+
+
+def random_shape(rng: np.random.Generator) -> Shape:
+    match rng.integers(6):
+        case 0:
+            return Box(rng.uniform(0.02, 0.4, 3))
+        case 1:
+            return Sphere(rng.uniform(0.02, 0.2))
+        case 2:
+            return Cylinder(rng.uniform(0.02, 0.2), rng.uniform(0.02, 0.5))
+        case 3:
+            return Capsule(rng.uniform(0.02, 0.2), rng.uniform(0.02, 0.5))
+        case 4:
+            return HalfSpace(rng.normal(size=3), -rng.uniform(0.3, 1.0))
+        case _:
+            return Box([1.0, 1.0, 0.01])
+
+
+def random_scene(rng: np.random.Generator, reach: float) -> Scene:
+    things = []
+    for number in range(3):
+        shape, way = random_shape(rng), rng.normal(size=3)
+        position = np.zeros(3) if isinstance(shape, HalfSpace) else way / np.linalg.norm(way) * rng.uniform(0.4, reach)
+        things.append(SceneObject(f"thing_{number}", [shape], Pose.from_rpy(position, rng.normal(size=3))))
+    return Scene(things)
+
+
+def in_capsules(robot: Robot) -> None:
+    """Give a robot the bounding capsules of its shapes for shapes, which have closed forms."""
+    shapes = []
+    for piece in robot.collision_shapes:
+        capsule = piece.shape.bounding_capsule
+        assert capsule is not None
+        way = capsule.end - capsule.start
+        length = float(np.linalg.norm(way))
+        rotation = rotation_with_z_along(way / length) if length else np.eye(3)
+        placement = piece.placement * pin.SE3(rotation, (capsule.start + capsule.end) / 2.0)
+        round_one = Capsule(capsule.radius, length) if length else Sphere(capsule.radius)
+        shapes.append(replace(piece, placement=placement, shape=round_one))
+    vars(robot)["collision_shapes"] = tuple(shapes)
+
+
+def motion_between(start: FloatArray, end: FloatArray, duration: float = 1.5) -> Trajectory:
+    """A quintic from rest to rest."""
+    rise = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0]) / duration ** np.arange(6)
+    coefficients = np.outer(end - start, rise)
+    coefficients[:, 0] += start
+    ends = np.array([0.0, duration])
+    return Trajectory(np.array([duration]), coefficients[None], np.zeros(1, dtype=int), ends, ends)
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("arm", ARMS)
+def test_proofs_agree_with_dense_samples(arm: str) -> None:
+    rng = np.random.default_rng(len(arm))
+    for _ in range(max(1, SIZE.requests // 4 if SIZE.requests > 100 else 2)):
+        robot = replace(load_robot(arm))  # a copy of its own, whose shapes are changed
+        if rng.random() < 0.3:
+            robot = robot.derived(mounting=Pose.from_rpy(rng.normal(size=3) * 0.2, rng.normal(size=3)))
+        lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
+        start, goal = rng.uniform(lower, upper, (2, robot.dof))
+        motion = motion_between(start, start + rng.uniform(0.2, 0.6) * (goal - start))
+        scene = random_scene(rng, 1.0 if arm in ("ur5e", "fr3") else 1.5)
+        in_capsules(robot)
+        truth = least_distance(robot, scene, motion)
+        margins = [0.0] if truth < 0.003 else [0.0, *(truth - more for more in GRAZING)]
+        for margin in margins:
+            checker = CollisionChecker(robot, replace(scene, margin=margin), self_collision=False)
+            decided, measured = clearances(checker, motion), clearances(checker, motion, tolerance=1e-3)
+            for found in (decided, measured):
+                if found.is_proved:
+                    assert truth > margin - CONTACT_TOLERANCE - BRUTE_FORCE_ERROR
+                else:
+                    assert truth < margin
+                    assert found.hit is not None
+            if measured.is_proved:
+                assert measured.lower[1] <= truth + BRUTE_FORCE_ERROR
+                assert measured.upper[1] >= truth - BRUTE_FORCE_ERROR
+                assert measured.upper[1] - measured.lower[1] <= 1e-3 + 1e-9
+
+
+STRAIGHT = np.zeros(3)
+ARM = load_robot("three_dof_arm")
+
+
+def turning(angle: float) -> Trajectory:
+    return motion_between(STRAIGHT, np.array([angle, 0.0, 0.0]))
+
+
+@pytest.mark.parametrize("size", [1e-5, 1e3])
+def test_tiny_and_huge_objects(size: float) -> None:
+    """A speck on the way is seen, and so is a wall beyond all reach."""
+    middle = planner.tool_pose(ARM, [0.5, 0.0, 0.0]).position
+    away = Pose(middle) if size < 1.0 else Pose([0.0, 0.0, -size / 2.0 - 2.0])
+    found = clearances(CollisionChecker(ARM, Scene([SceneObject("thing", [Box([size] * 3)], away)])), turning(1.0))
+    assert found.is_proved == (size > 1.0)
+
+
+def test_standing_still_in_contact() -> None:
+    """An arm that rests where it just touches is free; a tenth of a millimetre deeper it is not."""
+    still = motion_between(STRAIGHT, STRAIGHT)
+    at_zero = least_distance(ARM, Scene([SceneObject("floor", [HalfSpace([0, 0, 1], -5.0)])]), still) - 5.0
+    for raised, is_free in ((0.0, True), (1e-4, False)):
+        floor = SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0], at_zero + raised)])
+        assert clearances(CollisionChecker(ARM, Scene([floor])), still).is_proved == is_free
+
+
+def test_a_fast_passage_between_two_samples_is_seen() -> None:
+    """The joint turns by 6 rad in a millisecond, past a speck that the first postures do not see."""
+    speck = SceneObject("speck", [Sphere(1e-3)], Pose(planner.tool_pose(ARM, [2.1234, 0.0, 0.0]).position))
+    fast = motion_between(STRAIGHT, np.array([6.0, 0.0, 0.0]), 1e-3)
+    found = clearances(CollisionChecker(ARM, Scene([speck])), fast)
+    assert found.hit is not None
+
+
+def test_a_budget_leaves_a_motion_unproved() -> None:
+    margin = 5.0 + least_distance(ARM, Scene([SceneObject("floor", [HalfSpace([0, 0, 1], -5.0)])]), turning(2.0)) - 5.0
+    scene = Scene([SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0], -5.0)])], margin=margin - 1e-6)
+    found = clearances(CollisionChecker(ARM, scene), turning(2.0), budget=Budget(postures=1, distances=1))
+    assert not found.is_proved
+    assert found.hit is None
+    assert found.undecided is not None
