@@ -129,7 +129,8 @@ def _unit(entry: dict[str, Any]) -> float:
 
 def _read_urdf(id: str, entry: dict[str, Any], folder: Path) -> Robot:
     urdf = (folder / entry["urdf"]).read_text(encoding="utf-8")
-    return Robot.from_urdf(urdf, id=id, tip_frame=entry["tip_frame"], source=entry["source"])
+    meshes = folder.parent.parent  # of the package example-robot-data, whose meshes name it
+    return Robot.from_urdf(urdf, id=id, tip_frame=entry["tip_frame"], meshes=meshes, source=entry["source"])
 
 
 def _collision(robot: Robot, joints: tuple[Joint, ...], entry: dict[str, Any]) -> CollisionGeometry | None:

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from planner.robots.build import model_with_locked
 from planner.robots.collision.geometry import CollisionGeometry
+from planner.robots.collision.mesh_files import mesh_files
 from planner.robots.collision.pairs import collision_pairs
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
@@ -23,6 +24,7 @@ from planner.robots.urdf.reader import read_urdf
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from planner.errors import Finding
     from planner.robots.collision.geometry import LinkShape
     from planner.robots.collision.pairs import CollisionPair
     from planner.robots.dh import Convention, DHJoint
@@ -72,6 +74,7 @@ class Robot(RobotDescription):
         group: str | None = None,
         joints: Sequence[str] | None = None,
         locked: Mapping[str, float] | None = None,
+        meshes: Path | Mapping[str, bytes] | None = None,
         id: str = "robot",
         source: str = "URDF",
     ) -> Robot:
@@ -97,6 +100,8 @@ class Robot(RobotDescription):
             joints: Names of the joints that move.
             locked: Positions of other joints by their names, rad or m; those without one are held at 0, or at the limit
                 nearest to it.
+            meshes: Where the files of meshes are that can collide (STL, OBJ, DAE): the folder of the packages that
+                `package://` names, or the bytes by paths; read when `collision_shapes` is asked for.
             id: Name of the robot.
             source: Where the document comes from.
 
@@ -105,7 +110,9 @@ class Robot(RobotDescription):
         """
         asked = PlanningGroup(tip_frame, base_frame, group, joints, locked or {})
         documents = _text(urdf), None if srdf is None else _text(srdf)
-        return cls(**vars(read_urdf(documents[0], srdf=documents[1], asked=asked, id=id, source=source)))
+        files = mesh_files(meshes)
+        read = read_urdf(documents[0], srdf=documents[1], asked=asked, meshes=files, id=id, source=source)
+        return cls(**vars(read))
 
     @classmethod
     def from_dh(
@@ -323,17 +330,27 @@ class Robot(RobotDescription):
     def collision_shapes(self) -> tuple[LinkShape, ...]:
         """The convex shapes of the links, read when they are first asked for.
 
-        They are those of the collision elements of the description or, where it has none, capsules along the kinematics
-        (`LinkShape.source` is `estimate`), with radii that the catalogue states or 5 % of the reach of the arm.
+        They are those of the collision elements of the description, meshes cut into convex pieces, or, where it has
+        none, capsules along the kinematics (`LinkShape.source` is `estimate`), with radii that the catalogue states or
+        5 % of the reach of the arm.
         """
+        return self._collision.on(self.model)
+
+    @property
+    def collision_findings(self) -> tuple[Finding, ...]:
+        """What there is to remark about the shapes, such as a mesh whose file is not there; they are read for it."""
+        return self._collision.findings
+
+    @cached_property
+    def _collision(self) -> CollisionGeometry:
         travels = [joint.travel for joint in self.joints]
-        collision = self.collision or CollisionGeometry(self.model, self.tip_frame, travels)
-        return collision.on(self.model)
+        return self.collision or CollisionGeometry(self.model, self.tip_frame, travels)
 
     @cached_property
     def collision_pairs(self) -> tuple[CollisionPair, ...]:
         """All pairs of links that have shapes, with the reason of those that are not checked against each other."""
-        return collision_pairs(self.collision_shapes, self.model.parents, self.disabled_collisions)
+        limits = self.limit("lower"), self.limit("upper")
+        return collision_pairs(self.model, limits, self.collision_shapes, self.disabled_collisions)
 
     @cached_property
     def middle(self) -> FloatArray:

@@ -62,7 +62,7 @@ class ConvexHull(Shape):
             raise InvalidShape("vertices", f"are {len(points)}: a hull needs at least {LEAST_POINTS}")
         if np.abs(points).max() > MOST_SIZE:
             raise InvalidShape("vertices", f"are beyond {MOST_SIZE:g} m")
-        vertices, faces = _hull(_thickened(np.unique(points, axis=0)))
+        vertices, faces = _hull(_thickened(points))
         vertices.flags.writeable = faces.flags.writeable = False
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "_faces", faces)
@@ -118,6 +118,7 @@ def _hull(points: FloatArray) -> tuple[FloatArray, np.ndarray]:
     try:
         hull = Qhull(points)
         if np.bincount(hull.simplices.ravel()).max() > MOST_FACES_AT_A_VERTEX:
+            points = points[hull.vertices]
             hull = Qhull(points, qhull_options="QJ")
     except QhullError:
         raise InvalidShape("vertices", "have no hull that can be computed") from None
@@ -127,6 +128,17 @@ def _hull(points: FloatArray) -> tuple[FloatArray, np.ndarray]:
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     faces = number[np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)]
     return points[hull.vertices], faces
+
+
+def hull_volume(points: FloatArray) -> float:
+    """Compute the volume of the hull of points (N, 3), m^3; 0: they are flat, or not enough."""
+    from scipy.spatial import ConvexHull as Qhull  # here: a process that needs no hull stays small
+    from scipy.spatial import QhullError
+
+    try:
+        return float(Qhull(points).volume) if len(points) >= LEAST_POINTS else 0.0
+    except QhullError:
+        return 0.0
 
 
 def _around_line(points: FloatArray, middle: FloatArray, axis: FloatArray) -> BoundingCapsule:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from planner.shapes import Capsule, Shape, Sphere
+from planner.shapes import Capsule, Sphere
 from planner.shapes.shape import LEAST_SIZE, MOST_SIZE
 from planner.spatial import rotation_with_z_along
 
@@ -34,7 +34,7 @@ PARALLEL = 1e-6
 
 def derived_capsules(
     model: pin.Model, tip_frame: str, travels: Sequence[float], radii: Sequence[float]
-) -> Iterator[tuple[str, pin.SE3, Shape]]:
+) -> Iterator[tuple[str, pin.SE3, Capsule | Sphere]]:
     """Derive capsules along an arm.
 
     Args:
@@ -99,7 +99,7 @@ def _raised(points: Sequence[FloatArray], radius: float) -> FloatArray:
     return moved
 
 
-def _between(link: pin.SE3, start: FloatArray, end: FloatArray, radius: float) -> tuple[pin.SE3, Shape]:
+def _between(link: pin.SE3, start: FloatArray, end: FloatArray, radius: float) -> tuple[pin.SE3, Capsule | Sphere]:
     """Return the capsule between two points in a joint's frame, and its placement in a link that the joint carries."""
     length = float(np.linalg.norm(end - start))
     if length < LEAST_SIZE:

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from planner.robots.build import Body
 from planner.robots.checks import MAX_NUMBER, check_angles, check_body, check_length
-from planner.robots.collision.geometry import CollisionElement
+from planner.robots.collision.geometry import CollisionElement, MeshReference
 from planner.robots.description import Joint
 from planner.robots.findings import Findings, shown
 from planner.shapes import Box, Capsule, Cylinder, InvalidShape, Sphere
@@ -265,15 +265,19 @@ class UrdfReader:
             self.solids += 1
             if self.solids > MAX_SHAPES:
                 continue
-            if written.tag == "mesh":
-                self.unread.add(link)
-                continue
-            shape = self.solid(written, name)
+            shape = self.mesh(written, name) if written.tag == "mesh" else self.solid(written, name)
             position, rpy = self.origin(collision, name)
-            if written.tag not in SOLIDS:
+            if written.tag not in (*SOLIDS, "mesh"):
                 self.unread.add(link)
             if shape is not None:
                 yield CollisionElement(link, pin.SE3(rotation_from_rpy(*rpy), position), shape)
+
+    def mesh(self, element: Element, name: str) -> MeshReference:
+        """Return the name and scale of a mesh, which is read when the shapes are first asked for."""
+        x, y, z = self.numbers(element, "scale", [1.0] * 3, name).tolist()
+        if x * y * z == 0.0:
+            self.findings.error("invalid_shape", name, f"the scale of a mesh of {name} is 0")
+        return MeshReference(element.get("filename", ""), (x, y, z))
 
     def solid(self, element: Element, name: str) -> Shape | None:
         """Return the shape of an element; None: it is left out, or the model is refused."""

@@ -17,6 +17,7 @@ from planner.robots.build import Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
 from planner.robots.checks import MAX_JOINTS, MAX_LINKS, MAX_NUMBER, check_limits, check_names, check_position_limits
 from planner.robots.collision.geometry import CollisionGeometry
+from planner.robots.collision.mesh_files import no_meshes
 from planner.robots.description import RobotDescription
 from planner.robots.findings import Findings, shown
 from planner.robots.urdf.arm import ArmFinder
@@ -29,13 +30,20 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from planner.robots.build import Body
+    from planner.robots.collision.mesh_files import MeshFiles
     from planner.robots.description import Joint
     from planner.robots.urdf.arm import PlanningGroup
     from planner.robots.urdf.elements import UrdfJoint
 
 
 def read_urdf(
-    urdf: str, *, id: str, asked: PlanningGroup, srdf: str | None = None, source: str = "uploaded URDF"
+    urdf: str,
+    *,
+    id: str,
+    asked: PlanningGroup,
+    srdf: str | None = None,
+    meshes: MeshFiles = no_meshes,
+    source: str = "uploaded URDF",
 ) -> RobotDescription:
     """Return the arm from the root link to the tip, with everything off that chain held still.
 
@@ -48,6 +56,7 @@ def read_urdf(
         asked: Which joints move and where the arm ends; what is not asked is the SRDF's only chain, or else the chain
             with the most joints but for fingers at its end.
         srdf: A document with groups, their states and disabled collision pairs.
+        meshes: The files of the meshes that can collide; they are read when these are first asked for.
         source: Where the document comes from.
 
     Raises:
@@ -103,7 +112,12 @@ def read_urdf(
         groups=semantics.groups,
         disabled_collisions=semantics.disabled_collisions,
         collision=CollisionGeometry(
-            model, tip, [joint.travel for joint in limits.values()], collisions, frozenset(reader.unread)
+            model,
+            tip,
+            [joint.travel for joint in limits.values()],
+            collisions,
+            frozenset(reader.unread),
+            meshes=meshes,
         ),
         findings=tuple(findings.items),
     )

@@ -1,0 +1,90 @@
+"""Finds the files of the meshes that a URDF names: in a folder or among uploaded files, and nowhere else."""
+
+from __future__ import annotations
+
+import posixpath
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from planner.shapes.meshes.mesh import MAX_BYTES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+MeshFiles: TypeAlias = "Callable[[str], bytes | None]"
+"""What gives the bytes of a mesh by the name that a URDF has for it; None: it is not there."""
+
+
+def no_meshes(reference: str) -> None:
+    """Find nothing: a document without files beside it."""
+
+
+def mesh_files(meshes: Path | Mapping[str, bytes] | None) -> MeshFiles:
+    """Return what finds meshes in a folder, among files by their paths, or nothing."""
+    if meshes is None:
+        return no_meshes
+    return meshes_in_folder(meshes) if isinstance(meshes, Path) else meshes_among(meshes)
+
+
+def meshes_in_folder(folder: Path) -> MeshFiles:
+    """Find meshes in a folder that has one folder for each package, or is the folder of the only package.
+
+    Links that lead out of the folder are not followed.
+
+    Args:
+        folder: The folder.
+    """
+    root = folder.resolve()
+
+    def find(reference: str) -> bytes | None:
+        for name in candidates(reference):
+            file = (root / name).resolve()
+            if file.is_relative_to(root) and file.is_file():
+                with file.open("rb") as opened:
+                    return opened.read(MAX_BYTES + 1)
+        return None
+
+    return find
+
+
+def meshes_among(files: Mapping[str, bytes]) -> MeshFiles:
+    """Find meshes among files by their names.
+
+    What is not there by its path in the package, nor with the name of the package before it, is the one file whose name
+    ends with most of that path: packages may be packed from any folder on.
+
+    Args:
+        files: The bytes by paths with `/`.
+    """
+
+    def find(reference: str) -> bytes | None:
+        for name in candidates(reference):
+            if name in files:
+                return files[name]
+        parts = (candidates(reference) or [""])[0].split("/")
+        for first in range(len(parts)):
+            end = "/".join(parts[first:])
+            found = [name for name in files if name == end or name.endswith(f"/{end}")]
+            if found:
+                return files[found[0]] if len(found) == 1 else None
+        return None
+
+    return find
+
+
+def candidates(reference: str) -> list[str]:
+    """Return the paths that a mesh of a URDF may have: with the name of its package, and without.
+
+    None for what is elsewhere: other machines, absolute paths, and paths that lead out of the package.
+
+    Args:
+        reference: `package://package/path`, `model://package/path` or a relative path.
+    """
+    scheme, separator, rest = reference.partition("://")
+    if separator and scheme not in ("package", "model"):
+        return []
+    path = posixpath.normpath(rest if separator else reference)
+    if path.startswith(("/", "..")) or "\\" in path or "\0" in path or path == ".":
+        return []
+    inside = path.partition("/")[2]
+    return [path, inside] if separator and inside else [path]

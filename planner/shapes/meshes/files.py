@@ -1,0 +1,95 @@
+"""Reads a mesh by the kind of its file, and keeps the convex pieces of what was last read."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.last_used import LastUsed
+from planner.shapes.hulls import hull_volume
+from planner.shapes.meshes.dae import read_dae
+from planner.shapes.meshes.mesh import MAX_BYTES, InvalidMesh, Mesh
+from planner.shapes.meshes.obj import read_obj
+from planner.shapes.meshes.pieces import MOST_PIECES, convex_pieces
+from planner.shapes.meshes.stl import read_stl
+from planner.shapes.shape import InvalidShape
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.shapes.hulls import ConvexHull
+    from planner.spatial import FloatArray
+
+MOST_BYTES_KEPT = 2**25
+"""Bytes of the pieces that are kept: those of a hundred links."""
+
+READERS: dict[str, Callable[[bytes], Mesh]] = {".stl": read_stl, ".obj": read_obj, ".dae": read_dae}
+"""What reads a file, by the end of its name in lower case."""
+
+
+def read_mesh(name: str, data: bytes) -> Mesh:
+    """Read a mesh.
+
+    Args:
+        name: Name of the file, whose end says what it is: `.stl`, `.obj` or `.dae`.
+        data: Its bytes.
+
+    Raises:
+        InvalidMesh: It cannot be read, or is too large.
+    """
+    end = PurePosixPath(name).suffix.lower()
+    if end not in READERS:
+        raise InvalidMesh(f"a file {end or 'without a kind'} is not read; those that are: {', '.join(READERS)}")
+    if len(data) > MAX_BYTES:
+        raise InvalidMesh(f"it has more than {MAX_BYTES} bytes")
+    return READERS[end](data)
+
+
+class MeshPieces(NamedTuple):
+    """A mesh as convex pieces.
+
+    Attributes:
+        hulls: The pieces, which cover the surface of the mesh.
+        size: Lengths of the sides of the box around the mesh (3,), m.
+        excess: The volume of the pieces relative to the one of the mesh, if that is closed.
+    """
+
+    hulls: tuple[ConvexHull, ...]
+    size: FloatArray
+    excess: float
+
+
+def mesh_pieces(
+    name: str, data: bytes, scale: Sequence[float] = (1.0, 1.0, 1.0), most: int = MOST_PIECES
+) -> MeshPieces:
+    """Read a mesh and cut it into convex pieces, once for the same content.
+
+    Args:
+        name: Name of the file, whose end says what it is: `.stl`, `.obj` or `.dae`.
+        data: Its bytes.
+        scale: Factors of x, y and z.
+        most: Number of pieces that there may be.
+
+    Raises:
+        InvalidMesh: It cannot be read, or is too large.
+    """
+    key = hashlib.sha256(data).digest(), PurePosixPath(name).suffix.lower(), tuple(scale), most
+    return _KEPT.get(key, lambda: _cut(read_mesh(name, data).scaled(np.array(scale)), most))
+
+
+def _cut(mesh: Mesh, most: int) -> MeshPieces:
+    try:
+        hulls = convex_pieces(mesh, most)
+    except InvalidShape as error:
+        raise InvalidMesh(f"it has no convex pieces: {error}") from None
+    volume = sum(hull_volume(hull.vertices) for hull in hulls)
+    return MeshPieces(hulls, mesh.size, volume / mesh.volume if mesh.volume > 0.0 else np.inf)
+
+
+_KEPT: LastUsed[MeshPieces] = LastUsed(
+    MOST_BYTES_KEPT, lambda pieces: sum(hull.vertices.nbytes + hull.faces.nbytes for hull in pieces.hulls)
+)
+"""The pieces of the meshes last used, by content."""

@@ -1,0 +1,143 @@
+"""Meshes of a robot: found beside its description and nowhere else, and remarked on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner import ConvexHull, Robot, catalogue_ids, load_robot
+from planner.robots.collision.mesh_files import meshes_among, meshes_in_folder
+from tests.planner.shapes.mesh_files import bodies, box, stl
+
+CUBE = stl(box((0, 0, 0), (0.1, 0.1, 0.1)))
+
+
+def urdf(mesh: str) -> str:
+    joint = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/>'
+    return f"""<robot name="r"><link name="base"/><link name="arm">
+      <collision><origin xyz="1 0 0"/><geometry>{mesh}</geometry></collision></link>
+      <joint name="j" type="revolute"><parent link="base"/><child link="arm"/>{joint}</joint></robot>"""
+
+
+def codes(robot: Robot) -> list[str]:
+    return [finding.code for finding in robot.collision_findings]
+
+
+def test_a_mesh_is_scaled_and_placed() -> None:
+    mesh = '<mesh filename="package://r/arm.stl" scale="1 2 -3"/>'
+    (shape,) = Robot.from_urdf(urdf(mesh), meshes={"arm.stl": CUBE}).collision_shapes
+    assert (shape.link, shape.source) == ("arm", "model")
+    assert isinstance(shape.shape, ConvexHull)
+    corners = shape.shape.vertices + shape.placement.translation
+    assert corners.min(axis=0) == pytest.approx([1.0, 0.0, -0.3], abs=1e-7)
+    assert corners.max(axis=0) == pytest.approx([1.1, 0.2, 0.0], abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("reference", "file"),
+    [
+        ("package://r/meshes/arm.stl", "r/meshes/arm.stl"),
+        ("package://r/meshes/arm.stl", "meshes/arm.stl"),
+        ("package://r/meshes/arm.stl", "my robots/r/meshes/arm.stl"),
+        ("package://r/meshes/arm.stl", "arm.stl"),
+        ("package://r/x/../meshes/./arm.stl", "r/meshes/arm.stl"),
+        ("model://r/arm.stl", "r/arm.stl"),
+        ("meshes/arm.stl", "meshes/arm.stl"),
+        ("./arm.stl", "arm.stl"),
+    ],
+)
+def test_a_reference_is_found_among_files(reference: str, file: str) -> None:
+    assert meshes_among({file: b"mesh", "other/thing.stl": b""})(reference) == b"mesh"
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        "",
+        ".",
+        "..",
+        "package://",
+        "package://r",
+        "package://r/../../secret.stl",
+        "../secret.stl",
+        "meshes/../../secret.stl",
+        "/etc/passwd",
+        "package:///etc/passwd",
+        "file:///secret.stl",
+        "http://there/secret.stl",
+        "package://r/..\\..\\secret.stl",
+        "package://r/secret.stl\0",
+        "package://r/link.stl",
+        "package://r/none.stl",
+    ],
+)
+def test_nothing_outside_is_opened(reference: str, tmp_path: Path) -> None:
+    package = tmp_path / "packages" / "r"
+    package.mkdir(parents=True)
+    (tmp_path / "secret.stl").write_bytes(CUBE)
+    (package / "link.stl").symlink_to(tmp_path / "secret.stl")
+    assert meshes_in_folder(tmp_path / "packages")(reference) is None
+    assert meshes_among({"a/secret.stlx": CUBE, "etc/passwd": CUBE})(reference) is None
+
+
+def test_a_name_that_two_files_end_with_is_not_guessed() -> None:
+    files = {"left/arm.stl": b"left", "right/arm.stl": b"right"}
+    assert meshes_among(files)("package://r/arm.stl") is None
+    assert meshes_among(files)("package://r/right/arm.stl") == b"right"
+
+
+def test_a_folder_has_one_folder_for_each_package(tmp_path: Path) -> None:
+    (tmp_path / "r" / "meshes").mkdir(parents=True)
+    (tmp_path / "r" / "meshes" / "arm.stl").write_bytes(CUBE)
+    for root in (tmp_path, tmp_path / "r"):
+        robot = Robot.from_urdf(urdf('<mesh filename="package://r/meshes/arm.stl"/>'), meshes=root)
+        assert [shape.source for shape in robot.collision_shapes] == ["model"]
+
+
+@pytest.mark.parametrize(
+    ("files", "code"),
+    [
+        ({}, "mesh_not_found"),
+        ({"arm.stl": b"nonsense"}, "invalid_mesh"),
+        ({"arm.stl": CUBE[:-3]}, "invalid_mesh"),
+        ({"arm.stl": stl(100.0 * bodies()["box"])}, "suspicious_length"),
+        ({"arm.stl": stl(bodies()["open_tube"])}, None),
+        ({"arm.stl": stl(bodies()["sheet"])}, "coarse_pieces"),
+        ({"arm.stl": CUBE}, None),
+    ],
+)
+def test_what_there_is_to_remark(files: dict[str, bytes], code: str | None) -> None:
+    robot = Robot.from_urdf(urdf('<mesh filename="package://r/arm.stl"/>'), meshes=files)
+    assert robot.findings == Robot.from_urdf(urdf('<mesh filename="package://r/arm.stl"/>')).findings
+    found = codes(robot)
+    assert (code in found) if code else not found
+    assert bool(robot.collision_shapes), "what cannot be read is estimated"
+    assert ("estimated_shapes" in found) == (code in ("mesh_not_found", "invalid_mesh"))
+
+
+@pytest.mark.parametrize("id", ["panda", "ur5", pytest.param("kinova", marks=pytest.mark.large_only)])
+def test_robots_of_the_package_have_the_shapes_of_their_makers(id: str) -> None:
+    if id not in catalogue_ids():
+        pytest.skip("the package example-robot-data is not installed")
+    robot = load_robot(id)
+    assert {shape.source for shape in robot.collision_shapes} == {"model"}
+    assert {shape.joint for shape in robot.collision_shapes} == set(range(robot.dof + 1))
+    assert not [finding for finding in robot.collision_findings if finding.severity != "info"]
+
+
+def test_no_mesh_is_opened_before_it_is_asked_for() -> None:
+    asked: list[str] = []
+
+    class Files(dict[str, bytes]):
+        def __contains__(self, name: object) -> bool:
+            asked.append(str(name))
+            return super().__contains__(name)
+
+    robot = Robot.from_urdf(urdf('<mesh filename="arm.stl"/>'), meshes=Files({"arm.stl": CUBE}))
+    heavier = robot.derived(limits={"j": {"velocity": 0.5}})
+    assert np.isfinite(heavier.limit("velocity")).all()
+    assert not asked
+    assert robot.collision_shapes[0].shape is heavier.collision_shapes[0].shape
+    assert asked == ["arm.stl"]
