@@ -258,7 +258,7 @@ class DisabledCollision(Answer):
 class Placement(Answer):
     """Where a frame stands in another one."""
 
-    position: Vector3
+    position: Annotated[list[float], Field(min_length=3, max_length=3)]
     """The origin x, y, z, m."""
     quaternion_xyzw: Quaternion
     """The orientation as a quaternion of norm 1 without unit: the vector part x, y, z, then the scalar part w."""
