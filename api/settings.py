@@ -32,6 +32,9 @@ class Settings(BaseSettings):
     """The largest number of requests of one key in a minute, unless the key has a number of its own."""
     key_concurrent_requests: int = Field(default=64, ge=1)
     """The largest number of requests of one key under way, unless the key has a number of its own."""
+    key_requests_per_day: int = Field(default=0, ge=0)
+    """The largest number of requests of one key in a day (UTC), those of batches among them, unless the key has a
+    number of its own; 0: as many as it likes."""
     cors_origins: Annotated[tuple[str, ...], NoDecode] = ()
     """The origins whose web pages may use the service from a browser, with commas between them, as in
     `https://cell.example.com,https://office.example.com`; `*` are all. Without any, only the service's own may."""

@@ -13,8 +13,9 @@ from starlette.routing import request_response
 
 from api.access.allowance import Allowance
 from api.access.keys import SCOPES, id_of, is_valid
+from api.access.quota import Quota
 from api.database.keys import find_key
-from api.errors import Forbidden, Unauthorized
+from api.errors import DatabaseUnavailable, Forbidden, Unauthorized
 from api.server.connections import client_of
 from api.server.jobs import queue_is_full
 
@@ -86,6 +87,7 @@ class Access:
         self._database = database
         self._known: OrderedDict[str, tuple[float, KeyRecord | None]] = OrderedDict()
         self._allowances: OrderedDict[str, Allowance] = OrderedDict()
+        self._quotas: OrderedDict[str, Quota] = OrderedDict()
 
     async def key_of(self, headers: Headers, scope: KeyScope) -> KeyRecord:
         """Find the key of a request.
@@ -116,6 +118,24 @@ class Access:
         _remember(self._allowances, key.id)
         return self._allowances[key.id]
 
+    def quota_of(self, key: KeyRecord) -> Quota | None:
+        """Find what a key may still ask today; None: it has no quota."""
+        requests = key.requests_per_day or self._settings.key_requests_per_day
+        if not requests:
+            return None
+        if key.id not in self._quotas:
+            self._quotas[key.id] = Quota(self._database, key.id, requests)
+        _remember(self._quotas, key.id)
+        return self._quotas[key.id]
+
+    async def close(self) -> None:
+        """Write what keys have asked for, for the other services and the next start."""
+        try:
+            for quota in self._quotas.values():
+                await quota.write()
+        except DatabaseUnavailable:
+            log.warning("quotas_left", reason="the database does not answer")
+
     async def _record(self, key_id: str) -> KeyRecord | None:
         seen, record = self._known.get(key_id, (-KNOWN_FOR, None))
         if time.monotonic() - seen > KNOWN_FOR:
@@ -143,7 +163,7 @@ class Guarded:
 
         Raises:
             Unauthorized, Forbidden, DatabaseUnavailable: See `Access.key_of`.
-            TooManyRequests: See `Allowance.request`.
+            TooManyRequests: See `Allowance.request` and `Quota.take`.
             Overloaded: Too many requests wait; the body of this one is not read.
         """
         scope["state"]["operation"] = self._operation
@@ -154,15 +174,19 @@ class Guarded:
             return
         key = await access.key_of(Headers(scope=scope), self._operation.scope)
         scope["state"]["client"] = Client(f"key:{key.id}", key.scopes, has_key=True)
-        allowance = access.allowance_of(key)
+        allowance, quota = access.allowance_of(key), access.quota_of(key)
+        scope["state"]["quota"] = quota
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                MutableHeaders(scope=message).update(allowance.headers())
+                grants = [allowance.headers(), *([] if quota is None else [quota.headers()])]
+                MutableHeaders(scope=message).update(min(grants, key=lambda left: int(left["RateLimit-Remaining"])))
             await send(message)
 
         with allowance.request(time.monotonic()):
             _refuse_if_full(scope)
+            if quota is not None:
+                await quota.take(1)
             await self._app(scope, receive, send_with_headers)
 
 

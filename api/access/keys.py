@@ -41,6 +41,7 @@ class KeyRecord(NamedTuple):
         concurrent_requests: The most requests under way; None: as the service's setting says.
         created: When it was made, s since 1970.
         revoked: When it was revoked, s since 1970; None: it is valid.
+        requests_per_day: The most requests in a day, those of batches among them; None: as the service's setting says.
     """
 
     id: str
@@ -51,6 +52,7 @@ class KeyRecord(NamedTuple):
     concurrent_requests: int | None
     created: float
     revoked: float | None
+    requests_per_day: int | None = None
 
 
 def new_key() -> tuple[str, str]:

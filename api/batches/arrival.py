@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from api.access.access import Client
+    from api.access.quota import Quota
     from api.database.batches import Arrival
     from api.messages import Reply
     from api.server.service import Service
@@ -59,12 +60,20 @@ class Body(NamedTuple):
     share: Share
 
 
-async def take_in(service: Service, body: Body, client: Client, key: str | None) -> str:
+async def take_in(service: Service, body: Body, client: Client, key: str | None, quota: Quota | None) -> str:
     """Take a batch in, or find the one of an earlier request with the same key; give its id.
+
+    Args:
+        service: The service.
+        body: The requests.
+        client: Who sends it.
+        key: The `Idempotency-Key`; None: there is none.
+        quota: What the client may still ask today; None: as much as it likes.
 
     Raises:
         Conflict: The key came with another body before, or that request is still under way.
         TooManyBatches: There is no room.
+        TooManyRequests: There are more requests than the client may still ask today.
         PayloadTooLarge: The body is too long.
         InvalidRequest: There are too many requests, or none.
         Refused: A worker found something else wrong.
@@ -86,7 +95,9 @@ async def take_in(service: Service, body: Body, client: Client, key: str | None)
         if arrival.body_digest is not None:
             return await _same(body, arrival)
         try:
-            digest = await _fill(service, body, arrival, client.namespace)
+            digest, total = await _fill(service, body, arrival, client.namespace)
+            if quota is not None:
+                await quota.take(total)
         except BaseException:  # whatever ended it, nobody may see half a batch
             await database.write(discard_batches, [arrival.number])
             raise
@@ -107,8 +118,8 @@ async def _same(body: Body, arrival: Arrival) -> str:
     return arrival.id
 
 
-async def _fill(service: Service, body: Body, arrival: Arrival, namespace: str) -> str:
-    """Put the requests of a body into a batch, and give the body's digest."""
+async def _fill(service: Service, body: Body, arrival: Arrival, namespace: str) -> tuple[str, int]:
+    """Put the requests of a body into a batch, and give the body's digest and their number."""
     digest, total = hashlib.sha256(), 0
     async for piece in _pieces(service, body, digest):
         reply = await _requests_of(service, body, piece, total)
@@ -117,7 +128,7 @@ async def _fill(service: Service, body: Body, arrival: Arrival, namespace: str) 
         body.share.release()
     if not total:
         raise invalid([{"pointer": "/requests", "message": "a batch has at least one request"}])
-    return digest.hexdigest()
+    return digest.hexdigest(), total
 
 
 def _append(connection: Connection, number: int, first: int, chunk: bytes, namespace: str) -> int:

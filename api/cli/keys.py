@@ -20,7 +20,7 @@ app = typer.Typer(
 DEFAULT_SCOPES: list[Scope] = ["plan", "robots:write", "batches"]
 """The scopes of a key unless others are asked for: all that touches nothing of others."""
 
-COLUMNS = ("name", "id", "scopes", "requests/min", "at once", "created", "revoked")
+COLUMNS = ("name", "id", "scopes", "a minute", "at once", "a day", "created", "revoked")
 """The columns of the list of keys."""
 
 
@@ -42,6 +42,10 @@ def create(
     concurrent_requests: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Most requests under way.", show_default="by the service")
     ] = None,
+    requests_per_day: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Most requests in a day, with batches'.", show_default="by the service"),
+    ] = None,
 ) -> None:
     """Make a key and show it, once: only its hash is kept."""
     from api.access.keys import KeyRecord, digest_of, new_key
@@ -54,7 +58,7 @@ def create(
     chosen = frozenset(known for known in SCOPES if known in asked)
     key_id, key = new_key()
     limits = (requests_per_minute, concurrent_requests)
-    record = KeyRecord(key_id, name, digest_of(key), chosen, *limits, time.time(), None)
+    record = KeyRecord(key_id, name, digest_of(key), chosen, *limits, time.time(), None, requests_per_day)
     with connected() as engine:
         upgrade(engine)
         with engine.begin() as connection:
@@ -76,8 +80,10 @@ def list_() -> None:
         with engine.execution_options(reads=True).connect() as connection:
             found = all_keys(connection)
     table = plain_table(*COLUMNS)
+    table.columns[COLUMNS.index("id")].no_wrap = True  # it is what `revoke` takes
     for key in found:
-        limits = ("-" if limit is None else str(limit) for limit in (key.requests_per_minute, key.concurrent_requests))
+        granted = (key.requests_per_minute, key.concurrent_requests, key.requests_per_day)
+        limits = ("-" if limit is None else str(limit) for limit in granted)
         table.add_row(key.name, key.id, " ".join(sorted(key.scopes)), *limits, _date(key.created), _date(key.revoked))
     terminal().print(table)
 

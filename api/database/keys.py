@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from sqlalchemy import insert, select, update
+from sqlalchemy import delete, insert, select, update
 
 from api.access.keys import SCOPES, KeyRecord
-from api.database.tables import keys
+from api.database.locks import USAGE, exclusively
+from api.database.tables import keys, usage
 
 if TYPE_CHECKING:
     from typing import Any
@@ -36,6 +37,19 @@ def revoke_key(connection: Connection, key_id: str) -> bool:
     """Revoke a key; tell whether there is one with this id that was valid."""
     valid = (keys.c.id == key_id) & keys.c.revoked.is_(None)
     return bool(connection.execute(update(keys).where(valid).values(revoked=time.time())).rowcount)
+
+
+def count_requests(connection: Connection, key_id: str, day: int, count: int) -> int:
+    """Add to the requests that a key has sent on a day, and give their number; days before are forgotten."""
+    exclusively(connection, USAGE)
+    connection.execute(delete(usage).where(usage.c.key == key_id, usage.c.day < day))
+    of_day = (usage.c.key == key_id) & (usage.c.day == day)
+    kept = connection.scalar(select(usage.c.requests).where(of_day))
+    if kept is None:
+        connection.execute(insert(usage).values(key=key_id, day=day, requests=count))
+    elif count:
+        connection.execute(update(usage).where(of_day).values(requests=kept + count))
+    return (kept or 0) + count
 
 
 def _record(row: Any) -> KeyRecord:

@@ -19,6 +19,10 @@ BATCHES = 7_390_003
 """The number of the advisory lock under which batches arrive."""
 
 
+USAGE = 7_390_004
+"""The number of the advisory lock under which requests of keys are counted."""
+
+
 def exclusively(connection: Connection, lock: int) -> None:
     """Keep others from the same work until the transaction ends; whoever writes to SQLite does so anyway."""
     if connection.dialect.name == "postgresql":

@@ -43,8 +43,18 @@ keys = Table(
     Column("concurrent_requests", Integer),
     Column("created", Float, nullable=False),
     Column("revoked", Float),
+    Column("requests_per_day", Integer),
 )
 """API keys (`api.access.keys.KeyRecord`); `scopes` are words."""
+
+usage = Table(
+    "usage",
+    metadata,
+    Column("key", Text, primary_key=True),
+    Column("day", Integer, primary_key=True),
+    Column("requests", Integer, nullable=False),
+)
+"""The requests that keys with a quota have sent, by the day (days since 1970, UTC)."""
 
 engines = Table(
     "engines",

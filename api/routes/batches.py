@@ -60,7 +60,7 @@ async def create_batch(request: Request) -> Response:
         raise invalid([{"pointer": "", "message": f"the header Idempotency-Key has 1 to {LONGEST_KEY} characters"}])
     body = Body(request.stream(), is_lines, request.state.share)
     try:
-        batch_id = await take_in(service_of(request), body, client(request), key)
+        batch_id = await take_in(service_of(request), body, client(request), key, request.state.quota)
     except Refused as refused:
         return respond(replace(refused.reply, headers={"Connection": "close"}))
     audit(request, "batch_created", batch_id)

@@ -40,6 +40,9 @@ class ServiceLimits(Answer):
     """The largest number of requests of one API key in a minute, where keys are asked for and it has no other."""
     key_concurrent_requests: int
     """The largest number of requests of one API key under way, where keys are asked for and it has no other."""
+    key_requests_per_day: int
+    """The largest number of requests of one API key in a day, those of batches among them, where keys are asked for and
+    it has no other; 0: as many as it likes."""
     workers: int
     """The number of requests that are worked on at once."""
     queue_size: int

@@ -102,6 +102,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     if settings.scheduler is not None:
         planners = ClusterPlanners(settings.scheduler)
     engine = Engine(database, planners, settings, metrics)
+    access = Access(settings, database)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -112,6 +113,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
         page.warn_if_not_built()
         yield
         await engine.stop()
+        await access.close()
         await workers.detach()
         workers.stop()
         database.close()
@@ -122,7 +124,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
     answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
-    app.state.service = Service(settings, workers, database, engine, Access(settings, database), metrics, answers)
+    app.state.service = Service(settings, workers, database, engine, access, metrics, answers)
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
         app.router.routes.append(Route(operation.path, Guarded(endpoint, operation), methods=[operation.method]))

@@ -56,6 +56,7 @@ class RequestContext:
         share = self._traffic.share()
         state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope), "share": share}
         state |= {"operation": None, "submitted": None, "code": None, "client": client_by_address(scope)}
+        state["quota"] = None
         context = trace_context(Headers(scope=scope).get("traceparent"))
         span = None
         if self._traces is not None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from typer.testing import CliRunner
 
 from api.access.allowance import Allowance
+from api.access.quota import Quota
 from api.cli import app
+from api.database.database import Database, sqlite_url
 from api.errors import TooManyRequests
 from api.settings import Settings
 from tests.api.made_up_service import made_up_service
@@ -75,6 +79,44 @@ def test_so_many_requests_are_under_way_at_once() -> None:
         raise ZeroDivisionError
     with allowance.request(0.0):
         assert granted_at(allowance, 0.0)
+
+
+def test_services_share_what_a_key_may_send_in_a_day(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each hears of the other's requests when it writes its own; a new day begins at midnight, whatever happened."""
+    now = 86400.0 * 20_000 + 100.0
+    monkeypatch.setattr("api.access.quota.time", SimpleNamespace(time=lambda: now, monotonic=lambda: now))
+
+    async def granted(quota: Quota, count: int) -> int:
+        left = 0
+        for _ in range(count):
+            try:
+                await quota.take(1)
+                left += 1
+            except TooManyRequests:
+                pass
+        return left
+
+    async def run() -> None:
+        nonlocal now
+        database = Database(sqlite_url(tmp_path))
+        database.open()
+        one, other = Quota(database, "key", 10), Quota(database, "key", 10)
+        assert [await granted(one, 4), await granted(other, 3)] == [4, 3]
+        for quota in (one, other):
+            await quota.write()
+        now += 2.0
+        assert await granted(one, 5) == 3
+        await one.write()
+        assert await granted(other, 5) == 0
+        assert await granted(Quota(database, "key", 10), 5) == 0  # a service that starts anew
+        assert await granted(Quota(database, "another", 10), 20) == 10
+        now += 86400.0 - 200.0
+        assert await granted(one, 5) == 0
+        now += 100.0
+        assert await granted(one, 20) == 10
+        database.close()
+
+    asyncio.run(run())
 
 
 def test_pages_of_other_origins_are_let_in_only_where_the_operator_says_so() -> None:

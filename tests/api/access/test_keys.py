@@ -217,6 +217,21 @@ def test_a_key_may_send_so_many_requests(keyed: Keyed) -> None:
     assert keyed.ask("one", "GET", "/v1/limits").status_code == 200
 
 
+def test_a_key_may_send_so_many_requests_a_day_those_of_batches_among_them(keyed: Keyed) -> None:
+    keyed.keys["daily"] = planner("keys", "create", "daily", "--requests-per-day", "6").stdout.strip()
+    batch = {"requests": [plan_request(seed=seed) for seed in range(3)]}
+    first = keyed.ask("daily", "POST", "/v1/batches", batch)
+    assert (first.status_code, first.headers["RateLimit-Remaining"]) == (202, "2")
+    refused = keyed.ask("daily", "POST", "/v1/batches", batch)  # it counts as a request that was sent
+    assert (refused.status_code, refused.json()["code"]) == (429, "too_many_requests")
+    assert keyed.ask("daily", "GET", "/v1/limits").headers["RateLimit-Remaining"] == "0"
+    last = keyed.ask("daily", "POST", "/v1/kinematics/forward", FORWARD)
+    assert last.status_code == 429 and last.headers["RateLimit-Limit"] == "6"
+    assert 0 < int(last.headers["Retry-After"]) == int(last.headers["RateLimit-Reset"]) <= 86400
+    assert len(keyed.ask("daily", "GET", "/v1/batches").json().get("batches", [])) == 0  # refused as well
+    assert keyed.ask("one", "GET", "/v1/limits").headers["RateLimit-Limit"] == "6000"
+
+
 @pytest.mark.parametrize("kind", ["unknown", "wrong secret"])
 def test_keys_are_compared_in_a_time_that_says_nothing(
     keyed: Keyed, monkeypatch: pytest.MonkeyPatch, kind: str
