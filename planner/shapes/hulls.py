@@ -16,6 +16,7 @@ from planner.shapes.shape import (
     InvalidShape,
     Shape,
     checked_numbers,
+    with_bounds,
 )
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ class ConvexHull(Shape):
         points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
         points.extend(list(self.vertices))
         triangles.extend([coal.Triangle(*face) for face in self.faces.tolist()])
-        return coal.Convex(points, triangles)
+        return with_bounds(coal.Convex(points, triangles))
 
 
 def _thickened(points: FloatArray) -> FloatArray:

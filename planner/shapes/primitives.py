@@ -17,6 +17,7 @@ from planner.shapes.shape import (
     Shape,
     checked_numbers,
     checked_size,
+    with_bounds,
 )
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Sphere(Shape):
     @cached_property
     def geometry(self) -> coal.Sphere:
         """The ball as coal has it."""
-        return coal.Sphere(self.radius)
+        return with_bounds(coal.Sphere(self.radius))
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +108,7 @@ class Box(Shape):
     @cached_property
     def geometry(self) -> coal.Box:
         """The box as coal has it."""
-        return coal.Box(*self.size.tolist())
+        return with_bounds(coal.Box(*self.size.tolist()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +149,7 @@ class Cylinder(Shape):
     @cached_property
     def geometry(self) -> coal.Cylinder:
         """The cylinder as coal has it."""
-        return coal.Cylinder(self.radius, self.length)
+        return with_bounds(coal.Cylinder(self.radius, self.length))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +188,7 @@ class Capsule(Shape):
     @cached_property
     def geometry(self) -> coal.Capsule:
         """The capsule as coal has it."""
-        return coal.Capsule(self.radius, self.length)
+        return with_bounds(coal.Capsule(self.radius, self.length))
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +243,7 @@ class HalfSpace(Shape):
     @cached_property
     def geometry(self) -> coal.Halfspace:
         """The half space as coal has it."""
-        return coal.Halfspace(self.normal, self.offset)
+        return with_bounds(coal.Halfspace(self.normal, self.offset))
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:

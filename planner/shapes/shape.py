@@ -119,6 +119,12 @@ class Shape(ABC):
         return hash(self.digest)
 
 
+def with_bounds(geometry: coal.CollisionGeometry) -> coal.CollisionGeometry:
+    """Return a geometry of coal with the box around it computed, without which one of its searches throws."""
+    geometry.computeLocalAABB()
+    return geometry
+
+
 def checked_size(field: str, value: float) -> float:
     """Return a radius or length, m, once it is known to be a usable one.
 

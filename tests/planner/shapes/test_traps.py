@@ -1,0 +1,56 @@
+"""What kills coal's process, or makes it say that all is free: none of it gets that far (the others stand beside what
+they are about: sizes and hulls in `test_shapes.py`, files in `test_mesh_readers.py`)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner import ConvexHull, InvalidShape, Robot, Shape, Sphere
+from planner.scene.separations import Placed, separation
+from planner.shapes.meshes.files import mesh_pieces
+from tests.planner.shapes.mesh_files import bodies, box, stl, tube
+
+
+def gap(shape: Shape, ball: Sphere, at: list[float]) -> float:
+    return separation(Placed(ball, np.eye(3), np.array(at)), Placed(shape, np.eye(3), np.zeros(3))).proved
+
+
+def test_a_ball_inside_a_mesh_is_not_free() -> None:
+    """coal's meshes are hollow."""
+    (cube,) = mesh_pieces("cube.stl", stl(box((-1, -1, -1), (1, 1, 1)))).hulls
+    assert gap(cube, Sphere(0.01), [0.0, 0.0, 0.0]) < -0.9
+
+
+@pytest.mark.parametrize("name", ["sheet", "one_triangle", "one_point", "needle", "fine_disc"])
+def test_flat_and_finely_tessellated_meshes_have_hulls(name: str) -> None:
+    """coal's hull of points in one plane ends the process; that of a fan with 300 triangles has too many neighbours."""
+    triangles = bodies()[name]
+    for hull in mesh_pieces("a.stl", stl(triangles)).hulls:
+        corner = hull.vertices[0]
+        assert gap(hull, Sphere(0.01), corner.tolist()) < 0.0
+        assert gap(hull, Sphere(0.01), (corner + [3.0, 0.0, 0.0]).tolist()) > 0.0  # noqa: RUF005
+
+
+def test_a_hull_of_a_finely_tessellated_cylinder_is_closed() -> None:
+    hull = ConvexHull(tube([0.1, 0.1], [0.0, 0.2], sides=1000).reshape(-1, 3))
+    assert np.bincount(hull.faces.ravel()).max() < 255
+    edges = np.sort(np.concatenate([hull.faces[:, [0, 1]], hull.faces[:, [1, 2]], hull.faces[:, [2, 0]]]), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    assert gap(hull, Sphere(0.01), [0.0, 0.0, 0.1]) < 0.0
+
+
+def test_an_empty_hull_is_refused() -> None:
+    for vertices in ([], np.zeros((0, 3))):
+        with pytest.raises(InvalidShape, match="vertices"):
+            ConvexHull(vertices)
+
+
+def test_a_capsule_of_a_urdf_is_not_dropped() -> None:
+    joint = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/>'
+    robot = Robot.from_urdf(
+        f"""<robot name="r"><link name="base"/><link name="arm">
+        <collision><geometry><capsule radius="0.1" length="0.5"/></geometry></collision></link>
+        <joint name="j" type="revolute"><parent link="base"/><child link="arm"/>{joint}</joint></robot>"""
+    )
+    assert [type(shape.shape).__name__ for shape in robot.collision_shapes] == ["Capsule"]
