@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from planner.guarantees import END_OPTIONS, EndStates
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
+from planner.regions import Free, Region
 from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import (
@@ -267,9 +268,16 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
         case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
             pose, named = to_pose(waypoint.pose), Configuration(**asked)
-            return problem.PoseWaypoint(pose, named, frame, waypoint.free, **common_fields)
+            return problem.PoseWaypoint(pose, named, frame, _to_free(waypoint.free), **common_fields)
         case waypoints.RelativeWaypoint():
             return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
+
+
+def _to_free(free: Literal["rotation_z"] | waypoints.Region | None) -> Free | None:
+    if not isinstance(free, waypoints.Region):
+        return free
+    ranges = {name: getattr(free, name) for name in waypoints.Region.model_fields}
+    return Region(**_with_tuples(ranges))
 
 
 def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:

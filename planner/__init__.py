@@ -115,6 +115,7 @@ if TYPE_CHECKING:
     from planner.problem import StopTransition as StopTransition
     from planner.problem import ThroughTransition as ThroughTransition
     from planner.problem import Waypoint as Waypoint
+    from planner.regions import Region as Region
     from planner.result import Plan as Plan
     from planner.robots import DHJoint as DHJoint
     from planner.robots import Joint as Joint
@@ -246,6 +247,7 @@ _NAMES = {
         "ThroughTransition",
         "Waypoint",
     ),
+    "planner.regions": ("Region",),
     "planner.result": ("Plan",),
     "planner.robots": ("DHJoint", "Joint", "Robot", "catalogue_ids", "load_robot"),
     "planner.robots.collision.geometry": ("LinkShape",),

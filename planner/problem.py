@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from planner.actions import Action
     from planner.limits import SegmentLimits
+    from planner.regions import Free
     from planner.robots import Robot
     from planner.robots.payload import Payload
 
@@ -284,10 +285,6 @@ class JointWaypoint(Waypoint):
         return cls(robot.named_positions[position_name], position_name, **more)
 
 
-Free = Literal["rotation_z"]
-"""What of a pose is left open: the turn about the tool's own z axis, as of a drill or a round nozzle."""
-
-
 @dataclass(frozen=True)
 class PoseWaypoint(Waypoint):
     """A waypoint given by a pose of the tool.
@@ -296,9 +293,9 @@ class PoseWaypoint(Waypoint):
         pose: In the base frame, or in `frame`; without a rotation, any orientation will do.
         configuration: The sides on which shoulder, elbow and wrist are to be; those that are None are free.
         frame: Pose in the base frame of the work object that `pose` is given in; None: the base frame.
-        free: What of the pose is left open; None: nothing. Of all turns that is taken whose posture is nearest to the
-            posture before, in time at the joints' full speed; the way to that posture starts like the whole way, and
-            goes on from waypoint to waypoint.
+        free: What of the pose is left open; None: nothing. Of all poses in that region the one is taken whose posture
+            is nearest to the posture before, in time at the joints' full speed; the way to that posture starts like the
+            whole way, and goes on from waypoint to waypoint.
     """
 
     pose: Pose

@@ -22,6 +22,7 @@ from planner.problem import (
     StopTransition,
     ThroughTransition,
 )
+from planner.regions import Region
 from planner.robots.description import RANGED_QUANTITIES
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
 SMALLEST = 1e-9
 """The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
 reciprocals of the smallest numbers that a computer has are none."""
+
+WIDEST = {"rotation_x": 1.5708, "rotation_y": 1.5708, "rotation_z": 3.1416}
+"""The largest angles of a region, rad: a quarter of a turn and half a turn, rounded up as people write them."""
 
 TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
 """The message of a fault where a number is smaller."""
@@ -91,6 +95,8 @@ def waypoint_faults(
                     yield ("waypoints", i, "configuration", part), f"{has}, not by the {part}"
         if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and waypoint.pose.rotation is None:
             yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
+        if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
+            yield from _region_faults(waypoint.free, ("waypoints", i, "free"))
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
     if options.reference is not None and len(options.reference) != robot.dof:
@@ -154,6 +160,17 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
         raise MissingDynamics(
             f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
         )
+
+
+def _region_faults(region: Region, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+    if not region.ranges:
+        yield field, "a region needs a range"
+    for name, (lower, upper) in region.ranges.items():
+        widest = WIDEST.get(name, np.inf)
+        if not -np.inf < lower <= upper < np.inf:
+            yield (*field, name), "the ends of a range are a lower and an upper one"
+        elif not -widest <= lower <= upper <= widest:
+            yield (*field, name), f"the ends of this range are within {widest:g} rad to either side"
 
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -69,6 +69,23 @@ class Samples(Answer):
     """The accelerations of the tool; when included."""
 
 
+class RegionOffsets(Answer):
+    """The offsets of a pose from the one that is written, by what the request leaves free."""
+
+    x: float | None = None
+    """The shift along the x axis of the pose, m."""
+    y: float | None = None
+    """The shift along its y axis, m."""
+    z: float | None = None
+    """The shift along its z axis, m."""
+    rotation_x: float | None = None
+    """The turn about its x axis, rad."""
+    rotation_y: float | None = None
+    """The turn about its y axis as turned so, rad."""
+    rotation_z: float | None = None
+    """The turn about the tool's own z axis, rad."""
+
+
 class PlannedWaypoint(Answer):
     """A waypoint as it was solved and timed."""
 
@@ -100,6 +117,8 @@ class PlannedWaypoint(Answer):
     """The configuration of the arm there, by its names."""
     manipulability: float
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
+    free: RegionOffsets | None = None
+    """With `free` in the request: where in its region the waypoint is."""
 
 
 class Check(Answer):

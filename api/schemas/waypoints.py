@@ -275,6 +275,30 @@ class ArmConfiguration(Schema):
     counted from where axes 4, 5 and 6 lie in one plane. Null or omitted: either."""
 
 
+Offsets = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class Region(Schema):
+    """Ranges of a pose that are left open: lower and upper ends, in the axes of the pose.
+
+    The tool may be at the pose times Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z); what has no range is
+    0. So a turn about z, the last one, is about the tool's own axis.
+    """
+
+    x: Offsets | None = None
+    """The range of the shift along the x axis of the pose, m."""
+    y: Offsets | None = None
+    """The range of the shift along its y axis, m."""
+    z: Offsets | None = None
+    """The range of the shift along its z axis, m."""
+    rotation_x: Offsets | None = None
+    """The range of the turn about its x axis, rad, within a quarter of a turn to either side."""
+    rotation_y: Offsets | None = None
+    """The range of the turn about its y axis as turned so, rad, within a quarter of a turn to either side."""
+    rotation_z: Offsets | None = None
+    """The range of the turn about the tool's own z axis, rad, within half a turn to either side."""
+
+
 class PoseWaypoint(WaypointBase):
     """A pose to bring the tool to."""
 
@@ -285,10 +309,11 @@ class PoseWaypoint(WaypointBase):
     frame: FrameName | None = None
     """The name of the frame that the pose, and the `via` or `poses` of a motion to it, are in: one of the request's
     `frames`, `base` or `world`; omitted: `base`. Answers are in the base frame."""
-    free: Literal["rotation_z"] | None = None
+    free: Literal["rotation_z"] | Region | None = None
     """What of the pose is left open; null or omitted: nothing. `rotation_z`: the turn about the tool's own z axis, as
-    of a drill or a round nozzle. Of all turns that is taken whose posture is nearest to the one before, in time at the
-    joints' full speed; motions to and from this waypoint are as if it had been asked, and the answer has its pose."""
+    of a drill or a round nozzle; or ranges along the axes of the pose and about them. Of all poses in this region the
+    one is taken whose posture is nearest to the one before, in time at the joints' full speed; motions to and from this
+    waypoint are as if it had been asked, and the answer has its pose, and in `free` where in the region it is."""
     configuration: ArmConfiguration | None = None
     """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
     omitted: any, chosen so that the way through the whole list is shortest."""

@@ -17,6 +17,8 @@ from planner.kinematics import configurations, manipulability
 from planner.limits import segment_limits
 from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.operations.certified import own_ends
+from planner.problem import PoseWaypoint
+from planner.regions import region_of
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
 from planner.tool_speeds import tool_speed_reports
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from planner.action_times import TimedAction
     from planner.export.base import Samples
     from planner.operations import CertifiedTrajectory
+    from planner.problem import AnyWaypoint
     from planner.result import Plan
     from planner.spatial import FloatArray, Pose
     from planner.tool_lines import LinePolynomial
@@ -77,6 +80,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "configuration": vars(configuration),
                 "manipulability": manipulabilities[i],
             }
+            | _in_its_region(plan.problem.waypoints[i], waypoint.pose)
             for i, (waypoint, configuration) in enumerate(
                 zip(plan.path.waypoints, configurations(robot, plan.path.positions), strict=True)
             )
@@ -146,6 +150,13 @@ def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Coll
             for sampled in certify_sampling(dynamics, trajectory, limits, time, own_ends(trajectory))
         ]
     return answer
+
+
+def _in_its_region(asked: AnyWaypoint, reached: Pose) -> dict[str, Any]:
+    """Return where in its region a waypoint is; nothing if nothing of it is left open."""
+    if not (isinstance(asked, PoseWaypoint) and asked.free):
+        return {}
+    return {"free": region_of(asked.free).offsets(asked.pose_in_base, reached)}
 
 
 def _rows(samples: Samples) -> dict[str, Any]:

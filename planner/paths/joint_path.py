@@ -14,7 +14,7 @@ from planner.errors import InvalidProblem
 from planner.limits import counted_velocity
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
-from planner.waypoints.free_rotations import with_chosen_rotations
+from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     dynamics = dynamics_of(problem)
     robot, robots = dynamics.robots[0], problem.robots
     waypoints, options = within_limits(robot, problem.waypoints, problem.start_tolerance), problem.inverse_kinematics
-    waypoints = with_chosen_rotations(problem.robot, waypoints, options)
+    waypoints = with_chosen_poses(problem.robot, waypoints, options)
     solved = solve_waypoints(problem.robot, waypoints, options)
     limits = problem.segment_limits()
     dwells = np.array([waypoint.dwell for waypoint in waypoints])

@@ -17,7 +17,7 @@ from planner.problem_check import waypoint_faults
 from planner.robots.tools import with_tools
 from planner.spatial import Pose
 from planner.waypoints.configurations import configuration_error, solutions_in
-from planner.waypoints.free_rotations import with_chosen_rotations
+from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
 from planner.waypoints.targets import moved_pose, of_other_tool, wanted_poses
 
@@ -87,7 +87,7 @@ def reachability(
     if faults:
         raise InvalidProblem(faults)
     robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
-    waypoints = with_chosen_rotations(robot, within_limits(robot, waypoints, START_TOLERANCE), options)
+    waypoints = with_chosen_poses(robot, within_limits(robot, waypoints, START_TOLERANCE), options)
     wanted = wanted_poses(robots, waypoints)
     answers: list[Reachability] = []
     before: Pose | None = None

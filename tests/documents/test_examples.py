@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 EXAMPLES = ROOT / "examples"
 
 REQUESTS = {  # waypoints, and the published duration, s; None: none is published
+    "anywhere_along_a_bar.json": (4, None),
     "at_teach_speed.json": (4, None),
     "blended_lines.json": (4, None),
     "brakes_gently.json": (3, None),

@@ -20,6 +20,7 @@ LAYERS = (
     "kinematics",
     "scene",
     "actions",
+    "regions",
     "problem",
     "problem_check",
     "tool_motions",

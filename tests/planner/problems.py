@@ -18,7 +18,6 @@ from planner.problem import (
     AnyWaypoint,
     BlendTransition,
     CircularMotion,
-    Free,
     JointMotion,
     JointWaypoint,
     LinearMotion,
@@ -32,6 +31,7 @@ from planner.problem import (
     ThroughTransition,
     Transition,
 )
+from planner.regions import Free, Region
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import rotation_from_rpy
@@ -51,6 +51,14 @@ WORK_OBJECT = Pose.from_rpy([0.3, -0.2, 0.1], [0.2, -0.4, 1.0])
 
 TOOLS = (Pose([0.0, 0.02, 0.12]), Pose.from_rpy([0.05, 0.0, 0.2], [0.0, 0.6, 0.0]))
 """Tools that arms change to on their way."""
+
+REGIONS: tuple[Free, ...] = (
+    "rotation_z",
+    Region(rotation_z=(-0.5, 0.5)),
+    Region(z=(-0.01, 0.02)),
+    Region(x=(0.0, 0.01), y=(-0.02, 0.0), rotation_x=(-0.2, 0.1), rotation_y=(0.0, 0.3), rotation_z=(-0.1, 0.1)),
+)
+"""What is left open of poses."""
 
 LEAST_DURATIONS = (0.0, 0.0, 0.0, 0.1, 2.0)
 """Least durations that segments are asked for, s."""
@@ -197,7 +205,7 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         )
         asked = named.of_parts(draw(st.sampled_from([(), (), ("shoulder", "elbow"), ("wrist",)])))
         goal, frame = _near(home, robot, rng, reach), WORK_OBJECT if k % 2 == 0 else None
-        free: Free | None = "rotation_z" if robot.dof > 3 and rng.random() < 0.3 else None
+        free = REGIONS[rng.integers(len(REGIONS))] if robot.dof > 3 and rng.random() < 0.3 else None
         pose = goal if frame is None else goal.to_frame(frame)
         least = float(rng.choice(LEAST_DURATIONS))
         waypoints.append(PoseWaypoint(pose, asked, frame, free, motion=made, minimum_duration=least))

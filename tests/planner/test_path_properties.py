@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import assume
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
@@ -23,6 +24,7 @@ from planner.problem import (
     PoseWaypoint,
     SplineMotion,
 )
+from planner.regions import Region
 from planner.result import Plan
 from tests.planner.problems import PARTS, REQUESTS, backend_of, path_problems, try_on_random
 from tests.planner.promises import (
@@ -73,6 +75,9 @@ def _goes_where_it_should(result: Plan) -> None:
         if isinstance(waypoint.transition, BlendTransition)
     }
     for waypoint, reached in zip(waypoints, solved, strict=True):
+        if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
+            _is_in(waypoint.free, waypoint.pose_in_base, reached.pose)
+            continue
         if isinstance(waypoint, PoseWaypoint) and waypoint.pose.rotation is not None:
             away = waypoint.pose_in_base.rotation.T @ reached.pose.rotation  # type: ignore[union-attr]
             assert np.abs(away - np.eye(3))[2 if waypoint.free else slice(None)].max() < 2e-6
@@ -107,6 +112,16 @@ def _goes_where_it_should(result: Plan) -> None:
             else:
                 assert _from_line(tool, start, end, turns=robot.dof > 3)
         assert len(handedness) <= 1
+
+
+def _is_in(region: Region, asked: Pose, reached: Pose) -> None:
+    """The angles are those of scipy."""
+    turn = Rotation.from_matrix(asked.rotation.T @ reached.rotation).as_euler("XYZ")  # type: ignore[union-attr]
+    shift = asked.rotation.T @ (reached.position - asked.position)  # type: ignore[union-attr]
+    names = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+    for name, offset in zip(names, np.concatenate([shift, turn]), strict=True):
+        lower, upper = region.ranges.get(name, (0.0, 0.0))
+        assert lower - 2e-6 <= offset <= upper + 2e-6
 
 
 def _from_curve(point: FloatArray, poses: list[Pose], motion: PolylineMotion | SplineMotion) -> float:

@@ -1,0 +1,83 @@
+"""What of a pose is left open: ranges along its axes and about them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Literal
+
+import numpy as np
+
+from planner.spatial import FloatArray, Pose, rotation_x, rotation_y, rotation_z
+
+Range = tuple[float, float]
+"""The lower and the upper end of a range, m or rad."""
+
+TURNS = {"rotation_x": rotation_x, "rotation_y": rotation_y, "rotation_z": rotation_z}
+"""The rotation by an angle that each freedom about an axis is."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """A goal region: the poses that a pose becomes by D = Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z).
+
+    D is in the axes of the pose: the tool may be at T D for every D in the ranges; what has no range is 0.
+
+    Attributes:
+        x: Range of the shift along the x axis of the pose, m; None: there is no freedom in it.
+        y: Likewise.
+        z: Likewise.
+        rotation_x: Range of the turn about the x axis, rad, within a quarter of a turn to either side.
+        rotation_y: Range of the turn about the y axis that x has turned, likewise.
+        rotation_z: Range of the turn about the z axis of the tool itself, within half a turn to either side.
+    """
+
+    x: Range | None = None
+    y: Range | None = None
+    z: Range | None = None
+    rotation_x: Range | None = None
+    rotation_y: Range | None = None
+    rotation_z: Range | None = None
+
+    @property
+    def ranges(self) -> dict[str, Range]:
+        """The ranges that there are, by the names of their freedoms."""
+        known = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: ends for name, ends in known.items() if ends is not None}
+
+    def pose(self, asked: Pose, offsets: FloatArray) -> Pose:
+        """Return the pose at offsets (freedoms,) within the region of the pose asked, which has a rotation."""
+        assert asked.rotation is not None  # noqa: S101 - the check of the problem refuses others
+        shift, turn = np.zeros(3), np.eye(3)
+        for name, offset in zip(self.ranges, offsets.tolist(), strict=True):
+            if name in TURNS:
+                turn = turn @ TURNS[name](offset)
+            else:
+                shift["xyz".index(name)] = offset
+        return Pose(asked.position + asked.rotation @ shift, asked.rotation @ turn)
+
+    def offsets(self, asked: Pose, reached: Pose) -> dict[str, float]:
+        """Tell where in the region of the pose asked a pose is: the offsets of its freedoms, m or rad."""
+        assert asked.rotation is not None and reached.rotation is not None  # noqa: S101 - as above
+        x, y, z = (asked.rotation.T @ (reached.position - asked.position)).tolist()
+        turn = asked.rotation.T @ reached.rotation
+        found = {
+            "x": x,
+            "y": y,
+            "z": z,
+            "rotation_x": float(np.arctan2(-turn[1, 2], turn[2, 2])),
+            "rotation_y": float(np.arcsin(np.clip(turn[0, 2], -1.0, 1.0))),
+            "rotation_z": float(np.arctan2(-turn[0, 1], turn[0, 0])),
+        }
+        return {name: found[name] for name in self.ranges}
+
+
+Free = Literal["rotation_z"] | Region
+"""What of a pose is left open: all turns about the tool's own z axis, as of a drill or a round nozzle, or a region."""
+
+ANY_TURN = Region(rotation_z=(-np.pi, np.pi))
+"""The region of all turns about the tool's own z axis."""
+
+
+def region_of(free: Free) -> Region:
+    """Return the region that is left open."""
+    return ANY_TURN if free == "rotation_z" else free

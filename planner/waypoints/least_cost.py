@@ -1,0 +1,68 @@
+"""Along the solutions of a pose to the one of least cost: for arms with joints to spare, and for goal regions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.kinematics.forward import jacobian
+from planner.kinematics.search import QUICK
+from planner.tool_motions.inverse_jacobian import null_space
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.kinematics.search import Search
+    from planner.spatial import FloatArray
+
+FIRST_STEP = 0.5
+"""The longest step along the solutions, rad or m."""
+
+SHORTEST_STEP = 1e-5
+"""The step, rad or m, below which no lower cost is sought: no controller tells such postures apart."""
+
+HALVINGS = 0.5 ** np.arange(6)
+"""The steps that are compared at once, by the longest of them."""
+
+RANDOM_WAYS = 24
+"""Number of random directions besides those of the basis: where costs have kinks, those of the basis may all ascend."""
+
+MOST_STEPS = 200
+"""The most steps: about forty are needed."""
+
+NO_GAIN = 1e-9
+"""The cost by which a posture has to be better, in the unit of the cost."""
+
+
+def least_cost(search: Search, start: FloatArray, costs: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Return a solution of least cost near `start` (joints,), itself a solution.
+
+    Steps go in the null space of the Jacobian, in the direction of least predicted cost of its basis and some random
+    ones, and each is brought back to the pose. They become shorter where none pays (a compass search: Kolda, Lewis and
+    Torczon 2003), so that costs may have kinks.
+
+    Args:
+        search: The pose, and the arm.
+        start: (joints,), rad or m.
+        costs: The costs (N,) of joint positions (N, joints); infinite where they are not allowed.
+    """
+    q, cost, step = start, float(costs(start[None])[0]), FIRST_STEP
+    rng = np.random.default_rng(0)
+    for _ in range(MOST_STEPS):
+        idle = null_space(jacobian(search.robot, q)[: search.rows])
+        if not len(idle) or step < SHORTEST_STEP:
+            break
+        ways = np.vstack([np.eye(len(idle)), -np.eye(len(idle)), rng.normal(size=(RANDOM_WAYS, len(idle)))])
+        ways = ways / np.linalg.norm(ways, axis=1, keepdims=True) @ idle
+        lengths = np.repeat(step * HALVINGS, len(ways))
+        ahead = np.clip(q + lengths[:, None] * np.tile(ways, (len(HALVINGS), 1)), search.lower, search.upper)
+        predicted = costs(ahead)
+        best = int(predicted.argmin())
+        solved = search.solve(ahead[best], **QUICK) if predicted[best] < cost - NO_GAIN else None
+        found = np.inf if solved is None else float(costs(solved[None])[0])
+        if solved is not None and found < cost - NO_GAIN:
+            q, cost, step = solved, found, min(2.0 * float(lengths[best]), FIRST_STEP)
+        else:
+            step = min(step, float(lengths[best])) / 2.0
+    return q

@@ -1,0 +1,40 @@
+"""What a request leaves open of its goals, and where the answer says that they are."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from api.schemas import answers
+from planner.spatial import rotation_from_quaternion, rotation_from_rpy, rotation_x, rotation_y, rotation_z
+from tests.api.answers import checked
+from tests.locations import ROOT
+
+if TYPE_CHECKING:
+    from tests.api.conftest import RunningService
+
+
+def test_the_answer_tells_where_in_its_region_a_waypoint_is(service: RunningService) -> None:
+    """And the pose of the answer is the one written, shifted and turned by that."""
+    request = json.loads((ROOT / "examples" / "anywhere_along_a_bar.json").read_text(encoding="utf-8"))
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    assert ["free" in waypoint for waypoint in plan["waypoints"]] == [False, True, False, True]
+    for asked, waypoint in zip(request["waypoints"], plan["waypoints"], strict=True):
+        if "free" not in asked:
+            continue
+        found = waypoint["free"]
+        assert found.keys() == asked["free"].keys()
+        for name, (lower, upper) in asked["free"].items():
+            assert lower - 2e-6 <= found[name] <= upper + 2e-6
+        written = rotation_from_rpy(*asked["pose"]["orientation"]["rpy"])
+        shift = written @ [found.get(name, 0.0) for name in "xyz"]
+        reached = rotation_from_quaternion(np.array(waypoint["pose"]["orientation"]["xyzw"]))
+        assert waypoint["pose"]["position"] == pytest.approx(np.array(asked["pose"]["position"]) + shift, abs=2e-6)
+        turn = [rotation_x(found.get("rotation_x", 0.0)), rotation_y(found.get("rotation_y", 0.0))]
+        assert reached == pytest.approx(written @ turn[0] @ turn[1] @ rotation_z(found["rotation_z"]), abs=2e-6)
+    request["waypoints"][1]["free"] = {"y": [0.25, -0.25]}
+    refused = service.post("/v1/trajectories", request)
+    assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/free/y"
