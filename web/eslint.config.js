@@ -9,6 +9,7 @@ export default tseslint.config(
       'max-lines': ['error', { max: 300 }],
       '@typescript-eslint/restrict-template-expressions': ['error', { allowNumber: true }],
       '@typescript-eslint/no-confusing-void-expression': ['error', { ignoreArrowShorthand: true }],
+      '@typescript-eslint/no-unused-expressions': 'off', // reading a signal subscribes to it
       '@typescript-eslint/no-non-null-assertion': 'off', // rows of arrays whose lengths are known
     },
   },

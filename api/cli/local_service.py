@@ -93,7 +93,7 @@ def announce_when_ready(host: str, port: int) -> None:
 
     def announce() -> None:
         if _wait_until_ready(url, time.monotonic() + START_TIMEOUT):
-            sys.stderr.write(f"\n  planner is ready at {url}   (interactive documentation: {url}/docs)\n")
+            sys.stderr.write(f"\n  planner is ready at {url}/   (interactive documentation: {url}/docs)\n")
             sys.stderr.write("  Ctrl+C stops it\n\n")
 
     threading.Thread(target=announce, daemon=True).start()

@@ -32,6 +32,9 @@ certificate       exact check of every enforced limit; Cn: continuous up to
 computed          the plan alone, inverse kinematics and certificate included
 """
 
+PAGE = "to look at robots and motions yourself: planner serve, then open http://127.0.0.1:8000/"
+"""The last line, which leads to the page."""
+
 
 def run_demo(folder: Path, console: Console) -> int:
     """Plan every case and save its picture in `folder`.
@@ -48,10 +51,12 @@ def run_demo(folder: Path, console: Console) -> int:
             httpx.Client(base_url=url, timeout=30.0) as client,
         ):
             console.print(f"\nservice ready at {url} after {time.monotonic() - started:.1f} s\n")
-            return _plan_all(client, folder, console)
+            status = _plan_all(client, folder, console)
     except ServiceDidNotStart as error:
         console.print(Text(str(error), style="red"))
         return 1
+    console.print(PAGE)
+    return status
 
 
 def _plan_all(client: httpx.Client, folder: Path, console: Console) -> int:

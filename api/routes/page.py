@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -77,7 +76,6 @@ def built_page() -> Traversable:
     return files("api").joinpath("built_page")
 
 
-@cache
 def _names() -> frozenset[str]:
     """List the files beside the document, without their compressed copies."""
     assets = built_page() / "assets"

@@ -1,4 +1,34 @@
-import './style.css';
+// The page: what is asked on the left, what is seen in the middle, what came out on the right.
 import { render } from 'preact';
+import './style/base.css';
+import './style/layout.css';
+import './style/panels.css';
+import { Header } from './panels/Header';
+import { Result } from './panels/Result';
+import { Waypoints } from './panels/Waypoints';
+import { PlotsView } from './plots/PlotsView';
+import { Timeline } from './plots/Timeline';
+import { StageView } from './stage/StageView';
+import { listenToKeys } from './state/keys';
+import { start } from './state/start';
 
-render(<p>Trajectory planner</p>, document.getElementById('app')!);
+function Page() {
+  return (
+    <>
+      <Header />
+      <main class="page">
+        <Waypoints />
+        <div class="middle">
+          <StageView />
+          <Timeline />
+          <PlotsView />
+        </div>
+        <Result />
+      </main>
+    </>
+  );
+}
+
+render(<Page />, document.getElementById('app')!);
+listenToKeys();
+void start();

@@ -1,0 +1,90 @@
+// The certificate as a table: what uses how much of its limit, where and when; and the warnings.
+import type { Check, Robot } from '../service/types';
+import { factorOf, seconds, short, unitOf } from '../plan/units';
+import type { Quantity } from '../plan/limits';
+import { seek } from '../state/playback';
+import { robot, shownPlan } from '../state/store';
+import { texts } from '../texts';
+
+export function Certificate() {
+  const [planned, arm] = [shownPlan.value, robot.value];
+  if (!planned || !arm) return <p class="hint">{texts.result.none}</p>;
+  const { certificate, warnings } = planned.answer;
+  return (
+    <>
+      <table class="certificate">
+        <thead>
+          <tr>
+            <th scope="col">{texts.result.quantity}</th>
+            <th scope="col">{texts.result.used}</th>
+            <th scope="col">{texts.result.peak}</th>
+            <th scope="col">{texts.result.at}</th>
+          </tr>
+        </thead>
+        <tbody>
+          {certificate.checks.map((check) => (
+            <Line key={`${check.quantity} ${check.joint ?? ''}`} check={check} arm={arm} />
+          ))}
+        </tbody>
+      </table>
+      <p class="hint">{texts.result.exact}</p>
+      {warnings.length > 0 && (
+        <>
+          <h3>{texts.result.warnings}</h3>
+          <ul class="warnings">
+            {warnings.map(({ code, message }) => (
+              <li key={code + message}>{message}</li>
+            ))}
+          </ul>
+        </>
+      )}
+    </>
+  );
+}
+
+function Line({ check, arm }: { check: Check; arm: Robot }) {
+  const used = check.ratio === null ? null : Math.abs(check.ratio) * 100;
+  return (
+    <tr class={check.enforced ? '' : 'reported'} title={check.enforced ? '' : texts.result.reported}>
+      <th scope="row">
+        {texts.quantityNames[check.quantity] ?? check.quantity.replaceAll('_', ' ')}
+        {check.joint && <small>{check.joint}</small>}
+        {!check.enforced && <small>{texts.result.reported}</small>}
+      </th>
+      <td>{used === null ? '–' : <Meter used={used} enforced={check.enforced} />}</td>
+      <td class="number">{figures(check, arm)}</td>
+      <td class="number">
+        <button type="button" class="link" aria-label={texts.result.goTo(seconds(check.time))} onClick={() => seek(check.time)}>
+          {check.time.toFixed(2)} s
+        </button>
+      </td>
+    </tr>
+  );
+}
+
+function Meter({ used, enforced }: { used: number; enforced: boolean }) {
+  const grade = used > 100.01 ? (enforced ? 'over' : 'reported') : used > 95 ? 'full' : '';
+  return (
+    <span class={`meter ${grade}`}>
+      <span class="bar" style={{ width: `${Math.min(used, 100)}%` }} />
+      <span class="percent">{used < 9.95 ? used.toFixed(1) : Math.round(used)} %</span>
+    </span>
+  );
+}
+
+function figures({ quantity, joint, peak, limit, bounded }: Check, arm: Robot): string {
+  const described = arm.joints.find(({ name }) => name === joint);
+  const isOfJoint = described && quantity in texts.quantities;
+  const factor = isOfJoint ? factorOf(described, quantity as Quantity) : 1;
+  const unit = isOfJoint ? unitOf(described, quantity as Quantity) : (TOOL_UNITS[quantity] ?? '');
+  const top = bounded ? short(peak * factor, 3) : texts.result.unbounded;
+  return `${top} / ${limit === null ? texts.result.unlimited : `${short(limit * factor, 3)} ${unit}`}`;
+}
+
+const TOOL_UNITS: Record<string, string> = {
+  tcp_linear_velocity: 'm/s',
+  tcp_angular_velocity: 'rad/s',
+  tcp_linear_acceleration: 'm/s²',
+  tcp_angular_acceleration: 'rad/s²',
+  tcp_centripetal_acceleration: 'm/s²',
+};

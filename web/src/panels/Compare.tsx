@@ -1,0 +1,76 @@
+// Several back ends side by side; their paths are ghosts on the stage.
+import type { Backend, ComparedBackend } from '../service/types';
+import { short } from '../plan/units';
+import { jointColour } from '../plots/colours';
+import { show } from '../state/actions';
+import { compare } from '../state/planning';
+import { compared, comparing, request } from '../state/store';
+import { texts } from '../texts';
+
+export function Compare() {
+  return (
+    <>
+      <button type="button" class="primary" disabled={comparing.value || !request.value} onClick={() => void compare()}>
+        {comparing.value ? texts.compare.running : texts.compare.start}
+      </button>
+      {compared.value && (
+        <>
+          <table class="compare">
+            <thead>
+              <tr>
+                <th scope="col">{texts.compare.backend}</th>
+                <th scope="col">{texts.compare.duration}</th>
+                <th scope="col">{texts.compare.effort}</th>
+                <th scope="col">{texts.compare.jerk}</th>
+                <th scope="col">{texts.compare.deviation}</th>
+                <th scope="col">
+                  <span class="visually-hidden">{texts.compare.use}</span>
+                </th>
+              </tr>
+            </thead>
+            <tbody>
+              {compared.value.map((entry, index) => (
+                <Entry key={entry.backend} entry={entry} index={index} />
+              ))}
+            </tbody>
+          </table>
+          <p class="hint">{texts.compare.hint}</p>
+        </>
+      )}
+    </>
+  );
+}
+
+function Entry({ entry, index }: { entry: ComparedBackend; index: number }) {
+  const { backend, duration, effort, rms_jerk, path_deviation, problem } = entry;
+  return (
+    <tr>
+      <th scope="row">
+        <span class="swatch" style={{ background: jointColour(index) }} /> {backend}
+      </th>
+      {problem ? (
+        <td colSpan={4}>{problem.title}</td>
+      ) : (
+        <>
+          <td class="number">{figure(duration)}</td>
+          <td class="number">{figure(effort)}</td>
+          <td class="number">{figure(rms_jerk)}</td>
+          <td class="number">{figure(path_deviation === null ? null : path_deviation * 1000)}</td>
+        </>
+      )}
+      <td>
+        <button type="button" aria-label={`${texts.compare.use} ${backend}`} onClick={() => use(backend)}>
+          {texts.compare.use}
+        </button>
+      </td>
+    </tr>
+  );
+}
+
+function figure(value: number | null): string {
+  return value === null ? '–' : short(value, 4);
+}
+
+function use(kind: string): void {
+  if (request.value) show({ ...request.value, backend: { kind } as Backend });
+}

@@ -1,0 +1,77 @@
+// Why there is no plan: the place, the joint, the waypoint, and remedies that apply at a click.
+import type { Problem, Remedy } from '../service/types';
+import { remedied, waysOf } from '../request/edits';
+import { short } from '../plan/units';
+import { show } from '../state/actions';
+import { request, selected, shownPlan } from '../state/store';
+import { texts } from '../texts';
+
+export function Refusal({ problem }: { problem: Problem }) {
+  const { waypoint, segment, joint } = problem;
+  const where = [
+    waypoint === null || waypoint === undefined ? null : texts.refusal.waypoint(waypoint),
+    segment === null || segment === undefined ? null : texts.refusal.segment(segment),
+    joint,
+  ].filter((part) => part !== null && part !== undefined);
+  return (
+    <section class="refusal" role="alert" aria-label={texts.refusal.label}>
+      <h2>{problem.title}</h2>
+      <p>{problem.detail}</p>
+      {where.length > 0 && (
+        <p class="where">
+          {where.join(', ')}{' '}
+          {typeof waypoint === 'number' && (
+            <button type="button" class="link" onClick={() => (selected.value = waypoint)}>
+              {texts.refusal.show}
+            </button>
+          )}
+        </p>
+      )}
+      {problem.place && <p class="hint">{texts.refusal.place}</p>}
+      {problem.nearest && <p class="hint">{texts.refusal.nearest(short(problem.nearest.position_distance * 1000, 3))}</p>}
+      {problem.errors && (
+        <ul>
+          {problem.errors.map(({ pointer, message }) => (
+            <li key={pointer + message}>
+              <code>{pointer || '/'}</code> {message}
+            </li>
+          ))}
+        </ul>
+      )}
+      <Remedies title={texts.refusal.remedies} remedies={problem.remedies ?? []} />
+      <Remedies title={texts.refusal.hints} remedies={problem.hints ?? []} />
+      {shownPlan.value && <p class="hint">{texts.refusal.last}</p>}
+    </section>
+  );
+}
+
+function Remedies({ title, remedies }: { title: string; remedies: readonly Remedy[] }) {
+  if (remedies.length === 0) return null;
+  return (
+    <>
+      <h3>{title}</h3>
+      <ul class="remedies">
+        {waysOf(remedies).map((way) => (
+          <li key={way.remedies.map(({ change }) => change).join()}>
+            <div>
+              <strong>{texts.refusal.ways[way.kind]}</strong>
+              {way.remedies.map(({ change, value, explanation }) => (
+                <p key={change}>
+                  <code>{change}</code> → <code>{typeof value === 'number' ? short(value, 6) : JSON.stringify(value)}</code>
+                  <small>{explanation}</small>
+                </p>
+              ))}
+            </div>
+            <button type="button" class="primary" onClick={() => apply(way.remedies)}>
+              {texts.refusal.apply}
+            </button>
+          </li>
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function apply(remedies: readonly Remedy[]): void {
+  if (request.value) show(remedied(request.value, remedies), texts.said.remedied);
+}

@@ -1,0 +1,60 @@
+// What the planning came to: refusal or certificate, comparison, the request itself, exports.
+import { signal } from '@preact/signals';
+import { seconds } from '../plan/units';
+import { isStale, planning, problem, shownPlan } from '../state/store';
+import { texts } from '../texts';
+import { Certificate } from './Certificate';
+import { Compare } from './Compare';
+import { Exports } from './Exports';
+import { Refusal } from './Refusal';
+import { RequestJson } from './RequestJson';
+
+type Tab = 'certificate' | 'compare' | 'request' | 'exports';
+
+const TABS: readonly Tab[] = ['certificate', 'compare', 'request', 'exports'];
+const tab = signal<Tab>('certificate');
+
+export function Result() {
+  const planned = shownPlan.value;
+  return (
+    <section class="panel result" aria-label={texts.result.label}>
+      {problem.value && <Refusal problem={problem.value} />}
+      {planned && !problem.value && (
+        <p class={`verdict ${isStale.value || planning.value ? 'stale' : ''}`}>
+          <strong>✓ {texts.result.certified(seconds(planned.answer.duration))}</strong>
+          <span>{texts.result.certifiedBy(planned.answer.backend, planned.took)}</span>
+        </p>
+      )}
+      {!planned && !problem.value && <p class="hint">{planning.value ? texts.header.planning : texts.result.none}</p>}
+      <div class="tabs" role="tablist" onKeyDown={turn}>
+        {TABS.map((name) => (
+          <button
+            key={name}
+            type="button"
+            role="tab"
+            id={`tab-${name}`}
+            aria-selected={tab.value === name}
+            aria-controls="tab-panel"
+            tabIndex={tab.value === name ? 0 : -1}
+            onClick={() => (tab.value = name)}
+          >
+            {texts.result.tabs[name]}
+          </button>
+        ))}
+      </div>
+      <div role="tabpanel" id="tab-panel" class="tab-panel" aria-labelledby={`tab-${tab.value}`} tabIndex={0}>
+        {tab.value === 'certificate' && <Certificate />}
+        {tab.value === 'compare' && <Compare />}
+        {tab.value === 'request' && <RequestJson />}
+        {tab.value === 'exports' && <Exports />}
+      </div>
+    </section>
+  );
+}
+
+function turn(event: KeyboardEvent): void {
+  const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+  if (step === undefined) return;
+  tab.value = TABS[(TABS.indexOf(tab.value) + step + TABS.length) % TABS.length]!;
+  requestAnimationFrame(() => document.getElementById(`tab-${tab.value}`)?.focus());
+}

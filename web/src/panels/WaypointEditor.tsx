@@ -1,0 +1,198 @@
+// The form of the chosen waypoint: where it is, how the robot gets there, how it passes.
+import type { Limits, Motion, PlanRequest, PoseWaypoint, RelativeWaypoint, Robot, Transition, Waypoint } from '../service/types';
+import { withWaypoint } from '../request/edits';
+import { quaternionOf, quaternionOfRpy, rpyOfQuaternion } from '../request/rotations';
+import type { Vector } from '../request/rotations';
+import { degrees, factorOf, radians, unitOf } from '../plan/units';
+import { show } from '../state/actions';
+import { texts } from '../texts';
+import { Choice, NumberField, VectorField } from './fields';
+
+interface EditorProps {
+  request: PlanRequest;
+  robot: Robot;
+  index: number;
+}
+
+export function WaypointEditor({ request, robot, index }: EditorProps) {
+  const waypoint = request.waypoints[index];
+  if (!waypoint) return null;
+  const change = (changes: object): void => show(withWaypoint(request, index, changes));
+  return (
+    <form class="editor" aria-label={texts.editor.label} onSubmit={(event) => event.preventDefault()}>
+      <h3>{texts.waypoints.number(index)}</h3>
+      {waypoint.kind !== 'named' && (
+        <span class="field wide">
+          <label for="waypoint-name">{texts.editor.name}</label>
+          <input id="waypoint-name" value={waypoint.name ?? ''} onChange={(event) => change({ name: event.currentTarget.value || undefined })} />
+        </span>
+      )}
+      {waypoint.kind === 'joint' && <Joints robot={robot} position={waypoint.position} onPosition={(position) => change({ position })} />}
+      {waypoint.kind === 'pose' && <PoseFields waypoint={waypoint} frames={Object.keys(request.frames ?? {})} change={change} />}
+      {waypoint.kind === 'relative' && <Relative waypoint={waypoint} change={change} />}
+      <Way waypoint={waypoint} index={index} last={index === request.waypoints.length - 1} change={change} />
+    </form>
+  );
+}
+
+interface JointsProps {
+  robot: Robot;
+  position: readonly number[];
+  onPosition: (position: number[]) => void;
+}
+
+function Joints({ robot, position, onPosition }: JointsProps) {
+  return (
+    <div class="joints">
+      {robot.joints.map((joint, index) => {
+        const factor = factorOf(joint, 'position');
+        const value = (position[index] ?? 0) * factor;
+        const [low, high] = [(joint.lower ?? -Math.PI) * factor, (joint.upper ?? Math.PI) * factor];
+        const take = (next: number): void => onPosition(position.map((old, i) => (i === index ? next / factor : old)));
+        return (
+          <div key={joint.name} class="joint">
+            <NumberField label={`${joint.name} (${unitOf(joint, 'position')})`} value={value} onValue={(next) => next !== undefined && take(next)} />
+            <input
+              type="range"
+              aria-label={joint.name}
+              min={low}
+              max={high}
+              step={(high - low) / 1000}
+              value={value}
+              onChange={(event) => take(event.currentTarget.valueAsNumber)}
+            />
+          </div>
+        );
+      })}
+    </div>
+  );
+}
+
+interface PoseProps {
+  waypoint: PoseWaypoint;
+  frames: readonly string[];
+  change: (changes: object) => void;
+}
+
+function PoseFields({ waypoint, frames, change }: PoseProps) {
+  const { pose } = waypoint;
+  const turn = quaternionOf(pose.orientation);
+  const rpy = turn && rpyOfQuaternion(turn).map(degrees);
+  const set = (values: number[]): void => {
+    const xyzw = quaternionOfRpy(values.map(radians) as Vector);
+    change({ pose: { ...pose, orientation: { kind: 'quaternion', xyzw } } });
+  };
+  return (
+    <>
+      <VectorField
+        label={texts.editor.position}
+        names={['x', 'y', 'z']}
+        values={pose.position.map((value) => value * 1000)}
+        onValues={(values) => change({ pose: { ...pose, position: values.map((value) => value / 1000) } })}
+      />
+      {rpy ? (
+        <VectorField label={texts.editor.orientation} names={['roll', 'pitch', 'yaw']} values={rpy} onValues={set} />
+      ) : (
+        <p class="hint">{texts.editor.anyOrientation}</p>
+      )}
+      {frames.length > 0 && (
+        <Choice
+          label={texts.editor.frameOfPose}
+          value={waypoint.frame ?? ''}
+          options={[['', texts.editor.baseFrame] as const, ...frames.map((name) => [name, name] as const)]}
+          onValue={(frame) => change({ frame: frame || undefined })}
+        />
+      )}
+    </>
+  );
+}
+
+function Relative({ waypoint, change }: { waypoint: RelativeWaypoint; change: (changes: object) => void }) {
+  const { move } = waypoint;
+  return (
+    <>
+      {move.kind === 'cartesian' ? (
+        <VectorField
+          label={texts.editor.translation}
+          names={['x', 'y', 'z']}
+          values={move.translation.map((value) => value * 1000)}
+          onValues={(values) => change({ move: { ...move, translation: values.map((value) => value / 1000) } })}
+        />
+      ) : (
+        <p class="hint">{texts.editor.asJson}</p>
+      )}
+      <Choice
+        label={texts.editor.frame}
+        value={waypoint.frame}
+        options={[['tool', texts.editor.frames.tool] as const, ['base', texts.editor.frames.base] as const]}
+        onValue={(frame) => change({ frame })}
+      />
+    </>
+  );
+}
+
+interface WayProps {
+  waypoint: Waypoint;
+  index: number;
+  last: boolean;
+  change: (changes: object) => void;
+}
+
+function Way({ waypoint, index, last, change }: WayProps) {
+  const { motion, transition, limits } = waypoint;
+  const limit = (changes: Limits): void => {
+    const next = Object.entries<unknown>({ ...limits, ...changes }).filter(([, value]) => value !== undefined);
+    change({ limits: next.length > 0 ? Object.fromEntries(next) : undefined });
+  };
+  return (
+    <div class="way">
+      {index > 0 && (
+        <>
+          <Choice label={texts.editor.motion} value={motion?.kind ?? 'joint'} options={motions(motion)} onValue={(kind) => change({ motion: kind === 'joint' ? undefined : { kind } })} />
+          <NumberField label={texts.editor.duration} value={waypoint.duration ?? undefined} placeholder={texts.editor.fast} min={0} onValue={(duration) => change({ duration })} />
+          <NumberField
+            label={texts.editor.toolSpeed}
+            value={scaled(limits?.tcp_linear_velocity, 1000)}
+            placeholder={texts.editor.none}
+            min={0}
+            onValue={(value) => limit({ tcp_linear_velocity: value === undefined ? undefined : value / 1000 })}
+          />
+          <NumberField
+            label={texts.editor.velocityScale}
+            value={scaled(limits?.velocity_scale, 100)}
+            placeholder="100"
+            min={0}
+            max={100}
+            onValue={(value) => limit({ velocity_scale: value === undefined ? undefined : value / 100 })}
+          />
+        </>
+      )}
+      {index > 0 && !last && (
+        <Choice label={texts.editor.transition} value={transition?.kind ?? 'stop'} options={TRANSITIONS} onValue={(kind) => change({ transition: transitionOf(kind), ...(kind === 'stop' ? {} : { dwell: undefined }) })} />
+      )}
+      {transition?.kind === 'blend' && (
+        <NumberField label={texts.editor.radius} value={transition.radius * 1000} min={0} onValue={(radius) => radius && change({ transition: { kind: 'blend', radius: radius / 1000 } })} />
+      )}
+      {(transition?.kind ?? 'stop') === 'stop' && (
+        <NumberField label={texts.editor.dwell} value={waypoint.dwell ?? undefined} placeholder="0" min={0} onValue={(dwell) => change({ dwell })} />
+      )}
+    </div>
+  );
+}
+
+function scaled(value: number | null | undefined, factor: number): number | undefined {
+  return typeof value === 'number' ? value * factor : undefined;
+}
+
+const TRANSITIONS = (['stop', 'through', 'blend'] as const).map((kind) => [kind, texts.editor.transitions[kind]] as const);
+
+// Joint and linear motions are chosen here; another kind stays as it is until one of these is chosen.
+function motions(motion: Motion | undefined) {
+  const kinds = new Set<Motion['kind']>(['joint', 'linear', motion?.kind ?? 'joint']);
+  return [...kinds].map((kind) => [kind, texts.editor.motions[kind]] as const);
+}
+
+function transitionOf(kind: Transition['kind']): Transition | undefined {
+  if (kind === 'stop') return undefined;
+  return kind === 'through' ? { kind } : { kind: 'blend', radius: 0.02 };
+}

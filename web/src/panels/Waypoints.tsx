@@ -1,0 +1,171 @@
+// The list of waypoints: choose, add, reorder by drag and by keys, delete.
+import { signal } from '@preact/signals';
+import { inserted, jointWaypoint, moved, poseWaypoint, removed } from '../request/edits';
+import { locate, positionAt } from '../plan/samples';
+import { seconds, short } from '../plan/units';
+import type { PlanAnswer, PlanRequest, Pose, Robot, Waypoint } from '../service/types';
+import { show } from '../state/actions';
+import { seek, time } from '../state/playback';
+import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
+import { texts } from '../texts';
+import { WaypointEditor } from './WaypointEditor';
+
+const dragged = signal<number | null>(null);
+
+export function Waypoints() {
+  const [shown, arm] = [request.value, robot.value];
+  if (!shown || !arm) return <section class="panel" id="waypoints" />;
+  return (
+    <section class="panel" id="waypoints" tabIndex={-1} aria-label={texts.waypoints.label}>
+      <div class="panel-head">
+        <h2>{texts.waypoints.label}</h2>
+        <label>
+          <span class="visually-hidden">{texts.waypoints.add}</span>
+          <select value="" onChange={(event) => add(event.currentTarget, shown, arm)}>
+            <option value="">+ {texts.waypoints.add}</option>
+            <option value="posture">{texts.waypoints.addPosture}</option>
+            <option value="pose" disabled={!shownPlan.value}>{texts.waypoints.addPose}</option>
+            <option value="relative">{texts.waypoints.addRelative}</option>
+            {Object.keys(arm.named_positions).map((name) => (
+              <option key={name} value={`named ${name}`}>
+                {name}
+              </option>
+            ))}
+          </select>
+        </label>
+      </div>
+      <ol class="waypoints" onKeyDown={(event) => keys(event, shown)}>
+        {shown.waypoints.map((waypoint, index) => (
+          <Row key={index} waypoint={waypoint} index={index} shown={shown} />
+        ))}
+      </ol>
+      <p class="hint">{texts.waypoints.keys}</p>
+      <WaypointEditor request={shown} robot={arm} index={Math.min(selected.value, shown.waypoints.length - 1)} />
+    </section>
+  );
+}
+
+interface RowProps {
+  waypoint: Waypoint;
+  index: number;
+  shown: PlanRequest;
+}
+
+function Row({ waypoint, index, shown }: RowProps) {
+  const answer = isStale.value ? undefined : shownPlan.value?.answer.waypoints[index];
+  const isChosen = selected.value === index;
+  const isWrong = problem.value?.waypoint === index;
+  const choose = (): void => {
+    selected.value = index;
+    if (answer) seek(answer.arrival_time);
+  };
+  return (
+    <li
+      class={`${isChosen ? 'chosen' : ''} ${isWrong ? 'wrong' : ''} ${dragged.value === index ? 'dragged' : ''}`}
+      draggable
+      onDragStart={() => (dragged.value = index)}
+      onDragEnd={() => (dragged.value = null)}
+      onDragOver={(event) => event.preventDefault()}
+      onDrop={() => drop(shown, index)}
+    >
+      <button type="button" class="row" aria-current={isChosen} data-waypoint={index} onClick={choose}>
+        <span class="number">{index + 1}</span>
+        <span class="what">
+          <strong>{waypoint.name ?? texts.waypoints.kinds[waypoint.kind]}</strong>
+          <small>{summary(waypoint)}</small>
+        </span>
+        <span class="when">
+          {answer && seconds(answer.arrival_time)}
+          {answer && waypoint.kind === 'pose' && (
+            <small>{texts.waypoints.solutions(answer.solution, answer.solutions)}</small>
+          )}
+        </span>
+      </button>
+      {isChosen && (
+        <span class="buttons">
+          <button type="button" aria-label={texts.waypoints.up} title={texts.waypoints.up} disabled={index === 0} onClick={() => move(shown, index, index - 1)}>
+            ↑
+          </button>
+          <button
+            type="button"
+            aria-label={texts.waypoints.down}
+            title={texts.waypoints.down}
+            disabled={index === shown.waypoints.length - 1}
+            onClick={() => move(shown, index, index + 1)}
+          >
+            ↓
+          </button>
+          <button type="button" aria-label={texts.waypoints.duplicate} title={texts.waypoints.duplicate} onClick={() => insert(shown, index, structuredClone(waypoint))}>
+            ❐
+          </button>
+          <button type="button" aria-label={texts.waypoints.remove} title={texts.waypoints.remove} disabled={shown.waypoints.length <= 2} onClick={() => show(removed(shown, index))}>
+            ✕
+          </button>
+        </span>
+      )}
+    </li>
+  );
+}
+
+// How the robot gets there and how it passes, in a few words.
+export function summary(waypoint: Waypoint): string {
+  const { motion, transition, duration, dwell } = waypoint;
+  const parts = [texts.editor.motions[motion?.kind ?? 'joint']];
+  if (transition?.kind === 'through') parts.push(texts.editor.transitions.through);
+  if (transition?.kind === 'blend') parts.push(`${texts.editor.transitions.blend} ${short(transition.radius * 1000)} mm`);
+  if (duration) parts.push(`${short(duration)} s`);
+  if (dwell) parts.push(`+ ${short(dwell)} s`);
+  return parts.join(', ');
+}
+
+function keys(event: KeyboardEvent, shown: PlanRequest): void {
+  const index = selected.value;
+  const row = (event.target as HTMLElement).closest('[data-waypoint]');
+  if (!row) return;
+  const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+  if (step !== undefined) {
+    event.preventDefault();
+    const to = Math.min(Math.max(0, index + step), shown.waypoints.length - 1);
+    if (event.altKey) move(shown, index, to);
+    else selected.value = to;
+    requestAnimationFrame(() => document.querySelector<HTMLElement>(`[data-waypoint="${to}"]`)?.focus());
+  } else if (event.key === 'Delete') show(removed(shown, index));
+}
+
+function move(shown: PlanRequest, from: number, to: number): void {
+  selected.value = to;
+  show(moved(shown, from, to));
+}
+
+function drop(shown: PlanRequest, to: number): void {
+  if (dragged.value !== null && dragged.value !== to) move(shown, dragged.value, to);
+  dragged.value = null;
+}
+
+function insert(shown: PlanRequest, after: number, waypoint: Waypoint): void {
+  show(inserted(shown, after, waypoint));
+  selected.value = after + 1;
+}
+
+function add(select: HTMLSelectElement, shown: PlanRequest, arm: Robot): void {
+  const kind = select.value;
+  select.value = '';
+  const plan = shownPlan.value;
+  const posture = plan ? positionAt(plan.answer, time.value) : arm.joints.map(() => 0);
+  if (kind === 'posture') insert(shown, selected.value, jointWaypoint(posture));
+  const pose = plan && shownPose(plan.answer);
+  if (kind === 'pose' && pose) insert(shown, selected.value, poseWaypoint(pose));
+  if (kind === 'relative') {
+    const move = { kind: 'cartesian' as const, translation: [0, 0, 0.05] };
+    insert(shown, selected.value, { kind: 'relative', frame: 'base', move });
+  }
+  if (kind.startsWith('named ')) insert(shown, selected.value, { kind: 'named', name: kind.slice(6) });
+}
+
+// The pose of the tool at the sample that is nearest to the time shown.
+function shownPose({ samples }: PlanAnswer): Pose | null {
+  const [index, share] = locate(samples.time, time.value);
+  const at = index + Math.round(share);
+  const [position, xyzw] = [samples.tcp_pose?.position[at], samples.tcp_pose?.quaternion_xyzw[at]];
+  return position && xyzw ? { position, orientation: { kind: 'quaternion', xyzw } } : null;
+}

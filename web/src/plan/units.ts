@@ -1,0 +1,33 @@
+// People read degrees and millimetres; the service speaks rad and m.
+import type { Joint } from '../service/types';
+import type { Quantity } from './limits';
+
+const DEGREES = 180 / Math.PI;
+const POWERS: Record<Quantity, string> = { position: '', velocity: '/s', acceleration: '/s²', jerk: '/s³', torque: '' };
+
+export function factorOf(joint: Joint, quantity: Quantity): number {
+  if (quantity === 'torque') return 1;
+  return joint.kind === 'prismatic' ? 1000 : DEGREES;
+}
+
+export function unitOf(joint: Joint, quantity: Quantity): string {
+  if (quantity === 'torque') return joint.kind === 'prismatic' ? 'N' : 'N m';
+  return (joint.kind === 'prismatic' ? 'mm' : '°') + POWERS[quantity];
+}
+
+export function degrees(radians: number): number {
+  return radians * DEGREES;
+}
+
+export function radians(degrees: number): number {
+  return degrees / DEGREES;
+}
+
+// A number with so many significant digits, without zeros at the end.
+export function short(value: number, digits = 4): string {
+  return String(Number(value.toPrecision(digits)));
+}
+
+export function seconds(value: number): string {
+  return `${value.toFixed(value < 10 ? 3 : 2)} s`;
+}

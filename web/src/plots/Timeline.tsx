@@ -1,0 +1,74 @@
+// The time line: play, scrub, speed, and where the waypoints are.
+import { useComputed } from '@preact/signals';
+import { seconds } from '../plan/units';
+import { playing, seek, speed, SPEEDS, time, togglePlaying } from '../state/playback';
+import { selected, shownPlan } from '../state/store';
+import { texts } from '../texts';
+
+export function Timeline() {
+  const planned = shownPlan.value;
+  const duration = planned?.answer.duration ?? 0;
+  const shown = useComputed(() => seconds(time.value));
+  return (
+    <section class="timeline" aria-label={texts.timeline.label}>
+      <button type="button" class="play" disabled={!planned} onClick={togglePlaying}>
+        {playing.value ? texts.timeline.pause : texts.timeline.play}
+      </button>
+      <div class="track">
+        <input
+          type="range"
+          min="0"
+          max={duration || 1}
+          step="any"
+          value={time}
+          disabled={!planned}
+          aria-label={texts.timeline.time}
+          onInput={(event) => seek(event.currentTarget.valueAsNumber)}
+          onKeyDown={(event) => stepBy(event, duration)}
+        />
+        <div class="marks">
+          {(planned?.answer.waypoints.length ?? 0) <= 40 &&
+            planned?.answer.waypoints.map(({ index, name, arrival_time }) => (
+              <button
+                key={index}
+                type="button"
+                class="mark"
+                tabIndex={-1}
+                style={{ left: `${(100 * arrival_time) / duration}%` }}
+                title={texts.timeline.mark(index + 1, name ?? null, seconds(arrival_time))}
+                aria-label={texts.timeline.mark(index + 1, name ?? null, seconds(arrival_time))}
+                onClick={() => {
+                  selected.value = index;
+                  seek(arrival_time);
+                }}
+              >
+                {index + 1}
+              </button>
+            ))}
+        </div>
+      </div>
+      <output class="time">
+        {shown} / {seconds(duration)}
+      </output>
+      <label>
+        <span class="visually-hidden">{texts.timeline.speed}</span>
+        <select value={speed.value} onChange={(event) => (speed.value = Number(event.currentTarget.value))}>
+          {SPEEDS.map((factor) => (
+            <option key={factor} value={factor}>
+              {factor}×
+            </option>
+          ))}
+        </select>
+      </label>
+    </section>
+  );
+}
+
+// With step "any" a browser leaves the steps of keys to us: a hundredth, a tenth with page up and down.
+function stepBy(event: KeyboardEvent, duration: number): void {
+  const steps: Record<string, number> = { ArrowLeft: -0.01, ArrowRight: 0.01, ArrowDown: -0.01, ArrowUp: 0.01, PageDown: -0.1, PageUp: 0.1 };
+  const step = steps[event.key];
+  if (step === undefined) return;
+  event.preventDefault();
+  seek(time.value + step * duration);
+}

@@ -1,0 +1,114 @@
+// A plot by uPlot: curves, limit bands, waypoints, and the line of the time that is shown.
+import uPlot from 'uplot';
+import type { PlanAnswer } from '../service/types';
+import { locate } from '../plan/samples';
+import { seek } from '../state/playback';
+import { styleColour } from '../state/theme';
+import type { Curve, Curves } from './curves';
+import { axisRange } from './curves';
+
+const HEIGHT = 190;
+const SYNC = 'time';
+
+export class Plot {
+  private readonly chart: uPlot;
+  private readonly line = document.createElement('div');
+
+  constructor(host: HTMLElement, shown: Curves, answer: PlanAnswer) {
+    const [text, grid] = [styleColour('--text-soft'), styleColour('--grid')];
+    const axis: uPlot.Axis = { stroke: text, grid: { stroke: grid, width: 1 }, ticks: { show: false }, font: '12px system-ui' };
+    const range = axisRange(shown.curves);
+    this.chart = new uPlot(
+      {
+        width: Math.max(host.clientWidth, 200),
+        height: HEIGHT,
+        cursor: { sync: { key: SYNC }, drag: { x: true, y: false }, points: { size: 6 } },
+        scales: { x: { time: false }, y: { range: () => range } },
+        axes: [
+          { ...axis, size: 28, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+          { ...axis, size: 56 },
+        ],
+        legend: { markers: { width: 3 } },
+        series: [
+          { label: 't', value: (_, value: number | null) => (value === null ? '' : `${value.toFixed(3)} s`) },
+          ...shown.curves.map(({ label, colour }): uPlot.Series => {
+            return { label, stroke: colour, width: 1.6, pxAlign: 0, points: { show: false }, value: (_, value: number | null) => numeral(value, shown.unit) };
+          }),
+        ],
+        hooks: { drawClear: [(chart) => drawBackground(chart, shown.curves, answer)] },
+      },
+      [shown.time, ...shown.curves.map(({ values }) => values)],
+      host,
+    );
+    this.line.className = 'plot-time';
+    this.chart.over.append(this.line);
+    this.chart.over.addEventListener('click', () => this.seek());
+  }
+
+  private seek(): void {
+    const { left } = this.chart.cursor;
+    if (left !== undefined && left >= 0 && this.chart.select.width === 0) seek(this.chart.posToVal(left, 'x'));
+  }
+
+  setTime(time: number): void {
+    const at = this.chart.valToPos(time, 'x');
+    this.line.hidden = at < 0 || at > this.chart.over.clientWidth;
+    this.line.style.transform = `translateX(${at}px)`;
+    const [index, share] = locate(this.chart.data[0] as number[], time);
+    if ((this.chart.cursor.left ?? -1) < 0) this.chart.setLegend({ idx: index + Math.round(share) });
+  }
+
+  resize(width: number): void {
+    if (width > 0 && width !== this.chart.width) this.chart.setSize({ width, height: HEIGHT });
+  }
+
+  destroy(): void {
+    this.chart.destroy();
+  }
+}
+
+function numeral(value: number | null, unit: string): string {
+  return value === null ? '' : `${Number(value.toPrecision(4))}${unit === '%' ? ' %' : ''}`;
+}
+
+function drawBackground(chart: uPlot, curves: readonly Curve[], answer: PlanAnswer): void {
+  const { ctx, bbox } = chart;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.lineWidth = devicePixelRatio;
+  for (const { arrival_time, departure_time } of answer.waypoints) {
+    const [from, to] = [chart.valToPos(arrival_time, 'x', true), chart.valToPos(departure_time, 'x', true)];
+    ctx.fillStyle = styleColour('--rest');
+    if (to > from) ctx.fillRect(from, bbox.top, to - from, bbox.height);
+    ctx.fillStyle = styleColour('--grid-strong');
+    ctx.fillRect(from, bbox.top, devicePixelRatio, bbox.height);
+  }
+  const alike = curves.every(({ bands }) => JSON.stringify(bands) === JSON.stringify(curves[0]!.bands));
+  for (const curve of alike ? curves.slice(0, 1) : curves) drawBands(chart, curve, answer, alike);
+  ctx.restore();
+}
+
+// The limits as dashed steps; where all curves share them, what lies beyond is shaded.
+function drawBands(chart: uPlot, { bands, colour }: Curve, answer: PlanAnswer, shared: boolean): void {
+  const { ctx, bbox } = chart;
+  ctx.strokeStyle = shared ? styleColour('--bad') : colour;
+  ctx.fillStyle = styleColour('--beyond');
+  ctx.setLineDash([6 * devicePixelRatio, 4 * devicePixelRatio]);
+  bands.forEach(({ lower, upper }, segment) => {
+    const from = chart.valToPos(answer.waypoints[segment]!.arrival_time, 'x', true);
+    const to = chart.valToPos(answer.waypoints[segment + 1]!.arrival_time, 'x', true);
+    for (const [limit, end] of [[lower, bbox.top + bbox.height], [upper, bbox.top]] as const) {
+      if (limit === null) continue;
+      const at = chart.valToPos(limit, 'y', true);
+      if (at < bbox.top || at > bbox.top + bbox.height) continue;
+      if (shared) ctx.fillRect(from, Math.min(at, end), to - from, Math.abs(end - at));
+      ctx.beginPath();
+      ctx.moveTo(from, at);
+      ctx.lineTo(to, at);
+      ctx.stroke();
+    }
+  });
+  ctx.setLineDash([]);
+}

@@ -1,0 +1,86 @@
+// Edits of a request: each returns a new one and leaves the old one as it is, so that undo is a list of requests.
+import type { JointWaypoint, PlanRequest, Pose, Remedy, Waypoint } from '../service/types';
+
+export function withWaypoint(request: PlanRequest, index: number, changes: object): PlanRequest {
+  const waypoints = request.waypoints.map((waypoint, i) =>
+    i === index ? (withoutEmpty({ ...waypoint, ...changes }) as unknown as Waypoint) : waypoint,
+  );
+  return { ...request, waypoints };
+}
+
+// Fields that are undefined go: they are what the service takes by default.
+function withoutEmpty(waypoint: Record<string, unknown>): Record<string, unknown> {
+  return Object.fromEntries(Object.entries(waypoint).filter(([, value]) => value !== undefined));
+}
+
+export function inserted(request: PlanRequest, after: number, waypoint: Waypoint): PlanRequest {
+  const waypoints = [...request.waypoints];
+  waypoints.splice(after + 1, 0, waypoint);
+  return { ...request, waypoints };
+}
+
+// A plan needs two waypoints: the last two stay.
+export function removed(request: PlanRequest, index: number): PlanRequest {
+  if (request.waypoints.length <= 2) return request;
+  return { ...request, waypoints: request.waypoints.filter((_, i) => i !== index) };
+}
+
+export function moved(request: PlanRequest, from: number, to: number): PlanRequest {
+  if (to < 0 || to >= request.waypoints.length) return request;
+  const waypoints = [...request.waypoints];
+  waypoints.splice(to, 0, ...waypoints.splice(from, 1));
+  return { ...request, waypoints };
+}
+
+export function jointWaypoint(position: readonly number[]): JointWaypoint {
+  return { kind: 'joint', position: position.map((value) => Number(value.toFixed(6))) };
+}
+
+export function poseWaypoint(pose: Pose): Waypoint {
+  return { kind: 'pose', pose };
+}
+
+// Applies remedies that belong together; `change` is a JSON pointer (RFC 6901) into the request.
+export function remedied(request: PlanRequest, remedies: readonly Remedy[]): PlanRequest {
+  const changed = structuredClone(request);
+  for (const { change, value } of remedies) setAt(changed, change, value);
+  return changed;
+}
+
+export function setAt(document: unknown, pointer: string, value: unknown): void {
+  const keys = pointer
+    .split('/')
+    .slice(1)
+    .map((key) => key.replaceAll('~1', '/').replaceAll('~0', '~'));
+  const last = keys.pop();
+  if (last === undefined) throw new Error('the document itself is not replaced');
+  let node = document as Record<string, unknown>;
+  for (const key of keys) {
+    node[key] ??= {};
+    node = node[key] as Record<string, unknown>;
+  }
+  node[last] = value;
+}
+
+export interface Way {
+  kind: 'durations' | 'limits' | 'payload' | 'other';
+  remedies: Remedy[];
+}
+
+// Longer durations, wider limits and a lighter payload are each a way by itself, whose changes belong together.
+export function waysOf(remedies: readonly Remedy[]): Way[] {
+  const ways: Way[] = [];
+  for (const remedy of remedies) {
+    const kind = kindOf(remedy.change);
+    const same = kind === 'other' ? undefined : ways.find((way) => way.kind === kind);
+    if (same) same.remedies.push(remedy);
+    else ways.push({ kind, remedies: [remedy] });
+  }
+  return ways;
+}
+
+function kindOf(pointer: string): Way['kind'] {
+  if (/(^|\/)(minimum_)?duration$/.test(pointer)) return 'durations';
+  if (pointer.includes('/limits')) return 'limits';
+  return pointer.includes('/payload') ? 'payload' : 'other';
+}

@@ -1,0 +1,34 @@
+// Where joints and frames are at a joint position, from the robot's `chain` and `placements`.
+import { Matrix4, Quaternion, Vector3 } from 'three';
+import type { Placement, Robot } from '../service/types';
+
+const ONE = new Vector3(1, 1, 1);
+
+export function matrixOf({ position, quaternion_xyzw }: Placement): Matrix4 {
+  return new Matrix4().compose(
+    new Vector3().fromArray(position),
+    new Quaternion().fromArray(quaternion_xyzw),
+    ONE,
+  );
+}
+
+// The matrices of the base and of each joint's frame, in the base frame: a frame `after` n joints moves with entry n.
+export function jointMatrices(robot: Robot, position: readonly number[]): Matrix4[] {
+  const matrices = [new Matrix4()];
+  const motion = new Matrix4();
+  const axis = new Vector3();
+  robot.chain.forEach((joint, index) => {
+    axis.fromArray(joint.axis);
+    const value = position[index] ?? 0;
+    if (robot.joints[index]!.kind === 'prismatic') motion.makeTranslation(axis.multiplyScalar(value));
+    else motion.makeRotationAxis(axis, value);
+    matrices.push(matrices[index]!.clone().multiply(matrixOf(joint)).multiply(motion));
+  });
+  return matrices;
+}
+
+// The matrix of the tool centre point in the base frame.
+export function toolMatrix(robot: Robot, position: readonly number[]): Matrix4 {
+  const tip = robot.placements.find((placement) => placement.frame === robot.tip_frame)!;
+  return jointMatrices(robot, position)[tip.after]!.multiply(matrixOf(tip)).multiply(matrixOf(robot.tool));
+}

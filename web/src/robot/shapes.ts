@@ -1,0 +1,80 @@
+// The shapes that a robot is drawn with: those of its model, else a stick from each joint to the next.
+import { Matrix4, Quaternion, Vector3 } from 'three';
+import type { Robot } from '../service/types';
+import { quaternionOfRpy } from '../request/rotations';
+import type { Vector } from '../request/rotations';
+import { matrixOf } from './chain';
+
+export type Form =
+  | { kind: 'box'; size: Vector }
+  | { kind: 'cylinder'; radius: number; length: number }
+  | { kind: 'capsule'; radius: number; length: number }
+  | { kind: 'sphere'; radius: number };
+
+// A shape behind so many joints, with its pose there; lengths are along z.
+export interface Shape {
+  after: number;
+  matrix: Matrix4;
+  form: Form;
+}
+
+const ONE = new Vector3(1, 1, 1);
+const THICKNESS = 0.045; // of a stick, as a share of the arm's length
+const SHORTEST = 1e-6; // m; nearer joints are one
+
+export function shapesOf(robot: Robot): Shape[] {
+  const given = (robot.geometry ?? []).map((shape) => shapeOf(robot, shape as Record<string, unknown>));
+  const drawn = given.filter((shape) => shape !== null);
+  return drawn.length > 0 ? drawn : sticks(robot);
+}
+
+function shapeOf(robot: Robot, shape: Record<string, unknown>): Shape | null {
+  const frame = robot.placements.find((placement) => placement.frame === shape.frame);
+  const form = formOf(shape);
+  if (!frame || !form) return null;
+  const [x, y, z, w] = quaternionOfRpy(shape.rpy as Vector);
+  const local = new Matrix4().compose(new Vector3().fromArray(shape.position as Vector), new Quaternion(x, y, z, w), ONE);
+  return { after: frame.after, matrix: matrixOf(frame).multiply(local), form };
+}
+
+function formOf(shape: Record<string, unknown>): Form | null {
+  switch (shape.kind) {
+    case 'box':
+      return { kind: 'box', size: shape.size as Vector };
+    case 'cylinder':
+    case 'capsule':
+      return { kind: shape.kind, radius: shape.radius as number, length: shape.length as number };
+    case 'sphere':
+      return { kind: 'sphere', radius: shape.radius as number };
+    default:
+      return null;
+  }
+}
+
+// A stick leads from each joint to the next and from the last to the tip; a ball sits at each joint.
+export function sticks(robot: Robot): Shape[] {
+  const ends = [...robot.chain.map((joint) => joint.position)];
+  const tip = robot.placements.find((placement) => placement.frame === robot.tip_frame);
+  if (tip) ends.push(tip.position);
+  const lengths = ends.map((end) => Math.hypot(...end));
+  const radius = Math.max(0.01, (THICKNESS * lengths.reduce((sum, length) => sum + length, 0)) / 2);
+  return ends.flatMap((end, after): Shape[] => {
+    const ball: Shape = { after, matrix: new Matrix4(), form: { kind: 'sphere', radius: radius * 1.35 } };
+    const length = lengths[after]!;
+    if (length < SHORTEST) return [ball];
+    const direction = new Vector3().fromArray(end).normalize();
+    const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), direction);
+    const middle = direction.multiplyScalar(length / 2);
+    return [ball, { after, matrix: new Matrix4().compose(middle, turn, ONE), form: { kind: 'capsule', radius, length } }];
+  });
+}
+
+// How far the robot reaches at most, m: what the view is fitted to.
+export function reach(robot: Robot): number {
+  const steps = [...robot.chain, robot.placements.find((placement) => placement.frame === robot.tip_frame), robot.tool];
+  const strokes = robot.joints.map((joint) =>
+    joint.kind === 'prismatic' ? Math.max(Math.abs(joint.lower ?? 0), Math.abs(joint.upper ?? 0)) : 0,
+  );
+  const rigid = steps.reduce((sum, step) => sum + (step ? Math.hypot(...step.position) : 0), 0);
+  return rigid + strokes.reduce((sum, stroke) => sum + stroke, 0);
+}

@@ -1,0 +1,114 @@
+// The stage on the page: it follows the signals, and brings views and the screenshot.
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { effect, untracked } from '@preact/signals';
+import { positionAt, toolSpeeds } from '../plan/samples';
+import { short } from '../plan/units';
+import type { Robot } from '../service/types';
+import { time } from '../state/playback';
+import { compared, problem, request, robot, selected, shownPlan } from '../state/store';
+import { theme } from '../state/theme';
+import { texts } from '../texts';
+import { JOINT_COLOURS } from '../plots/colours';
+import type { Stage, View } from './stage';
+
+const VIEWS: readonly View[] = ['home', 'front', 'side', 'top'];
+
+export function StageView() {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [stage, setStage] = useState<Stage | null>(null);
+  const [failed, setFailed] = useState(false);
+  useEffect(() => {
+    let stop = (): void => undefined;
+    void import('./stage').then(({ Stage }) => {
+      if (!canvas.current) return;
+      try {
+        const made = new Stage(canvas.current);
+        stop = follow(made);
+        setStage(made);
+      } catch {
+        setFailed(true); // a browser without WebGL: everything else works
+      }
+    });
+    return () => stop();
+  }, []);
+  return (
+    <section class="stage" aria-label={texts.stage.label}>
+      <canvas ref={canvas} tabIndex={0} role="img" aria-label={texts.stage.canvas(robot.value?.id ?? '')} />
+      {failed && <p class="stage-failed">{texts.stage.failed}</p>}
+      <div class="stage-tools" role="group" aria-label={texts.stage.views}>
+        {VIEWS.map((view) => (
+          <button key={view} type="button" onClick={() => stage?.look(view)}>
+            {texts.stage.view[view]}
+          </button>
+        ))}
+        <button type="button" onClick={() => stage && savePicture(stage)}>
+          {texts.stage.screenshot}
+        </button>
+      </div>
+      <SpeedKey />
+    </section>
+  );
+}
+
+// What the colours of the path mean.
+function SpeedKey() {
+  const shown = shownPlan.value;
+  if (!shown?.answer.samples.tcp_velocity) return null;
+  const fastest = toolSpeeds(shown.answer).reduce((most, speed) => Math.max(most, speed), 0);
+  return (
+    <p class="speed-key">
+      {texts.stage.speed} 0 <span class="speed-scale" /> {short(fastest, 3)} m/s
+    </p>
+  );
+}
+
+function follow(stage: Stage): () => void {
+  stage.onPick = (waypoint) => (selected.value = waypoint);
+  const observer = new ResizeObserver(() => stage.resize());
+  observer.observe(stage.canvas);
+  const stops = [
+    effect(() => {
+      if (robot.value) untracked(() => stage.setRobot(robot.value!, firstPosture(robot.value!)));
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      if (robot.peek()) stage.setGround();
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      stage.setPlan(shownPlan.value?.answer ?? null);
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      stage.setWaypoints(shownPlan.value?.answer ?? null, selected.value);
+    }),
+    effect(() => stage.setGhosts(compared.value, JOINT_COLOURS)),
+    effect(() => {
+      robot.value; // a ghost of another robot goes
+      stage.setProblem(problem.value);
+    }),
+    effect(() => {
+      const [shown, arm] = [shownPlan.value, robot.value];
+      if (shown) stage.setPosture(positionAt(shown.answer, time.value));
+      else if (arm) stage.setPosture(firstPosture(arm));
+    }),
+  ];
+  return () => {
+    observer.disconnect();
+    for (const stop of stops) stop();
+  };
+}
+
+// Where the robot stands while there is no plan: at the first waypoint if that says so, else at zero.
+function firstPosture(arm: Robot): readonly number[] {
+  const first = request.value?.waypoints[0];
+  const isOfArm = first?.kind === 'joint' && first.position.length === arm.joints.length;
+  return isOfArm ? first.position : arm.joints.map(() => 0);
+}
+
+function savePicture(stage: Stage): void {
+  const link = document.createElement('a');
+  link.href = stage.picture();
+  link.download = `${robot.value?.id ?? 'robot'}.png`;
+  link.click();
+}

@@ -1,0 +1,202 @@
+// The three-dimensional view. It draws when something has changed, and only then.
+import {
+  AmbientLight,
+  Box3,
+  DirectionalLight,
+  GridHelper,
+  Group,
+  PerspectiveCamera,
+  Raycaster,
+  Scene,
+  Sphere,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
+import type { Object3D, Vector3Tuple } from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import type { ComparedBackend, PlanAnswer, Problem, Robot } from '../service/types';
+import { matrixOf } from '../robot/chain';
+import { reach } from '../robot/shapes';
+import { styleColour, theme } from '../state/theme';
+import { Arm } from './arm';
+import { axes, ball, disposeOf, ghostLine, pathLine, waypointMarks } from './marks';
+
+export type View = 'home' | 'front' | 'side' | 'top';
+
+const DIRECTIONS: Record<View, Vector3Tuple> = { home: [1, -1.05, 0.75], front: [1, 0, 0.02], side: [0, -1, 0.02], top: [0.001, 0, 1] };
+
+export class Stage {
+  readonly scene = new Scene();
+  readonly camera = new PerspectiveCamera(38, 1, 0.01, 100);
+  readonly world = new Group(); // in the base frame; the mounting turns it
+  readonly controls: OrbitControls;
+  private readonly renderer: WebGLRenderer;
+  private arm?: Arm;
+  private robot?: Robot;
+  private drawn: Partial<Record<'path' | 'waypoints' | 'ghosts' | 'place' | 'grid' | 'ghost', Object3D>> = {};
+  private waiting = false;
+  private extent = 1;
+  private isFitted = false; // the view has been fitted to the first path of this robot
+
+  constructor(readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.camera.up.set(0, 0, 1);
+    this.scene.add(this.world, new AmbientLight('#ffffff', 1.4));
+    for (const [x, y, z, strength] of [[2, -3, 5, 2.2], [-4, 2, 3, 0.9]] as const) {
+      const light = new DirectionalLight('#ffffff', strength);
+      light.position.set(x, y, z);
+      this.scene.add(light);
+    }
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.draw());
+    canvas.addEventListener('pointerdown', (down) => this.remember(down));
+  }
+
+  // Called with the number of a waypoint that is clicked.
+  onPick: (waypoint: number) => void = () => undefined;
+
+  private remember(down: PointerEvent): void {
+    const up = (event: PointerEvent): void => {
+      if (Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 4) this.pick(event);
+    };
+    this.canvas.addEventListener('pointerup', up, { once: true });
+  }
+
+  private pick(event: PointerEvent): void {
+    const box = this.canvas.getBoundingClientRect();
+    const at = new Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
+    const ray = new Raycaster();
+    ray.setFromCamera(at, this.camera);
+    const hit = ray.intersectObjects(this.drawn.waypoints?.children ?? []).find(({ object }) => 'waypoint' in object.userData);
+    if (hit) this.onPick(hit.object.userData.waypoint as number);
+  }
+
+  setRobot(robot: Robot, posture: readonly number[]): void {
+    this.arm?.dispose();
+    this.robot = robot;
+    this.extent = Math.max(0.3, reach(robot));
+    this.arm = new Arm(robot);
+    const tip = robot.placements.find((placement) => placement.frame === robot.tip_frame);
+    if (tip) {
+      const tool = axes(this.extent * 0.09);
+      tool.applyMatrix4(matrixOf(tip).multiply(matrixOf(robot.tool)));
+      this.arm.attach(tip.after, tool);
+    }
+    this.world.matrixAutoUpdate = false;
+    if (robot.mounting) this.world.matrix.copy(matrixOf(robot.mounting));
+    else this.world.matrix.identity();
+    this.world.matrixWorldNeedsUpdate = true;
+    this.world.add(this.arm.object);
+    this.arm.pose(posture);
+    this.isFitted = false;
+    this.setGround();
+    this.look('home');
+  }
+
+  setPosture(position: readonly number[]): void {
+    this.arm?.pose(position);
+    this.draw();
+  }
+
+  setPlan(answer: PlanAnswer | null): void {
+    this.replace('path', answer?.samples.tcp_pose ? pathLine(answer, theme.value === 'dark') : undefined);
+    if (answer && !this.isFitted) {
+      this.isFitted = true;
+      this.look('home');
+    }
+  }
+
+  setWaypoints(answer: PlanAnswer | null, chosen: number): void {
+    const colours = [styleColour('--text-soft'), styleColour('--accent')] as const;
+    this.replace('waypoints', answer ? waypointMarks(answer, this.extent * 0.008, chosen, ...colours) : undefined);
+  }
+
+  setGhosts(compared: readonly ComparedBackend[] | null, colours: readonly string[]): void {
+    const group = new Group();
+    compared?.forEach(({ trajectory }, index) => {
+      if (trajectory) group.add(ghostLine(trajectory, colours[index % colours.length]!));
+    });
+    this.replace('ghosts', group);
+  }
+
+  // Shows where a refusal is: the posture there as a ghost, and the pose of the tool.
+  setProblem(problem: Problem | null): void {
+    const [place, nearest] = [problem?.place, problem?.nearest];
+    const posture = place?.position ?? (nearest && 'position' in nearest ? nearest.position : undefined);
+    const colour = styleColour('--bad');
+    let ghost: Object3D | undefined;
+    if (posture && this.robot && posture.length === this.robot.chain.length) {
+      const arm = new Arm(this.robot, { colour, opacity: 0.32 });
+      arm.pose(posture);
+      ghost = arm.object;
+    }
+    this.replace('ghost', ghost);
+    const at = place?.pose.position ?? nearest?.pose.position;
+    const mark = at ? ball(this.extent * 0.016, colour) : undefined;
+    if (at) mark?.position.fromArray(at);
+    this.replace('place', mark);
+  }
+
+  // The ground under the robot, in the colours of the theme.
+  setGround(): void {
+    disposeOf(this.drawn.grid);
+    const size = Math.ceil(this.extent * 2.4);
+    const grid = new GridHelper(size, size * 4, styleColour('--grid-strong'), styleColour('--ground'));
+    grid.rotateX(Math.PI / 2);
+    grid.position.z = Math.min(0, this.bounds().min.z);
+    this.drawn.grid = grid;
+    this.scene.add(grid);
+    this.draw();
+  }
+
+  // The box around the robot and the path of its tool.
+  private bounds(): Box3 {
+    this.world.updateWorldMatrix(true, true);
+    const box = new Box3();
+    for (const object of [this.arm?.object, this.drawn.path]) if (object) box.expandByObject(object);
+    return box.isEmpty() ? new Box3(new Vector3(-1, -1, 0), new Vector3(1, 1, 1)) : box;
+  }
+
+  look(view: View): void {
+    const sphere = this.bounds().getBoundingSphere(new Sphere());
+    const half = (this.camera.fov * Math.PI) / 360;
+    const narrow = Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect));
+    const direction = new Vector3().fromArray(DIRECTIONS[view]).normalize();
+    this.controls.target.copy(sphere.center);
+    this.camera.position.copy(sphere.center).addScaledVector(direction, (sphere.radius / Math.sin(narrow)) * 0.76);
+    this.controls.update();
+    this.draw();
+  }
+
+  resize(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  picture(): string {
+    this.renderer.render(this.scene, this.camera);
+    return this.canvas.toDataURL('image/png');
+  }
+
+  draw(): void {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+
+  private replace(name: 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost', object: Object3D | undefined): void {
+    disposeOf(this.drawn[name]);
+    this.drawn[name] = object;
+    if (object) this.world.add(object);
+    this.draw();
+  }
+}

@@ -1,0 +1,76 @@
+// Has the request planned, a moment after its last change; an answer to an older request is dropped.
+import { batch } from '@preact/signals';
+import { client, outcome } from '../service/client';
+import type { Include, PlanAnswer, PlanRequest, Robot } from '../service/types';
+import { backends, compared, comparing, notice, plan, planning, problem, request, robot } from './store';
+import { duration, time } from './playback';
+import { texts } from '../texts';
+
+const DELAY = 250; // ms after the last change
+const SHOWN: readonly Include[] = ['jerk', 'tcp_pose', 'tcp_velocity'];
+const MOST_SAMPLES = 20_000; // longer motions are sampled more coarsely, so that plots stay fluid
+
+// The answer of a call that asks for JSON, of all the forms that the document lists.
+type AsJson<T> = T extends Promise<infer R> ? Promise<Omit<R, 'data'> & { data?: PlanAnswer }> : never;
+
+let timer: ReturnType<typeof setTimeout> | undefined;
+let running = new AbortController();
+
+export function planSoon(): void {
+  clearTimeout(timer);
+  timer = setTimeout(() => void planNow(), DELAY);
+}
+
+export async function planNow(): Promise<void> {
+  clearTimeout(timer);
+  const [asked, arm] = [request.value, robot.value];
+  if (!asked || arm?.id !== asked.robot) return;
+  running.abort();
+  running = new AbortController();
+  planning.value = true;
+  const begun = performance.now();
+  try {
+    const call = client.POST('/v1/trajectories', { body: withShown(asked, arm), signal: running.signal });
+    const found = await outcome(call as AsJson<typeof call>);
+    if (request.value !== asked) return;
+    batch(() => {
+      planning.value = false;
+      problem.value = found.problem ?? null;
+      if (found.problem) {
+        notice.value = found.problem.detail;
+        return;
+      }
+      plan.value = { request: asked, answer: found.answer, took: (performance.now() - begun) / 1000 };
+      time.value = Math.min(time.value, duration());
+      notice.value = texts.said.planned(found.answer.duration);
+    });
+  } catch {
+    // A newer request has taken its place.
+  }
+}
+
+// The request with what the page draws besides; torques only of a robot whose masses are known.
+export function withShown(asked: PlanRequest, arm: Robot): PlanRequest {
+  const torque: Include[] = arm.mass > 0 ? ['torque'] : [];
+  const include = [...new Set([...(asked.include ?? []), ...SHOWN, ...torque])];
+  const longest = asked.duration ?? 0;
+  const period = Math.max(asked.sample_period ?? 0.01, longest / MOST_SAMPLES);
+  return { ...asked, include, sample_period: period };
+}
+
+// Plans with all back ends that the service has.
+export async function compare(): Promise<void> {
+  const [asked, arm] = [request.value, robot.value];
+  if (!asked || !arm || comparing.value) return;
+  comparing.value = true;
+  const rest = { ...asked, backend: undefined };
+  const kinds = backends.value.map(({ kind }) => ({ kind }));
+  const body = { ...rest, include: ['tcp_pose'] as Include[], backends: kinds as never };
+  const found = await outcome(client.POST('/v1/trajectories/compare', { body }));
+  batch(() => {
+    comparing.value = false;
+    if (request.value !== asked) return;
+    if (found.answer) compared.value = found.answer.results;
+    else problem.value = found.problem;
+  });
+}

@@ -1,0 +1,43 @@
+// The time that is shown, and its course while the motion is played.
+import { effect, signal } from '@preact/signals';
+import { shownPlan } from './store';
+
+export const time = signal(0);
+export const playing = signal(false);
+export const speed = signal(1);
+export const SPEEDS: readonly number[] = [0.1, 0.25, 0.5, 1, 2, 4];
+
+let last = 0;
+
+export function duration(): number {
+  return shownPlan.value?.answer.duration ?? 0;
+}
+
+export function seek(to: number): void {
+  time.value = Math.min(Math.max(0, to), duration());
+}
+
+export function togglePlaying(): void {
+  if (duration() === 0) return;
+  if (!playing.value && time.value >= duration()) time.value = 0;
+  playing.value = !playing.value;
+}
+
+function step(now: number): void {
+  if (!playing.value) return;
+  const next = time.value + (Math.min(now - last, 100) / 1000) * speed.value;
+  last = now;
+  if (next >= duration()) {
+    time.value = duration();
+    playing.value = false;
+    return;
+  }
+  time.value = next;
+  requestAnimationFrame(step);
+}
+
+effect(() => {
+  if (!playing.value) return;
+  last = performance.now();
+  requestAnimationFrame(step);
+});

@@ -1,0 +1,52 @@
+// Loads what the service has, and the request that the address names, else the first example.
+import { effect } from '@preact/signals';
+import { fromFragment, toFragment } from '../request/address';
+import { EXAMPLES, FIRST_EXAMPLE } from '../request/examples';
+import { apiKey, client, outcome } from '../service/client';
+import { chooseExample, show } from './actions';
+import { playing, time } from './playback';
+import { backends, problem, request, robots } from './store';
+
+let written = '';
+
+export async function start(): Promise<void> {
+  effect(() => {
+    if (apiKey.value !== '' || robots.peek().length === 0) void loadLists();
+  });
+  addEventListener('hashchange', () => {
+    if (location.hash !== written) void showAddress();
+  });
+  effect(() => {
+    if (request.value && time.value >= 0 && !playing.value) void writeAddress();
+  });
+  if (!(await showAddress())) await chooseExample(EXAMPLES.find(({ name }) => name === FIRST_EXAMPLE)!);
+}
+
+async function loadLists(): Promise<void> {
+  const [known, kinds] = await Promise.all([
+    outcome(client.GET('/v1/robots', { params: { query: { limit: 1000 } } })),
+    outcome(client.GET('/v1/backends')),
+  ]);
+  if (known.answer) robots.value = known.answer.robots;
+  else problem.value = known.problem;
+  if (kinds.answer) backends.value = kinds.answer.backends;
+}
+
+async function showAddress(): Promise<boolean> {
+  const shown = await fromFragment(location.hash);
+  if (!shown) return false;
+  show(shown.request);
+  time.value = shown.time;
+  return true;
+}
+
+let timer: ReturnType<typeof setTimeout> | undefined;
+
+async function writeAddress(): Promise<void> {
+  clearTimeout(timer);
+  await new Promise((resolve) => (timer = setTimeout(resolve, 400)));
+  const shown = request.peek();
+  if (!shown || playing.peek()) return;
+  written = await toFragment({ request: shown, time: time.peek() });
+  globalThis.history.replaceState(null, '', written);
+}

@@ -1,0 +1,36 @@
+// What the page shows, as signals; only the functions of this folder change them.
+import { computed, signal } from '@preact/signals';
+import type {
+  BackendDescription,
+  ComparedBackend,
+  PlanAnswer,
+  PlanRequest,
+  Problem,
+  Robot,
+  RobotSummary,
+} from '../service/types';
+import type { History } from '../request/history';
+import { NO_HISTORY } from '../request/history';
+
+export interface Planned {
+  request: PlanRequest;
+  answer: PlanAnswer;
+  took: number; // s, as the caller waited
+}
+
+export const robots = signal<readonly RobotSummary[]>([]);
+export const backends = signal<readonly BackendDescription[]>([]);
+export const request = signal<PlanRequest | null>(null);
+export const history = signal<History<PlanRequest>>(NO_HISTORY);
+export const robot = signal<Robot | null>(null);
+export const plan = signal<Planned | null>(null);
+export const problem = signal<Problem | null>(null);
+export const planning = signal(false);
+export const compared = signal<readonly ComparedBackend[] | null>(null);
+export const comparing = signal(false);
+export const selected = signal(0);
+export const notice = signal(''); // the last thing that happened, for those who listen
+
+// A plan is shown only for the robot that it was made for.
+export const shownPlan = computed(() => (plan.value?.answer.robot === robot.value?.id ? plan.value : null));
+export const isStale = computed(() => plan.value !== null && plan.value.request !== request.value);
