@@ -35,7 +35,7 @@ COMPRESSED = {".html", ".js", ".css", ".json", ".svg"}
 """The suffixes of the files that are kept compressed, too."""
 
 
-class PageBuildHook(BuildHookInterface):  # type: ignore[type-arg]
+class PageBuildHook(BuildHookInterface):  # type: ignore[misc]  # hatchling is there while pip builds, only
     """The build hook that pyproject.toml names."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:

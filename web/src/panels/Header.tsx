@@ -19,19 +19,21 @@ export function Header() {
         {texts.skip}
       </a>
       <h1>{texts.title}</h1>
-      <label>
-        {texts.header.robot}{' '}
-        <select value={shown?.robot ?? ''} onChange={(event) => void chooseRobot(event.currentTarget.value)}>
+      <span class="labelled">
+        <label for="robot">{texts.header.robot}</label>
+        <select id="robot" value={shown?.robot ?? ''} onChange={(event) => void chooseRobot(event.currentTarget.value)}>
           {robotIds(shown?.robot).map((id) => (
             <option key={id} value={id}>
               {id}
             </option>
           ))}
         </select>
-      </label>
-      <label>
-        <span class="visually-hidden">{texts.header.example}</span>
-        <select value="" onChange={(event) => openExample(event.currentTarget)}>
+      </span>
+      <span class="labelled">
+        <label for="example" class="visually-hidden">
+          {texts.header.example}
+        </label>
+        <select id="example" value="" onChange={(event) => openExample(event.currentTarget)}>
           <option value="">{texts.header.chooseExample}</option>
           {GROUPS.map((group) => (
             <optgroup key={group} label={texts.header.groups[group]}>
@@ -43,17 +45,17 @@ export function Header() {
             </optgroup>
           ))}
         </select>
-      </label>
-      <label>
-        {texts.header.backend}{' '}
-        <select value={shown?.backend?.kind ?? 'cubic'} onChange={(event) => useBackend(event.currentTarget.value)}>
+      </span>
+      <span class="labelled">
+        <label for="backend">{texts.header.backend}</label>
+        <select id="backend" value={shown?.backend?.kind ?? 'cubic'} onChange={(event) => useBackend(event.currentTarget.value)}>
           {backends.value.map(({ kind, summary }) => (
             <option key={kind} value={kind} title={summary}>
               {kind}
             </option>
           ))}
         </select>
-      </label>
+      </span>
       <button type="button" class="primary" onClick={() => void planNow()}>
         {planning.value ? texts.header.planning : texts.header.plan}
       </button>

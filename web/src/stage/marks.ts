@@ -1,15 +1,20 @@
 // What is drawn beside the robot: the tool's path, waypoints, frames, the place of a refusal.
 import {
   BufferGeometry,
+  Color,
   Float32BufferAttribute,
   Group,
+  InstancedMesh,
   Line,
   LineBasicMaterial,
   LineDashedMaterial,
   LineSegments,
+  Matrix4,
   Mesh,
   MeshBasicMaterial,
+  Quaternion,
   SphereGeometry,
+  Vector3,
 } from 'three';
 import type { ColorRepresentation, Object3D } from 'three';
 import { Line2 } from 'three/examples/jsm/lines/Line2.js';
@@ -21,7 +26,7 @@ import { quaternionOf } from '../request/rotations';
 import { shareColour } from './colours';
 
 const PATH_WIDTH = 4; // pixels
-const AXES = ['#d7263d', '#2b8a3e', '#1c6fd6'];
+const AXES = ['#d7263d', '#2b8a3e', '#1c6fd6'].map((hex) => new Color(hex));
 
 // The tool's path, coloured from standing still to its highest speed; it lies in the base frame.
 export function pathLine(answer: PlanAnswer, dark: boolean): Object3D {
@@ -44,36 +49,45 @@ export function ghostLine(answer: PlanAnswer, colour: ColorRepresentation): Obje
 }
 
 export function axes(length: number): LineSegments {
+  return allAxes([{ matrix: new Matrix4(), length }]);
+}
+
+// The axes of many frames as one object, so that it is drawn at once.
+function allAxes(frames: readonly { matrix: Matrix4; length: number }[]): LineSegments {
+  const [ends, colours]: [number[], number[]] = [[], []];
+  for (const { matrix, length } of frames) {
+    const origin = new Vector3().setFromMatrixPosition(matrix);
+    AXES.forEach((colour, axis) => {
+      const end = new Vector3().setComponent(axis, length).applyMatrix4(matrix);
+      ends.push(...origin.toArray(), ...end.toArray());
+      colours.push(...colour.toArray(), ...colour.toArray());
+    });
+  }
   const geometry = new BufferGeometry();
-  const ends = [0, 1, 2].flatMap((axis) => [0, 0, 0, ...[0, 1, 2].map((i) => (i === axis ? length : 0))]);
-  const colours = AXES.flatMap((hex) => [...new LineBasicMaterial({ color: hex }).color.toArray()]);
-  const doubled = [0, 1, 2].flatMap((axis) => [...colours.slice(3 * axis, 3 * axis + 3), ...colours.slice(3 * axis, 3 * axis + 3)]);
   geometry.setAttribute('position', new Float32BufferAttribute(ends, 3));
-  geometry.setAttribute('color', new Float32BufferAttribute(doubled, 3));
-  return new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true, linewidth: 2 }));
+  geometry.setAttribute('color', new Float32BufferAttribute(colours, 3));
+  return new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true }));
 }
 
 export function ball(radius: number, colour: ColorRepresentation): Mesh {
   return new Mesh(new SphereGeometry(radius, 20, 14), new MeshBasicMaterial({ color: colour }));
 }
 
-// A ball and axes at each waypoint, which knows its number.
+// A ball and axes at each waypoint; the number of a ball is that of its waypoint.
 export function waypointMarks(answer: PlanAnswer, size: number, chosen: number, colour: string, mark: string): Group {
-  const group = new Group();
-  answer.waypoints.forEach((waypoint, index) => {
-    const at = new Group();
-    at.position.fromArray(waypoint.pose.position);
-    const turn = quaternionOf(waypoint.pose.orientation);
-    if (turn) {
-      at.quaternion.set(...turn);
-      at.add(axes(size * (index === chosen ? 6 : 3.5)));
-    }
-    const round = ball(index === chosen ? size * 1.5 : size, index === chosen ? mark : colour);
-    round.userData.waypoint = index;
-    at.add(round);
-    group.add(at);
+  const material = new MeshBasicMaterial();
+  const balls = new InstancedMesh(new SphereGeometry(size, 16, 10), material, answer.waypoints.length);
+  const frames: { matrix: Matrix4; length: number }[] = [];
+  answer.waypoints.forEach(({ pose }, index) => {
+    const isChosen = index === chosen;
+    const turn = quaternionOf(pose.orientation);
+    const at = new Vector3().fromArray(pose.position);
+    const matrix = new Matrix4().compose(at, turn ? new Quaternion(...turn) : new Quaternion(), new Vector3(1, 1, 1));
+    if (turn) frames.push({ matrix, length: size * (isChosen ? 6 : 3.5) });
+    balls.setMatrixAt(index, isChosen ? matrix.clone().scale(new Vector3(1.5, 1.5, 1.5)) : matrix);
+    balls.setColorAt(index, new Color(isChosen ? mark : colour));
   });
-  return group;
+  return new Group().add(balls, allAxes(frames));
 }
 
 export function disposeOf(object: Object3D | undefined): void {

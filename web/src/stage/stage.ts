@@ -68,8 +68,8 @@ export class Stage {
     const at = new Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
     const ray = new Raycaster();
     ray.setFromCamera(at, this.camera);
-    const hit = ray.intersectObjects(this.drawn.waypoints?.children ?? []).find(({ object }) => 'waypoint' in object.userData);
-    if (hit) this.onPick(hit.object.userData.waypoint as number);
+    const hit = ray.intersectObjects(this.drawn.waypoints?.children ?? []).find(({ instanceId }) => instanceId !== undefined);
+    if (hit?.instanceId !== undefined) this.onPick(hit.instanceId);
   }
 
   setRobot(robot: Robot, posture: readonly number[]): void {

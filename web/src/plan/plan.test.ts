@@ -1,0 +1,88 @@
+import { describe, expect, test } from 'vitest';
+import { jointMatrices, toolMatrix } from '../robot/chain';
+import { shapesOf, sticks } from '../robot/shapes';
+import type { PlanAnswer, PlanRequest, Robot } from '../service/types';
+import { axisRange, shareOf } from '../plots/curves';
+import { bandOf } from './limits';
+import { locate, positionAt } from './samples';
+
+const still = { quaternion_xyzw: [0, 0, 0, 1] };
+const joint = { lower: -1, upper: 2, velocity: 2, acceleration: 4, jerk: null, torque: null, provenance: {} };
+const ranges = { velocity_range: [-1, 3], acceleration_range: null, torque_range: null };
+
+// Two joints in a plane: 1 m to the elbow, which turns; 0.5 m to the tip, which slides along x.
+const arm = {
+  id: 'arm',
+  joint_names: ['a', 'b'],
+  joints: [
+    { ...joint, ...ranges, name: 'a', kind: 'revolute' },
+    { ...joint, ...ranges, velocity_range: null, name: 'b', kind: 'prismatic' },
+  ],
+  chain: [
+    { position: [0, 0, 0.2], ...still, axis: [0, 0, 1] },
+    { position: [1, 0, 0], ...still, axis: [1, 0, 0] },
+  ],
+  placements: [{ frame: 'tip', after: 2, position: [0.5, 0, 0], ...still }],
+  tip_frame: 'tip',
+  tool: { position: [0, 0, 0.1], ...still },
+} as unknown as Robot;
+
+describe('the chain', () => {
+  test('places the tool where trigonometry does', () => {
+    const [turn, stroke] = [0.7, 0.3];
+    const at = toolMatrix(arm, [turn, stroke]).elements;
+    const length = 1 + stroke + 0.5;
+    [length * Math.cos(turn), length * Math.sin(turn), 0.3].forEach((value, i) => expect(at[12 + i]).toBeCloseTo(value, 12));
+    expect(jointMatrices(arm, [turn, stroke])).toHaveLength(3);
+  });
+
+  test('becomes sticks where the model has no shapes', () => {
+    expect(shapesOf(arm)).toEqual(sticks(arm));
+    expect(sticks(arm).filter(({ form }) => form.kind === 'capsule').map(({ after }) => after)).toEqual([0, 1, 2]);
+  });
+});
+
+describe('limits', () => {
+  const request = {
+    robot: 'arm',
+    waypoints: [{}, { limits: { velocity: [0.5, 5], velocity_scale: 0.5 } }, {}],
+    limits: { velocity: [1, 1], velocity_scale: 0.5, acceleration_scale: 0.25 },
+  } as unknown as PlanRequest;
+
+  test('are the narrowest of robot and waypoint or request, times both factors', () => {
+    expect(bandOf(arm, request, 'velocity', 0, 0)).toEqual({ lower: -0.5 * 0.25, upper: 0.5 * 0.25 });
+    expect(bandOf(arm, request, 'velocity', 1, 0)).toEqual({ lower: -2 * 0.25, upper: 2 * 0.25 });
+    expect(bandOf(arm, request, 'velocity', 0, 1)).toEqual({ lower: -0.5, upper: 0.5 });
+    expect(bandOf(arm, { ...request, limits: undefined }, 'velocity', 0, 1)).toEqual({ lower: -1, upper: 3 });
+    expect(bandOf(arm, request, 'acceleration', 1, 1)).toEqual({ lower: -1, upper: 1 });
+    expect(bandOf(arm, request, 'position', 0, 0)).toEqual({ lower: -1, upper: 2 });
+    expect(bandOf(arm, request, 'jerk', 0, 0)).toEqual({ lower: null, upper: null });
+  });
+
+  test('are used from -100 % to 100 %', () => {
+    expect(shareOf(-1, { lower: -1, upper: 2 })).toBe(-100);
+    expect(shareOf(2, { lower: -1, upper: 2 })).toBe(100);
+    expect(shareOf(1, { lower: -2, upper: 2 })).toBe(50);
+    expect(shareOf(1, { lower: null, upper: 2 })).toBeNull();
+  });
+
+  test('are on the axis when they are near', () => {
+    const curve = { label: '', colour: '', values: [0, 1], bands: [{ lower: -50, upper: 1.5 }] };
+    const [low, high] = axisRange([curve]);
+    expect(high).toBeGreaterThan(1.5);
+    expect(low).toBeGreaterThan(-1);
+    expect(axisRange([{ ...curve, values: [null] }])).toEqual([-1, 1]);
+  });
+});
+
+describe('samples', () => {
+  const answer = { samples: { time: [0, 1, 3], position: [[0], [2], [0]] } } as unknown as PlanAnswer;
+
+  test.each([[-1, 0], [0, 0], [0.5, 1], [1, 2], [2, 1], [3, 0], [9, 0]])('at %d s', (time, value) => {
+    expect(positionAt(answer, time)).toEqual([value]);
+  });
+
+  test('of one row are that row', () => {
+    expect(locate([0], 0)).toEqual([0, 0]);
+  });
+});

@@ -1,0 +1,78 @@
+"""A page in Debian's Chromium, which fails its test on any message of the console and any request to elsewhere."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from playwright.sync_api import Browser, Page, Playwright
+
+CHROMIUM = "/usr/bin/chromium"
+ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+DESKTOP = {"width": 1440, "height": 900}
+PHONE = {"width": 390, "height": 844}
+REFUSED = "Failed to load resource: the server responded with a status of 422"
+"""Chromium's own message where the service refuses a plan, which no page can avoid."""
+GRAPHICS = "GPU stall due to ReadPixels"
+"""Chromium's remark on saving a picture where the processor draws."""
+
+WELDING = "welding"
+TOO_SHORT = {
+    "robot": "kuka_kr16_2",
+    "waypoints": [
+        {"kind": "joint", "position": [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]},
+        {"kind": "joint", "position": [1.0, -1.2, 1.2, 0.0, 0.5, 0.5], "duration": 0.5},
+    ],
+}
+
+
+def launched(playwright: Playwright) -> Browser:
+    return playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+
+
+@contextmanager
+def opened(browser: Browser, url: str, may_fail: tuple[str, ...] = (), **options: Any) -> Iterator[Page]:
+    """Open the page; at the end, nothing but `may_fail` may have been said, and nobody else have been asked."""
+    said: list[str] = []
+    asked: set[str] = set()
+    context = browser.new_context(viewport=options.pop("viewport", DESKTOP), **options)
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page = context.new_page()
+    page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
+    page.on("pageerror", lambda error: said.append(f"error: {error}"))
+    page.on("request", lambda request: asked.add(urlsplit(request.url).netloc))
+    page.goto(url)
+    try:
+        yield page
+    finally:
+        context.close()
+    expected = (REFUSED, GRAPHICS, *may_fail)
+    assert not [text for text in said if not any(part in text for part in expected)]
+    assert asked - {""} == {urlsplit(url).netloc}
+
+
+def planned(page: Page) -> str:
+    """Wait for a plan of what is shown; return what the page says of it."""
+    page.locator(".verdict:not(.stale)").wait_for()
+    return page.locator(".verdict").inner_text()
+
+
+def choose_example(page: Page, name: str) -> None:
+    page.get_by_label("Example").select_option(name)
+    page.locator("p[role=status]", has_text="Planned").wait_for(state="attached")
+    planned(page)
+
+
+def use_request(page: Page, text: str) -> None:
+    page.get_by_role("tab", name="Request").click()
+    page.get_by_label("The request as JSON").fill(text)
+    page.get_by_role("button", name="Use this request").click()
+
+
+def seconds(page: Page) -> float:
+    """The time that is shown, s."""
+    return float(page.locator("output.time").inner_text().split(" ")[0])

@@ -1,0 +1,55 @@
+"""Makes the pictures of docs/page.md: `python -m web.tests.pictures`."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from tests.api.conftest import running_service
+from tests.locations import ROOT
+from web.tests.browser import PHONE, TOO_SHORT, choose_example, launched, opened, planned, use_request
+
+FOLDER = ROOT / "docs/images/page"
+VIEW = {"width": 1360, "height": 850}
+QUALITY = 72  # of JPEG: under 150 kB each
+
+
+def main() -> None:
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        running_service(Path(folder) / "log.jsonl") as service,
+        sync_playwright() as playwright,
+    ):
+        browser = launched(playwright)
+
+        def take(name: str, what: str) -> None:
+            page.locator("h1").click()
+            page.wait_for_timeout(1000)
+            page.screenshot(path=FOLDER / f"{name}.jpg", type="jpeg", quality=QUALITY)
+            print(f"{name}: {what}")
+
+        with opened(browser, f"{service.url}/", viewport=VIEW) as page:
+            choose_example(page, "welding")
+            page.locator("[data-waypoint='4']").click()
+            take("light", "the welding example")
+            use_request(page, json.dumps(TOO_SHORT))
+            page.get_by_role("alert", name="Refusal").wait_for()
+            take("refusal", "a duration that is too short")
+        with opened(browser, f"{service.url}/", viewport=VIEW, color_scheme="dark") as page:
+            choose_example(page, "pick_and_place")
+            page.get_by_role("tab", name="Compare").click()
+            page.get_by_role("button", name="Compare all back ends").click()
+            page.locator("table.compare").wait_for(timeout=60_000)
+            page.get_by_label("in % of the limits").check()
+            page.get_by_role("slider", name="Time").press("PageUp")
+            take("compare", "all back ends on one job, in the dark")
+        with opened(browser, f"{service.url}/", viewport=PHONE) as page:
+            planned(page)
+            take("phone", "a phone")
+
+
+main()

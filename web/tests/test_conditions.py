@@ -1,0 +1,176 @@
+"""The page under conditions: for everyone, in the dark, on a phone, behind a proxy, on a slow network, fast."""
+
+from __future__ import annotations
+
+import json
+import threading
+from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import TYPE_CHECKING, Any
+
+import httpx
+import pytest
+from playwright.sync_api import expect
+
+from tests.locations import ROOT
+from web.tests.browser import PHONE, TOO_SHORT, choose_example, opened, planned, use_request
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from playwright.sync_api import Browser, Page, Route
+
+    from tests.api.conftest import RunningService
+
+AXE = (ROOT / "web/node_modules/axe-core/axe.min.js").read_text(encoding="utf-8")
+FIRST_VIEW = 1500.0  # ms
+SCRIPTING = 4.0  # ms a frame
+MOST_BYTES = 350_000, 600_000  # compressed, without three and with it
+
+
+def violations(page: Page) -> list[str]:
+    page.evaluate(AXE)
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")["violations"]
+    return [f"{rule['id']}: {[node['html'][:120] for node in rule['nodes']]}" for rule in found]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_violation(browser: Browser, service: RunningService, scheme: str) -> None:
+    with opened(browser, f"{service.url}/", color_scheme=scheme) as page:
+        planned(page)
+        page.locator(".plot canvas").first.wait_for()
+        assert violations(page) == []
+        for tab in ("Compare", "Exports", "Request"):
+            page.get_by_role("tab", name=tab).click()
+            assert violations(page) == []
+        use_request(page, json.dumps(TOO_SHORT))
+        page.get_by_role("alert", name="Refusal").wait_for()
+        assert violations(page) == []
+
+
+def test_a_phone_shows_all_without_scrolling_sideways(browser: Browser, service: RunningService) -> None:
+    with opened(browser, f"{service.url}/", viewport=PHONE, has_touch=True) as page:
+        planned(page)
+        for selector in (".stage canvas", ".timeline", ".plots", "#waypoints", ".result"):
+            box = page.locator(selector).first.bounding_box()
+            assert box is not None
+            assert 0.0 <= box["x"] <= box["x"] + box["width"] <= PHONE["width"]
+        assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+        assert violations(page) == []
+
+
+@pytest.fixture
+def behind_a_proxy(service: RunningService) -> Iterator[str]:
+    """The service under a prefix, as a proxy shows it."""
+
+    class Proxy(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.forward()
+
+        def do_POST(self) -> None:
+            self.forward()
+
+        def forward(self) -> None:
+            assert self.path.startswith("/planner/"), self.path
+            body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+            headers = {"Content-Type": self.headers.get("Content-Type", "application/json")}
+            url = f"{service.url}{self.path.removeprefix('/planner')}"
+            answer = httpx.request(self.command, url, content=body, headers=headers, trust_env=False, timeout=60.0)
+            self.send_response(answer.status_code)
+            for name in ("content-type", "content-security-policy"):
+                if name in answer.headers:
+                    self.send_header(name, answer.headers[name])
+            self.send_header("Content-Length", str(len(answer.content)))
+            with suppress(ConnectionError):  # the page has given up a request for a newer one
+                self.end_headers()
+                self.wfile.write(answer.content)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Proxy)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/planner/"
+    server.shutdown()
+    server.server_close()
+
+
+def test_it_works_under_a_prefix(browser: Browser, behind_a_proxy: str) -> None:
+    with opened(browser, behind_a_proxy) as page:
+        assert "25.29 s" in planned(page)
+        choose_example(page, "welding")
+
+
+def test_on_a_slow_network_the_last_edit_wins(page: Page) -> None:
+    def slowly(route: Route) -> None:
+        page.wait_for_timeout(1000)
+        route.continue_()
+
+    page.route("**/v1/trajectories", slowly)
+    page.locator("[data-waypoint='1']").click()
+    for duration in ("10", "12"):
+        page.get_by_label("Duration (s)").fill(duration)
+        page.keyboard.press("Tab")
+        page.wait_for_timeout(400)
+    expect(page.locator(".verdict:not(.stale)")).to_contain_text("29.96 s")  # 25.29 - 7.33 + 12
+
+
+def test_a_service_that_is_restarted_plans_again(
+    browser: Browser, start_service: Callable[..., RunningService], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = start_service(workers=1)
+    port = int(first.url.rpartition(":")[2])
+    with opened(browser, f"{first.url}/", may_fail=("net::ERR_",)) as page:
+        planned(page)
+        first.process.terminate()
+        first.process.wait(30.0)
+        page.get_by_role("button", name="Plan", exact=True).click()
+        expect(page.get_by_role("alert", name="Refusal")).to_contain_text("does not answer")
+        monkeypatch.setattr("tests.api.conftest.free_port", lambda: port)
+        start_service(workers=1)
+        page.get_by_role("button", name="Plan", exact=True).click()
+        assert "25.29 s" in planned(page)
+
+
+def test_the_first_view_comes_soon_and_playing_costs_little(
+    browser: Browser, service: RunningService, tmp_path: Path
+) -> None:
+    """300 waypoints with 6 joints in about 20,000 samples."""
+    positions = [[0.5 * ((i * j) % 7 - 3) / 3 for j in range(1, 7)] for i in range(300)]
+    waypoints = [{"kind": "joint", "position": position, "duration": 1.0} for position in positions[1:]]
+    asked: dict[str, Any] = {
+        "robot": "ngv_refuelling_arm",
+        "waypoints": [{"kind": "joint", "position": positions[0]}, *waypoints],
+    }
+    asked["sample_period"] = 0.015
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        first_view = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
+        use_request(page, json.dumps(asked))
+        expect(page.locator("[data-waypoint]")).to_have_count(300, timeout=30_000)
+        expect(page.locator(".verdict:not(.stale)")).to_contain_text("299.0", timeout=30_000)
+        client = page.context.new_cdp_session(page)
+        client.send("Performance.enable")
+
+        def scripting() -> float:
+            metrics = client.send("Performance.getMetrics")["metrics"]
+            return float(next(metric["value"] for metric in metrics if metric["name"] == "ScriptDuration"))
+
+        page.evaluate("globalThis.frames_ = 0; const f = () => { frames_++; requestAnimationFrame(f); }; f()")
+        page.get_by_role("button", name="Play").click()
+        before, frames = scripting(), page.evaluate("frames_")
+        page.wait_for_timeout(3000)
+        cost = 1e3 * (scripting() - before) / (page.evaluate("frames_") - frames)
+    print(f"first view after {first_view:.0f} ms, {cost:.2f} ms of scripting a frame")
+    assert first_view < FIRST_VIEW
+    assert cost < SCRIPTING
+
+
+def test_the_page_is_small() -> None:
+    files = {file.name: file.stat().st_size for file in (ROOT / "api/built_page/assets").glob("*.gz")}
+    three = sum(size for name, size in files.items() if name.startswith("stage-"))
+    all_of_it = sum(files.values())
+    print(f"{all_of_it - three} bytes compressed without three, {all_of_it} with it")
+    assert all_of_it - three < MOST_BYTES[0]
+    assert all_of_it < MOST_BYTES[1]

@@ -1,0 +1,143 @@
+"""What a robot programmer does with the page, end to end: plan, edit, refuse and mend, compare, play, export."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.api.requests import urdf_chain, urdf_robot
+from web.tests.browser import TOO_SHORT, WELDING, choose_example, opened, planned, seconds, use_request
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+    from tests.api.conftest import RunningService
+
+
+def test_the_first_example_is_planned(page: Page) -> None:
+    """25.29 s is what the document prints for the six poses."""
+    assert "25.29 s" in planned(page)
+    assert page.locator("[data-waypoint]").count() == 6
+    assert page.locator(".certificate tbody tr").count() >= 4
+    assert page.locator(".plot canvas").count() == 2
+
+
+def test_a_waypoint_is_edited_undone_and_redone(page: Page) -> None:
+    page.locator("[data-waypoint='1']").click()
+    page.get_by_label("Duration (s)").fill("9.33")
+    page.keyboard.press("Tab")
+    expect(page.locator(".verdict")).to_contain_text("27.29 s")
+    page.get_by_role("button", name="Undo").click()
+    expect(page.locator(".verdict")).to_contain_text("25.29 s")
+    page.locator("h1").click()
+    page.keyboard.press("Control+y")
+    expect(page.locator(".verdict")).to_contain_text("27.29 s")
+
+
+def test_waypoints_are_added_moved_and_deleted_by_keys(page: Page) -> None:
+    names = page.locator("[data-waypoint] strong")
+    page.locator("[data-waypoint='1']").click()
+    page.keyboard.press("Alt+ArrowUp")
+    expect(names.nth(0)).to_have_text("P2")
+    expect(page.locator("[data-waypoint='0']")).to_be_focused()
+    page.keyboard.press("Alt+ArrowDown")
+    expect(names.nth(1)).to_have_text("P2")
+    page.keyboard.press("Delete")
+    expect(names).to_have_count(5)
+    for kind in ("posture", "pose", "relative"):
+        page.get_by_label("Add").select_option(kind)
+    expect(names).to_have_count(8)
+    assert planned(page)
+
+
+def test_waypoints_are_moved_by_drag(page: Page) -> None:
+    page.locator("li", has=page.locator("[data-waypoint='4']")).drag_to(page.locator("[data-waypoint='1']"))
+    expect(page.locator("[data-waypoint='1'] strong")).to_have_text("P5")
+
+
+def test_a_refusal_shows_its_place_and_its_remedy_applies(page: Page) -> None:
+    use_request(page, json.dumps(TOO_SHORT))
+    refusal = page.get_by_role("alert", name="Refusal")
+    expect(refusal).to_contain_text("within the acceleration limit of joint_a1 it takes 0.938868 s")
+    expect(refusal).to_contain_text("waypoint 2, between waypoints 1 and 2, joint_a1")
+    expect(page.locator("li.wrong [data-waypoint='1']")).to_be_visible()
+    refusal.get_by_role("button", name="Apply").first.click()
+    expect(refusal).to_have_count(0)
+    assert "0.939 s" in planned(page)
+
+
+def test_what_is_out_of_reach_is_said_where(page: Page) -> None:
+    page.locator("[data-waypoint='2']").click()
+    page.get_by_label("x", exact=True).fill("9000")
+    page.keyboard.press("Tab")
+    refusal = page.get_by_role("alert", name="Refusal")
+    expect(refusal).to_contain_text("waypoint 3")
+    expect(refusal).to_contain_text(re.compile(r"nearest that the tool gets is \d+ mm away"))
+
+
+def test_back_ends_are_compared(page: Page) -> None:
+    choose_example(page, "pick_and_place")
+    page.get_by_role("tab", name="Compare").click()
+    page.get_by_role("button", name="Compare all back ends").click()
+    rows = page.locator("table.compare tbody tr")
+    expect(rows).to_have_count(7, timeout=60_000)
+    page.get_by_role("button", name="Use ruckig").click()
+    expect(page.locator(".verdict")).to_contain_text("by ruckig")
+
+
+def test_the_motion_is_played_and_scrubbed(page: Page) -> None:
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_timeout(500)
+    page.get_by_role("button", name="Pause").click()
+    assert 0.2 < seconds(page) < 3.0
+    slider = page.get_by_role("slider", name="Time")
+    slider.press("Home")
+    assert seconds(page) == 0.0
+    slider.press("PageUp")
+    assert seconds(page) == pytest.approx(2.529, abs=0.01)
+    page.locator(".plot .u-over").first.click(position={"x": 100, "y": 50})
+    assert seconds(page) > 3.0
+
+
+def test_a_link_reproduces_what_is_seen(page: Page, browser: Browser) -> None:
+    choose_example(page, WELDING)
+    page.get_by_role("slider", name="Time").press("PageUp")
+    page.wait_for_timeout(700)
+    shown = planned(page), seconds(page)
+    with opened(browser, page.url) as other:
+        assert planned(other).split(",")[:2] == shown[0].split(",")[:2]
+        assert seconds(other) == shown[1]
+
+
+def test_a_plan_is_saved_and_the_code_copied(page: Page, tmp_path: Path) -> None:
+    page.get_by_role("tab", name="Exports").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="csv").click()
+    download.value.save_as(tmp_path / "plan.csv")
+    assert (tmp_path / "plan.csv").read_text().startswith("time,segment,position.joint_1")
+    page.get_by_role("button", name="Python").click()
+    page.get_by_role("button", name="Copy", exact=True).click()
+    expect(page.get_by_role("button", name="Copied")).to_be_visible()
+    assert "httpx.post(" in page.evaluate("navigator.clipboard.readText()")
+
+
+def test_what_is_no_request_is_said(page: Page) -> None:
+    for text, said in (("{", "JSON"), ('{"robot": 1}', "needs a robot")):
+        use_request(page, text)
+        expect(page.locator(".wrong-text")).to_contain_text(said)
+    use_request(page, json.dumps({**TOO_SHORT, "nonsense": 1}))
+    expect(page.get_by_role("alert", name="Refusal")).to_contain_text("nonsense")
+
+
+def test_a_robot_without_shapes_is_drawn_as_sticks(service: RunningService, browser: Browser) -> None:
+    assert service.post("/v1/robots", urdf_robot(urdf_chain(4), id="bare_chain")).status_code == 201
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        page.get_by_label("Robot", exact=True).select_option("bare_chain")
+        expect(page.locator("[data-waypoint]")).to_have_count(2)
+        assert "Certified" in planned(page)
