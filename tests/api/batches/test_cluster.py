@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import signal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -19,6 +18,7 @@ from api.database.database import Database
 from api.settings import Settings
 from api.telemetry.metrics import Metrics
 from tests.api.batches.clusters import Cluster, running_cluster
+from tests.api.batches.long_batches import ITEMS, finished, requests, results, sent, undisturbed
 from tests.api.conftest import RunningService, running_service, wait_until
 from tests.api.requests import joint, plan_request
 
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-ITEMS = 2000
-BATCHES = "/v1/batches"
 HOPELESS = {
     "robot": "kuka_kr16_2",
     "backend": {"kind": "min_effort"},
@@ -35,43 +33,6 @@ HOPELESS = {
     "deadline": 0.05,
 }
 """What takes a second and more."""
-
-
-def requests(count: int) -> list[dict[str, Any]]:
-    return [
-        plan_request(
-            waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 1e-4 * k, 0.1, 0.5)],
-            backend={"kind": ("cubic", "quintic", "ruckig")[k % 3]},
-            sample_period=0.5,
-        )
-        for k in range(count)
-    ]
-
-
-def sent(service: RunningService, asked: list[dict[str, Any]]) -> str:
-    made = service.post(BATCHES, {"requests": asked})
-    assert made.status_code == 202, made.text
-    location: str = made.headers["Location"]
-    return location
-
-
-def finished(service: RunningService, location: str) -> int:
-    counts = service.client.get(location).json()["counts"]
-    return int(counts["total"] - counts["waiting"])
-
-
-def results(service: RunningService, location: str) -> list[Any]:
-    wait_until(lambda: service.client.get(location).json()["status"] == "completed", 180.0)
-    found = [json.loads(line) for line in service.client.get(f"{location}/results.ndjson").content.splitlines()]
-    assert [result["index"] for result in found] == list(range(len(found)))
-    return found
-
-
-@pytest.fixture(scope="module")
-def expected(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[Any]]:
-    """What comes of the batch on the service's own workers, where nothing happens to them."""
-    with running_service(tmp_path_factory.mktemp("undisturbed") / "log.jsonl") as service:
-        yield results(service, sent(service, requests(ITEMS)))
 
 
 @pytest.fixture
@@ -90,7 +51,7 @@ def service(cluster: Cluster, tmp_path: Path) -> Iterator[RunningService]:
 @pytest.mark.large_only
 @pytest.mark.parametrize("victim", ["planning process", "machine", "scheduler", "service"])
 def test_what_is_killed_in_the_middle_loses_nothing(
-    cluster: Cluster, service: RunningService, tmp_path: Path, expected: list[Any], victim: str
+    cluster: Cluster, service: RunningService, tmp_path: Path, victim: str
 ) -> None:
     location = sent(service, requests(ITEMS))
     wait_until(lambda: finished(service, location) > ITEMS // 10)
@@ -112,10 +73,10 @@ def test_what_is_killed_in_the_middle_loses_nothing(
             settings = {"scheduler": cluster.address, "data_directory": tmp_path, "workers": 1}
             with running_service(tmp_path / "again.jsonl", **settings) as again:
                 assert 0 < finished(again, location) < ITEMS
-                assert results(again, location) == expected
+                assert results(again, location) == undisturbed()
             return
     assert finished(service, location) < ITEMS
-    assert results(service, location) == expected
+    assert results(service, location) == undisturbed()
 
 
 @pytest.mark.large_only

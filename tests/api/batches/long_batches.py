@@ -1,0 +1,58 @@
+"""A batch that is long enough for something to happen to it in the middle, and what comes of it where nothing does."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from tests.api.conftest import RunningService, running_service, wait_until
+from tests.api.requests import joint, plan_request
+
+ITEMS = 2000
+BATCHES = "/v1/batches"
+
+
+def requests(count: int) -> list[dict[str, Any]]:
+    return [
+        plan_request(
+            waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 1e-4 * k, 0.1, 0.5)],
+            backend={"kind": ("cubic", "quintic", "ruckig")[k % 3]},
+            sample_period=0.5,
+        )
+        for k in range(count)
+    ]
+
+
+def sent(service: RunningService, asked: list[dict[str, Any]]) -> str:
+    made = service.post(BATCHES, {"requests": asked})
+    assert made.status_code == 202, made.text
+    location: str = made.headers["Location"]
+    return location
+
+
+def finished(service: RunningService, location: str) -> int:
+    counts = service.client.get(location).json()["counts"]
+    return int(counts["total"] - counts["waiting"])
+
+
+def wait_for(service: RunningService, location: str, count: float) -> None:
+    """Wait until more requests than that have been answered."""
+    wait_until(lambda: finished(service, location) > count, 60.0)
+
+
+def results(service: RunningService, location: str) -> list[Any]:
+    """All results of a batch once it has been completed, each once and in the order of the requests."""
+    wait_until(lambda: service.client.get(location).json()["status"] == "completed", 180.0)
+    found = [json.loads(line) for line in service.client.get(f"{location}/results.ndjson").content.splitlines()]
+    assert [result["index"] for result in found] == list(range(len(found)))
+    return found
+
+
+@cache
+def undisturbed() -> list[Any]:
+    """What comes of the batch on the service's own workers, where nothing happens to them."""
+    with TemporaryDirectory() as folder, running_service(Path(folder) / "log.jsonl") as service:
+        return results(service, sent(service, requests(ITEMS)))

@@ -1,0 +1,70 @@
+"""A batch of 2,000 on the service's own workers: whatever goes away in the middle, each result is there once."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.api.batches.long_batches import ITEMS, finished, requests, results, sent, undisturbed, wait_for
+from tests.api.conftest import running_service
+from tests.api.database.databases import PostgresServer, postgres
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["postgres"]
+OUTAGE = 30.0
+"""The time for which the database is gone, s."""
+
+
+@pytest.mark.large_only
+def test_a_batch_outlives_its_database(postgres: PostgresServer, tmp_path: Path) -> None:
+    """Half a minute is longer than anything in the service waits for; what is asked meanwhile is refused at once."""
+    url = postgres.new_database("outage")
+    with running_service(tmp_path / "log.jsonl", database_url=url, workers=1) as service:
+        location = sent(service, requests(ITEMS))
+        wait_for(service, location, ITEMS // 10)
+        postgres.stop()
+        end = time.monotonic() + OUTAGE
+        while time.monotonic() < end:
+            asked = service.client.get(location)
+            assert (asked.status_code, asked.json()["code"]) == (503, "database_unavailable")
+            assert asked.elapsed.total_seconds() < 5.0
+            assert service.client.get("/livez").status_code == 200
+            time.sleep(1.0)
+        postgres.start()
+        assert finished(service, location) < ITEMS
+        assert results(service, location) == undisturbed()
+
+
+@pytest.mark.large_only
+def test_a_batch_outlives_its_workers(tmp_path: Path) -> None:
+    with running_service(tmp_path / "log.jsonl") as service:
+        location = sent(service, requests(ITEMS))
+        for share in (0.1, 0.3, 0.5, 0.7):
+            wait_for(service, location, share * ITEMS)
+            for worker in service.workers():
+                worker.kill()
+        assert finished(service, location) < ITEMS
+        assert results(service, location) == undisturbed()
+
+
+@pytest.mark.large_only
+def test_a_batch_outlives_its_service(tmp_path: Path) -> None:
+    """It is killed and started again, three times."""
+    settings = {"data_directory": tmp_path, "workers": 1}
+    location = ""
+    for count in range(4):
+        with running_service(tmp_path / f"log{count}.jsonl", **settings) as service:
+            if not location:
+                location = sent(service, requests(ITEMS))
+            before = finished(service, location)
+            assert before < ITEMS
+            if count == 3:
+                assert results(service, location) == undisturbed()
+                return
+            wait_for(service, location, before + ITEMS // 10)
+            service.process.kill()
+            service.process.wait()
