@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import random
-import socket
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -22,6 +18,7 @@ from rich.console import Console
 from api.cli.local_service import local_service
 from api.cli.terminal import plain_table
 from benchmarks.machine import machine
+from benchmarks.service.machines import cluster, has_namespaces
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,14 +50,21 @@ PLACES = (
     Machines("cluster, 1 machine", machines=1),
     Machines("cluster, 2 machines", machines=2),
 )
-"""Each machine of a cluster has a core of its own; there are no more of the pool than cores."""
+"""Each machine of a cluster has a core of its own, and a network where root asks; there are no more of the pool than
+cores."""
 
 
 def measure(items: int) -> dict[str, Any]:
     """All figures; times in s, rates in 1/s, memory in MB."""
     requests = _requests(items)
     bare = _bare_loop(requests[::BARE_SHARE])
-    figures: dict[str, Any] = {"machine": machine(), "items": items, "bare_loop": bare, "batches": []}
+    figures: dict[str, Any] = {
+        "machine": machine(),
+        "networks": has_namespaces(),
+        "items": items,
+        "bare_loop": bare,
+        "batches": [],
+    }
     for place in PLACES:
         found = _measured(place, requests)
         found["overhead"] = max(place.workers, place.machines) * found["seconds"] / items / bare - 1.0
@@ -105,7 +109,7 @@ def _measured(place: Machines, requests: list[dict[str, Any]]) -> dict[str, Any]
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         settings = {"PLANNER_DATA_DIRECTORY": str(folder), "PLANNER_BATCH_WORKERS": str(place.workers)}
         if place.machines:
-            settings["PLANNER_SCHEDULER"] = stack.enter_context(_cluster(folder, place.machines))
+            settings["PLANNER_SCHEDULER"] = stack.enter_context(cluster(folder, place.machines))
         service = local_service(folder / "service.log", place.workers, settings=settings)
         url, process = stack.enter_context(service)
         client = stack.enter_context(httpx.Client(base_url=url, timeout=600.0, trust_env=False))
@@ -133,29 +137,6 @@ def _planned(client: httpx.Client, body: bytes) -> dict[str, Any]:
         "rate": counts["total"] / (ended - taken_in),
         "planned": counts["planned"],
     }
-
-
-@contextmanager
-def _cluster(folder: Path, machines: int) -> Iterator[str]:
-    """A scheduler, and machines with one core each."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    address = f"tcp://127.0.0.1:{port}"
-    scheduler = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
-    commands = [[sys.executable, "-m", *scheduler]]
-    cores = sorted(os.sched_getaffinity(0))
-    for k in range(machines):
-        pinned = ["taskset", "--cpu-list", str(cores[k % len(cores)])]
-        commands.append([*pinned, sys.executable, "-m", "api.cli", "worker", address, "--workers", "1"])
-    with (folder / "cluster.log").open("wb") as log:
-        processes = [subprocess.Popen(command, stdout=log, stderr=log) for command in commands]
-    try:
-        yield address
-    finally:
-        for process in reversed(processes):
-            process.terminate()
-            process.wait(20.0)
 
 
 @contextmanager
