@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from planner.limits import Limits
     from planner.problem import AnyWaypoint, PlanningProblem
     from planner.robots import Robot
-    from planner.spatial import FloatArray
 
 SMALLEST = 1e-9
 """The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
@@ -362,7 +361,8 @@ def _refuse_impossible_ends(problem: PlanningProblem, backend: MovesAtItsEnds) -
         ("initial_acceleration", "velocity", 0, bound_for, "that its initial acceleration leads to"),
         ("final_velocity", "velocity", len(limits.velocity) - 1, ends.final_velocity, "at the end"),
     ):
-        limit: FloatArray = getattr(limits, quantity)[segment]
+        lower, upper = (bound[segment] for bound in limits.bounds(quantity))
+        limit = np.where(values < 0.0, -lower, upper)
         beyond = np.flatnonzero(np.abs(values) > limit)
         if not len(beyond):
             continue

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from planner.limits import SegmentLimits
     from planner.spatial import FloatArray
 
 
@@ -14,20 +18,51 @@ class RateLimits(NamedTuple):
     """Limits of each row and joint, each (rows, joints); infinite: none.
 
     Without a jerk limit the acceleration jumps, and those asked at the ends of a motion are not heeded.
+
+    Attributes:
+        velocity: The narrower of both directions.
+        acceleration: The narrower of both directions.
+        jerk: The same in both directions.
+        wider: Factors (rows, 2, joints), 1 or more, by which the lower and the upper limits of a quantity are wider;
+            quantities whose limits are the same in both directions are left out.
     """
 
     velocity: FloatArray
     acceleration: FloatArray
     jerk: FloatArray
+    wider: Mapping[str, FloatArray] = MappingProxyType({})
+
+    @classmethod
+    def of_segments(cls, limits: SegmentLimits) -> RateLimits:
+        """Return the limits in force on some segments, each of them a row."""
+        wider = {quantity: factors for quantity, factors in limits.wider.items() if quantity in cls._fields}
+        return cls(limits.velocity, limits.acceleration, limits.jerk, wider)
+
+    def by_direction(self, quantity: str) -> tuple[FloatArray, FloatArray]:
+        """Return the magnitudes of the lower and of the upper limits of a quantity, each (rows, joints)."""
+        narrower: FloatArray = getattr(self, quantity)
+        if quantity not in self.wider:
+            return narrower, narrower
+        lower, upper = np.moveaxis(self.wider[quantity], 1, 0)
+        return narrower * lower, narrower * upper
 
     def slowed(self, factors: FloatArray) -> RateLimits:
         """Return the limits to which the same motions in `factors` (rows,) times the time are as near as to these."""
         k = factors[:, None]
-        return RateLimits(self.velocity / k, self.acceleration / k**2, self.jerk / k**3)
+        return RateLimits(self.velocity / k, self.acceleration / k**2, self.jerk / k**3, self.wider)
+
+    def no_faster(self, speeds: FloatArray) -> RateLimits:
+        """Return the limits with none of the velocities above `speeds` (rows, joints)."""
+        if "velocity" not in self.wider:
+            return self._replace(velocity=np.minimum(self.velocity, speeds))
+        both = np.minimum(np.stack(self.by_direction("velocity"), axis=1), speeds[:, None])
+        narrower = both.min(axis=1)
+        return self._replace(velocity=narrower, wider={**self.wider, "velocity": both / narrower[:, None]})
 
     def of(self, rows: np.ndarray) -> RateLimits:
         """Return the limits of some rows."""
-        return RateLimits(self.velocity[rows], self.acceleration[rows], self.jerk[rows])
+        wider = {quantity: factors[rows] for quantity, factors in self.wider.items()}
+        return RateLimits(self.velocity[rows], self.acceleration[rows], self.jerk[rows], wider)
 
 
 def with_ramps(travels: FloatArray, limits: RateLimits, asked: FloatArray) -> RateLimits:

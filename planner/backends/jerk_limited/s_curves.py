@@ -14,7 +14,13 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 
-def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
+BISECTIONS = 60
+"""Steps of bisection until a highest velocity is as exact as a floating-point number of 53 bits."""
+
+
+def s_curves(
+    V: FloatArray, A: FloatArray, J: FloatArray, braking: FloatArray | None = None
+) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
     """Compute the fastest laws from 0 to 1, and which of their limits set their time.
 
     Ruckig computes the same, but not for limits of any size: four phases of jerk, each t_j long, two of constant
@@ -25,11 +31,14 @@ def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, S
     Args:
         V: Limits of velocity (rows,), 1/s; infinite: none.
         A: Limits of acceleration (rows,), 1/s^2; infinite: none.
+        braking: Limits of deceleration (rows,), 1/s^2; None: those of acceleration.
         J: Limits of jerk (rows,), 1/s^3; infinite: the acceleration jumps.
 
     Returns:
         Durations (rows,), s, infinite where there is no limit at all; the laws; for each limit where it binds, (rows,).
     """
+    if braking is not None:
+        return _lopsided(V, A, J, braking)
     with np.errstate(divide="ignore", invalid="ignore"):
         ramp = np.where(np.isfinite(A), A / J, np.inf)
         t_j = np.where(np.isfinite(J), np.minimum.reduce([np.cbrt(0.5 / J), np.sqrt(V / J), ramp]), 0.0)
@@ -42,20 +51,81 @@ def s_curves(V: FloatArray, A: FloatArray, J: FloatArray) -> tuple[FloatArray, S
     t_j, t_a, t_v = np.where(limited, t_j, 1.0), np.where(limited, t_a, 0.0), np.where(limited, t_v, 0.0)
     least = ROUNDING * (4.0 * t_j + 2.0 * t_a + t_v)
     t_a, t_v = np.where(t_a > least, t_a, 0.0), np.where(t_v > least, t_v, 0.0)
-    phases = np.stack([t_j, t_a, t_j, t_v, t_j, t_a, t_j], axis=1)
-    duration = phases.sum(axis=1)
-    phases /= duration[:, None]
-    v = 1.0 / (phases[:, 2:5].sum(axis=1) + phases[:, 1])
-    a = v / (phases[:, 0] + phases[:, 1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        j = np.where(t_j > 0.0, a / phases[:, 0], 0.0)
-    zero, h = np.zeros_like(v), phases[:, 0]
-    jerks = np.stack([j, zero, -j, zero, -j, zero, j], axis=1)
-    accelerations = np.stack([zero, a, a, zero, zero, -a, -a], axis=1)
-    velocities = np.stack([zero, a * h / 2.0, v - a * h / 2.0, v, v, v - a * h / 2.0, a * h / 2.0], axis=1)
-    ways = phases * (velocities + phases * (accelerations / 2.0 + phases * jerks / 6.0))
-    positions = np.cumsum(ways, axis=1) - ways
-    laws = unit_laws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
+    duration, v, (a, _), laws = _of_times(t_v, (t_j, t_a), (t_j, t_a))
     at_limit = 1.0 - LIMIT_TOLERANCE
     reached = v / duration >= V * at_limit, a / duration**2 >= A * at_limit, t_j > 0.0
     return np.where(limited, duration, np.inf), laws, [limited & bind for bind in reached]
+
+
+def _lopsided(
+    V: FloatArray, A: FloatArray, J: FloatArray, braking: FloatArray
+) -> tuple[FloatArray, SegmentedPolynomial, list[np.ndarray]]:
+    """Compute the fastest laws where braking has limits of its own, by bisection for the highest velocity of each.
+
+    To a velocity v it takes v / A + A / J, or 2 sqrt(v / J) where the acceleration does not reach its limit A, at half
+    of v on average.
+    """
+
+    def ramp(v: FloatArray, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the times of each phase of jerk, and of constant acceleration."""
+        t_j = np.where(v * J >= limit**2, limit / J, np.sqrt(v / J))
+        return t_j, np.where(v * J >= limit**2, v / limit - t_j, 0.0)
+
+    def way(v: FloatArray) -> FloatArray:
+        """Return how far it is to v and back to rest."""
+        return sum((v * (t_j + t_a / 2.0) for t_j, t_a in (ramp(v, A), ramp(v, braking))), np.zeros_like(v))
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limited = np.isfinite(J) | (np.isfinite(A) & np.isfinite(braking))
+        J, A, braking = (np.where(limited, limit, 1.0) for limit in (J, A, braking))
+        # Ramps of constant jerk, and of constant acceleration, each take less time than both.
+        steady = np.sqrt(2.0 / (1.0 / A + 1.0 / braking))
+        low, high = np.zeros_like(V), np.minimum.reduce([V, np.cbrt(J / 4.0), steady])
+        low = np.where(way(high) <= 1.0, high, low)
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2.0
+            within = way(middle) <= 1.0
+            low, high = np.where(within, middle, low), np.where(within, high, middle)
+        rise, fall = ramp(low, A), ramp(low, braking)
+        t_v = np.maximum(1.0 - way(low), 0.0) / low
+    least = ROUNDING * (t_v + 2.0 * (rise[0] + fall[0]) + rise[1] + fall[1])
+    t_v = np.where(t_v > least, t_v, 0.0)
+    rise, fall = ((t_j, np.where(t_a > least, t_a, 0.0)) for t_j, t_a in (rise, fall))
+    duration, v, gains, laws = _of_times(t_v, rise, fall)
+    at_limit = 1.0 - LIMIT_TOLERANCE
+    steep = (gains[0] / duration**2 >= A * at_limit) | (gains[1] / duration**2 >= braking * at_limit)
+    reached = v / duration >= V * at_limit, steep, rise[0] + fall[0] > 0.0
+    return np.where(limited, duration, np.inf), laws, [limited & bind for bind in reached]
+
+
+def _of_times(
+    t_v: FloatArray, rise: tuple[FloatArray, FloatArray], fall: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray], SegmentedPolynomial]:
+    """Return the durations of laws, their highest velocities, accelerations and decelerations, and the laws themselves.
+
+    All but the durations are on unit time.
+
+    Args:
+        t_v: Times (rows,), s, of the cruise.
+        rise: Times (rows,), s, of each phase of jerk and of constant acceleration on the way to it.
+        fall: The same on the way from it to rest.
+    """
+    (j_1, a_1), (j_2, a_2) = rise, fall
+    phases = np.stack([j_1, a_1, j_1, t_v, j_2, a_2, j_2], axis=1)
+    duration = phases.sum(axis=1)
+    phases /= duration[:, None]
+    v = 1.0 / (phases[:, 2:5].sum(axis=1) + (phases[:, 1] + phases[:, 5]) / 2.0)
+    first, last = phases[:, 0], phases[:, 6]
+    a, d = v / (first + phases[:, 1]), v / (last + phases[:, 5])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        j, k = np.where(j_1 > 0.0, a / first, 0.0), np.where(j_2 > 0.0, d / last, 0.0)
+    zero = np.zeros_like(v)
+    jerks = np.stack([j, zero, -j, zero, -k, zero, k], axis=1)
+    accelerations = np.stack([zero, a, a, zero, zero, -d, -d], axis=1)
+    velocities = np.stack(
+        [zero, a * first / 2.0, v - a * first / 2.0, v, v, v - d * last / 2.0, d * last / 2.0], axis=1
+    )
+    ways = phases * (velocities + phases * (accelerations / 2.0 + phases * jerks / 6.0))
+    positions = np.cumsum(ways, axis=1) - ways
+    laws = unit_laws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
+    return duration, v, (a, d), laws

@@ -26,14 +26,20 @@ def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
     A longer duration stretches the law evenly.
     """
     travels, limits = np.abs(motions.travels), motions.limits
-    quantities = JOINT_DERIVATIVES[1:]
+    quantities, braking = JOINT_DERIVATIVES[1:], None
     with np.errstate(divide="ignore"):
         by_joint = [getattr(limits, quantity) / travels for quantity in quantities]
+        if "acceleration" in limits.wider:
+            lower, upper = limits.bounds("acceleration")
+            back = motions.travels < 0.0
+            by_joint[1] = np.where(back, -lower, upper) / travels
+            braking = np.where(back, upper, -lower) / travels
     one = np.ones((len(travels), 1))
     line = with_ramps(one, RateLimits(*(limit.min(axis=1, keepdims=True) for limit in by_joint)), motions.durations)
-    shortest, laws, binds = s_curves(*(limit[:, 0] for limit in line))
+    tightest = None if braking is None else braking.min(axis=1)
+    shortest, laws, binds = s_curves(line.velocity[:, 0], line.acceleration[:, 0], line.jerk[:, 0], tightest)
     bounds = {
         quantity: np.where(bind[:, None] & (own <= limit), shortest[:, None] * ROUNDED_UP, 0.0)
-        for quantity, own, limit, bind in zip(quantities, by_joint, line, binds, strict=True)
+        for quantity, own, limit, bind in zip(quantities, by_joint, line[:3], binds, strict=True)
     }
     return time_straight_motions(motions, bounds, lambda _durations: laws)

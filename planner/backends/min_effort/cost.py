@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.backends.shared.assembly import largest_speeds, sampled
+from planner.backends.shared.assembly import extreme_velocities, sampled
 from planner.dynamics import inverse_dynamics
 from planner.polynomials import differentiate, horner
 
@@ -81,7 +81,8 @@ def use_of_rates(pieces: SegmentedPolynomial, limits: SegmentLimits) -> float:
     """
     h = pieces.lengths[:, None]
     a, j = (differentiate(pieces.coefficients, k) for k in (2, 3))
-    uses = [largest_speeds(pieces) / limits.velocity]
-    uses += [np.abs(horner(a, t)) / limits.acceleration for t in (np.zeros_like(h), h)]
-    uses.append(np.abs(j[..., 0]) / limits.jerk)
+    rows = np.arange(len(h))
+    uses = [limits.used("velocity", rows, velocity) for velocity in extreme_velocities(pieces)]
+    uses += [limits.used("acceleration", rows, horner(a, t)) for t in (np.zeros_like(h), h)]
+    uses.append(limits.used("jerk", rows, j[..., 0]))
     return float(np.max(uses))

@@ -21,7 +21,7 @@ from planner.backends.shared.time_scaling import scaled_to_duration, slowest, ti
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
-from planner.guarantees import QUANTITIES, TCP_ORDERS
+from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -251,14 +251,16 @@ class ThroughWaypoints(Optimum):
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
-        torque = limits.torque if self.robot.has_dynamics else np.full_like(limits.torque, np.inf)
+        torque = (
+            np.abs(limits.bounds("torque")) if self.robot.has_dynamics else np.full((2, *limits.torque.shape), np.inf)
+        )
         numbers = Numbers(
             positions=self.positions,
             lower=limits.lower,
             upper=limits.upper,
             way=way,
             near=np.empty(0),
-            rates=np.array([limits.velocity, limits.acceleration, limits.jerk]),
+            rates=np.abs([limits.bounds(quantity) for quantity in JOINT_DERIVATIVES[1:]]),
             torque=torque,
             tool=tool,
             units=self.cost.units,
@@ -280,7 +282,7 @@ class ThroughWaypoints(Optimum):
             rows = np.repeat(np.arange(segments), layout.intervals)
             program, work = program_of(self.robot, layout), _work(layout)
             narrowed = numbers._replace(
-                torque=torque[rows] / margins,
+                torque=torque[:, rows] / margins,
                 tool=(tool[rows] / margins) ** 2,
                 near=np.empty(0) if way is None else way.limits(nearer),
             )

@@ -83,8 +83,9 @@ class Numbers(NamedTuple):
         upper: (joints,).
         way: The way to stay near to; None: it may go anywhere.
         near: (rows,), limits of the rows of how near.
-        rates: (3, segments, joints): limits of velocity, acceleration and jerk, infinite: none.
-        torque: (pieces, joints), limits, infinite: none.
+        rates: (3, 2, segments, joints): magnitudes of the lower and upper limits of velocity, acceleration and jerk,
+            infinite: none.
+        torque: (2, pieces, joints), magnitudes of the lower and upper limits, infinite: none.
         tool: (pieces, 2), limits of the squares of the tool's speed and angular speed.
         units: (3, joints): what torque, power and jerk are measured by in the cost.
         durations: (segments,), s: those asked or, where free, a first guess.
@@ -195,9 +196,9 @@ class Program:
         box = self._box(m, length)
         begin = np.concatenate([np.clip(self._coefficients(first, m, length), *box), durations])
         via = np.zeros(self.joints * (self.layout.segments - 1))
-        inequalities = np.full(self.inequalities, INSIDE)
+        sides = self._sides(m)
         total = [-np.inf, np.inf] if m.total is None else [m.total / unit_time] * 2
-        self.watch.begin(iterations, fruitless)
+        self.watch.begin(iterations, fruitless, sides)
         solver, known = self.solver, {}
         if again is not None:
             solver, begin = self.solver_again, again.unknowns
@@ -208,8 +209,8 @@ class Program:
             p=p,
             lbx=np.concatenate([box[0], np.where(m.free, LEAST_TIME, 1.0) * durations]),
             ubx=np.concatenate([box[1], np.where(m.free, MOST_TIME, 1.0) * durations]),
-            lbg=np.concatenate([-inequalities, via, total[:1]]),
-            ubg=np.concatenate([inequalities, via, total[1:]]),
+            lbg=np.concatenate([-INSIDE * sides[0], via, total[:1]]),
+            ubg=np.concatenate([INSIDE * sides[1], via, total[1:]]),
         )
         stats = solver.stats()
         if stats["return_status"] == "Insufficient_Memory":
@@ -244,8 +245,8 @@ class Program:
     def _numbers(self, m: Numbers, length: float, unit_time: float) -> FloatArray:
         """All numbers in one row, in the order in which the program has them."""
         segments = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
-        velocity, acceleration, jerk = 1.0 / m.rates[:, segments]
-        torque, tool = 1.0 / m.torque, 1.0 / m.tool
+        velocity, acceleration, jerk = 1.0 / m.rates.min(axis=1)[:, segments]
+        torque, tool = 1.0 / m.torque.min(axis=0), 1.0 / m.tool
         tool = np.vstack([np.maximum(tool[:-1], tool[1:]), *[tool] * len(TOOL_SHARES)])[: self.layout.tool_instants]
         points = (m.positions - m.positions[0]) / length
         parts = [
@@ -266,6 +267,22 @@ class Program:
             [1.0 / m.cost],
         ]
         return np.concatenate([np.ravel(part, order="F") for part in parts])
+
+    def _sides(self, m: Numbers) -> FloatArray:
+        """Return the lower and upper limits (2, inequalities) in units of the narrower of both, by which they count."""
+        segments = np.repeat(np.arange(self.layout.segments), self.layout.intervals)
+        velocity, acceleration, jerk = m.rates[:, :, segments]
+        limits = [
+            np.minimum(m.torque[:, :-1], m.torque[:, 1:]),
+            np.min([velocity[:, :-2], velocity[:, 1:-1], velocity[:, 2:]], axis=0),
+            np.minimum(acceleration[:, :-1], acceleration[:, 1:]),
+            jerk,
+        ]
+        with np.errstate(invalid="ignore"):
+            ratios = [own / own.min(axis=0) for own in limits]
+        torque, *rates = (np.where(np.isnan(own), 1.0, own).reshape(2, -1) for own in ratios)
+        rows = self.inequalities - torque.shape[1] - sum(own.shape[1] for own in rates)
+        return np.concatenate([torque, np.ones((2, rows)), *rates], axis=1)
 
     def _way(self, m: Numbers) -> list[FloatArray]:
         """Return the reciprocals of the limits of how near the way is, and its constants."""
@@ -316,10 +333,11 @@ def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: in
     class Watch(ca.Callback):
         def __init__(self) -> None:
             ca.Callback.__init__(self)
-            self.begin(0, 0)
+            self.begin(0, 0, np.ones((2, inequalities)))
             self.construct("watch", {})
 
-        def begin(self, iterations: int, fruitless: int) -> None:
+        def begin(self, iterations: int, fruitless: int, sides: FloatArray) -> None:
+            self.sides = sides
             self.left, self.fruitless, self.least = iterations, fruitless, np.inf
             self.best: FloatArray | None = None
 
@@ -337,9 +355,9 @@ def _watch_of(unknowns: int, constraints: int, parameters: int, inequalities: in
 
         def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
             x, f, g = (np.array(value).ravel() for value in arguments[:3])
-            inside = (
-                np.abs(g[:inequalities]).max() <= 1.0 and np.abs(g[inequalities:-1]).max(initial=0.0) <= NEARLY_THERE
-            )
+            rates, at_via = g[:inequalities], g[inequalities:-1]
+            within = bool((rates <= self.sides[1]).all() and (rates >= -self.sides[0]).all())
+            inside = within and np.abs(at_via).max(initial=0.0) <= NEARLY_THERE
             if inside and f[0] < self.least:
                 self.best, self.least = x, float(f[0])
             self.left, self.fruitless = self.left - 1, self.fruitless - 1

@@ -66,7 +66,7 @@ class ShortestTimes:
 
     def __init__(self, travels: FloatArray, limits: RateLimits) -> None:
         self.shape = travels.shape
-        self._input = _input(travels.ravel(), *(limit.ravel() for limit in limits))
+        self._input = _input(travels, limits)
         self._input.synchronization = _SYNCHRONIZATIONS["none"]
         self._library = ruckig.Ruckig(travels.size)
         self._output = ruckig.Trajectory(travels.size)
@@ -93,7 +93,8 @@ class Passages:
     def __init__(
         self, travels: FloatArray, limits: RateLimits, least: FloatArray, synchronization: Synchronization
     ) -> None:
-        self._inputs = [_input(travel, *row) for travel, *row in zip(travels, *limits, strict=True)]
+        each = (limits.of(np.array([row])) for row in range(len(travels)))
+        self._inputs = [_input(travel, own) for travel, own in zip(travels, each, strict=True)]
         for own, seconds in zip(self._inputs, least.tolist(), strict=True):
             own.synchronization = _SYNCHRONIZATIONS[synchronization]
             own.minimum_duration = None if np.isnan(seconds) else seconds
@@ -116,14 +117,16 @@ class Passages:
         ]
 
 
-def _input(
-    travel: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray
-) -> ruckig.InputParameter:
-    """Return the library's input for a motion from position 0 over a travel (joints,) within limits (joints,)."""
-    asked = ruckig.InputParameter(len(travel))
-    asked.target_position = travel.tolist()
-    asked.max_velocity, asked.max_acceleration = velocity.tolist(), acceleration.tolist()
-    asked.max_jerk = jerk.tolist()
+def _input(travels: FloatArray, limits: RateLimits) -> ruckig.InputParameter:
+    """Return the library's input for motions from position 0 over travels, each with limits of its own."""
+    asked = ruckig.InputParameter(travels.size)
+    asked.target_position = travels.ravel().tolist()
+    for quantity in ("velocity", "acceleration"):
+        lower, upper = limits.by_direction(quantity)
+        setattr(asked, f"max_{quantity}", upper.ravel().tolist())
+        if quantity in limits.wider:
+            setattr(asked, f"min_{quantity}", (-lower).ravel().tolist())
+    asked.max_jerk = limits.jerk.ravel().tolist()
     return asked
 
 

@@ -64,7 +64,7 @@ class ViaProblem:
     def possible_travels(self) -> FloatArray:
         """How far (segments, joints) each joint could travel from rest to rest while the slowest one does its part."""
         t = least_times(self.travels, self.limits).max(axis=1)[:, None]
-        velocity, acceleration, jerk = self.limits
+        velocity, acceleration, jerk = self.limits[:3]
         possible: FloatArray = np.minimum(np.minimum(velocity * t, acceleration * t**2 / 4.0), jerk * t**3 / 32.0)
         return possible
 
@@ -88,8 +88,10 @@ class ViaProblem:
     def in_units(self, length: FloatArray, time: float) -> ViaProblem:
         """Convert the problem to units of length (joints,), rad or m, one a joint, and of time, s."""
         speed, surge = length / time, length / time**2
-        limits = RateLimits(
-            self.limits.velocity / speed, self.limits.acceleration / surge, self.limits.jerk * time / surge
+        limits = self.limits._replace(
+            velocity=self.limits.velocity / speed,
+            acceleration=self.limits.acceleration / surge,
+            jerk=self.limits.jerk * time / surge,
         )
         return replace(
             self,

@@ -27,6 +27,7 @@ import numpy as np
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import LATE
 from planner.backends.shared.interior_point import InteriorPoint, next_centring
+from planner.guarantees import JOINT_DERIVATIVES
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.via_problem import ViaProblem
@@ -127,8 +128,9 @@ class _Program:
         travels = problem.travels
         count, joints = travels.shape
         bounds = np.empty((2, count, joints, len(grid.powers)))
-        for power, limit in enumerate((problem.limits.velocity, problem.limits.acceleration, problem.limits.jerk), 1):
-            bounds[..., grid.powers == power] = limit[..., None]
+        for power, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
+            lower, upper = problem.limits.by_direction(quantity)
+            bounds[..., grid.powers == power] = np.stack([upper, lower])[..., None]
         rooms = (problem.upper - problem.positions[:-1], problem.positions[:-1] - problem.lower)
         for own, room in zip(bounds, rooms, strict=True):
             own[..., grid.powers == 0] = room[..., None]
@@ -150,7 +152,7 @@ class _Program:
         times = np.zeros(count)
         for power in (1, 2, 3):
             own = self.grid.powers == power
-            used = np.abs(self.by_travel[..., own]) / self.bounds[0][..., own]
+            used = np.abs(self.by_travel[..., own]) / self.bounds.min(axis=0)[..., own]
             times = np.maximum(times, used.max(axis=(1, 2)) ** (1.0 / power))
         states = np.zeros((count + 1, joints, 2))
         for at, rates in ((0, problem.start), (-1, problem.end)):

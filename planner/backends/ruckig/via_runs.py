@@ -109,8 +109,7 @@ class _JointRun:
         end = Rates(ends.final_velocity, np.zeros(path.robot.dof))
         own = path.limits.of(segments)
         positions = path.positions[np.append(segments, segments[-1] + 1)]
-        limits = RateLimits(own.velocity, own.acceleration, own.jerk)
-        limits = with_ramps(np.diff(positions, axis=0), limits, self.asked)
+        limits = with_ramps(np.diff(positions, axis=0), RateLimits.of_segments(own), self.asked)
         self.problem = ViaProblem(
             positions,
             own.lower,
@@ -156,9 +155,13 @@ class _JointRun:
 
     def _least_stopping(self) -> float:
         """Return the time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it."""
-        d = np.abs(self.problem.travels)
+        travels, limits = self.problem.travels, self.problem.limits
+        d, back = np.abs(travels), travels < 0.0
+        speeds, gains = (np.where(back, *limits.by_direction(quantity)) for quantity in ("velocity", "acceleration"))
         with np.errstate(divide="ignore"):
-            times = s_curves(*((limit / d).ravel() for limit in self.problem.limits))[0].reshape(d.shape)
+            v, a, j = ((limit / d).ravel() for limit in (speeds, gains, limits.jerk))
+            brakes = np.where(back, *reversed(limits.by_direction("acceleration"))) / d if limits.wider else None
+        times = s_curves(v, a, j, None if brakes is None else brakes.ravel())[0].reshape(d.shape)
         return float(np.where(d > 0.0, times, 0.0).max(axis=1).sum())
 
     def _stopping(self) -> _Candidate | None:
@@ -233,8 +236,7 @@ class _JointRun:
 
         They remain wide enough for the motion at the ends.
         """
-        slowed = self.problem.limits.slowed(slowness)
-        slowed = slowed._replace(velocity=np.minimum(slowed.velocity, speeds))
+        slowed = self.problem.limits.slowed(slowness).no_faster(speeds)
         for row, rates in ((0, self.problem.start), (-1, self.problem.end)):
             after = rates.velocity + rates.acceleration * np.abs(rates.acceleration) / (2.0 * slowed.jerk[row])
             least = np.maximum(np.abs(rates.velocity), np.abs(after)) * (1.0 + DURATION_TOLERANCE)

@@ -77,15 +77,22 @@ class _Search:
         travels, limits = problem.travels, problem.limits
         count, joints = travels.shape
         self.asked = problem.asked
-        velocity, acceleration, jerk = (np.minimum(limit[1:], limit[:-1]) for limit in limits)
+        velocity, acceleration, jerk = (np.minimum(limit[1:], limit[:-1]) for limit in limits[:3])
+        (downward, upward), (braking, gaining) = (
+            [np.minimum(limit[1:], limit[:-1]) for limit in limits.by_direction(quantity)]
+            for quantity in ("velocity", "acceleration")
+        )
         # No faster than a joint can be that travels all the way in one direction, so that the variables matter.
         way = np.maximum(np.abs(travels).sum(axis=0), 1.0)
-        velocity = np.minimum(velocity, np.minimum(np.cbrt(4.0 * jerk * way**2), 2.0 * np.sqrt(acceleration * way)))
-        velocity = velocity * INSIDE
-        self.acceleration = np.minimum(acceleration, np.sqrt(2.0 * jerk * velocity)) * INSIDE
-        self.acceleration = np.where(np.isfinite(jerk), self.acceleration, 0.0)
+        most = np.minimum(np.cbrt(4.0 * jerk * way**2), 2.0 * np.sqrt(np.maximum(gaining, braking) * way))
+        velocity, upward, downward = (np.minimum(limit, most) * INSIDE for limit in (velocity, upward, downward))
+        # It must not lead beyond the velocity limit of either direction.
+        eased = np.sqrt(2.0 * jerk * velocity)
+        self._gaining, self._braking = (
+            np.where(np.isfinite(jerk), np.minimum(limit, eased) * INSIDE, 0.0) for limit in (gaining, braking)
+        )
         inner = problem.positions[1:-1]
-        self._viable = ViableSpeeds(problem.upper - inner, inner - problem.lower, velocity, acceleration, jerk)
+        self._viable = ViableSpeeds(problem.upper - inner, inner - problem.lower, upward, downward, acceleration, jerk)
         self._shape = (2, count - 1, joints)
 
     @property
@@ -104,7 +111,8 @@ class _Search:
     def _inner_rates(self, x: FloatArray) -> Rates:
         """Give the rates (..., inner waypoints, joints) that belong to variables (..., 2, inner waypoints, joints)."""
         share = np.clip(x, -1.0, 1.0)
-        acceleration = share[..., 1, :, :] * self.acceleration
+        gain = share[..., 1, :, :]
+        acceleration = gain * np.where(gain < 0.0, self._braking, self._gaining)
         velocity = share[..., 0, :, :]
         return Rates(velocity * self._viable.highest(acceleration, velocity), acceleration)
 
@@ -142,8 +150,9 @@ class _Search:
         """Return the variables (2, inner waypoints, joints) of rates, or of the nearest rates that are possible."""
         velocity, acceleration = (rate[1:-1] for rate in rates)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.clip(np.nan_to_num(acceleration / self.acceleration), -1.0, 1.0)
-            shares = np.stack([velocity / self._viable.highest(share * self.acceleration, velocity), share])
+            most = np.where(acceleration < 0.0, self._braking, self._gaining)
+            share = np.clip(np.nan_to_num(acceleration / most), -1.0, 1.0)
+            shares = np.stack([velocity / self._viable.highest(share * most, velocity), share])
         limited: FloatArray = np.clip(np.nan_to_num(shares), -1.0, 1.0)
         return limited
 

@@ -19,16 +19,23 @@ class ViableSpeeds:
     Args:
         above: Room (waypoints, joints) below the upper position limits.
         below: Room (waypoints, joints) above the lower position limits.
-        velocity: Velocity limits (waypoints, joints), valid before and after each waypoint.
+        upward: Upper velocity limits (waypoints, joints), valid before and after each waypoint.
+        downward: Magnitudes of the lower velocity limits (waypoints, joints), valid there.
         acceleration: Acceleration limits (waypoints, joints), valid there.
         jerk: Jerk limits (waypoints, joints), valid there.
     """
 
     def __init__(
-        self, above: FloatArray, below: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray
+        self,
+        above: FloatArray,
+        below: FloatArray,
+        upward: FloatArray,
+        downward: FloatArray,
+        acceleration: FloatArray,
+        jerk: FloatArray,
     ) -> None:
         self._rooms = np.minimum([above, below], NO_LIMIT)
-        self._velocity, self._jerk = velocity, jerk
+        self._upward, self._downward, self._jerk = upward, downward, jerk
         self._acceleration = np.minimum(acceleration, NO_LIMIT)
         self._finite_jerk = np.minimum(jerk, NO_LIMIT**2)
         # Below this speed the acceleration limit is not reached.
@@ -50,7 +57,7 @@ class ViableSpeeds:
         onward = np.where(up, acceleration, -acceleration)
         t = onward / self._jerk
         change = np.abs(onward * t) / 2.0
-        speed = self._velocity
+        speed = np.where(up, self._upward, self._downward)
         for side, sign in ((0, 1.0), (1, -1.0)):
             room, own = (np.where(up, x[side], x[1 - side]) for x in (self._rooms, self._at_rest))
             # One step to the fixed point that the speed is, from without acceleration: it ends on the safe side.

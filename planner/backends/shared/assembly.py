@@ -30,13 +30,18 @@ def sampled(pieces: SegmentedPolynomial, count: int) -> tuple[FloatArray, FloatA
 
 
 def largest_speeds(pieces: SegmentedPolynomial) -> FloatArray:
-    """Return the largest speeds (pieces, joints) of cubic pieces: at their ends, or where the acceleration vanishes."""
+    """Return the largest speeds (pieces, joints) of cubic pieces."""
+    speeds: FloatArray = np.abs(extreme_velocities(pieces)).max(axis=0)
+    return speeds
+
+
+def extreme_velocities(pieces: SegmentedPolynomial) -> FloatArray:
+    """Return velocities (3, pieces, joints) of cubic pieces: at their ends, and where the acceleration vanishes."""
     h = pieces.lengths[:, None]
     v, a = differentiate(pieces.coefficients), differentiate(pieces.coefficients, 2)
     with np.errstate(divide="ignore", invalid="ignore"):
         turning = np.nan_to_num(np.clip(-a[..., 0] / a[..., 1], 0.0, h))
-    speeds: FloatArray = np.abs([horner(v, t) for t in (np.zeros_like(h), turning, h)]).max(axis=0)
-    return speeds
+    return np.array([horner(v, t) for t in (np.zeros_like(h), turning, h)])
 
 
 def assemble(path: JointPath, parts: Sequence[SegmentedPolynomial]) -> Trajectory:

@@ -158,7 +158,7 @@ class SplineAgainstLimits:
             joint=joint,
             quantity=quantity,
             value=float(abs(self.value[worst])),
-            limit=float(getattr(self.limits, quantity)[segment, joint]),
+            limit=abs(float(self.limits.bounds(quantity)[int(self.value[worst] > 0.0)][segment, joint])),
             factor=factor,
             durations=self.durations * factor,
         )
@@ -177,7 +177,10 @@ def hold_against_limits(
     span = np.where(span > 0.0, span, 1.0)
 
     allowed = [getattr(limits, quantity) * h[:, None] ** order for order, quantity in enumerate(rates, start=1)]
-    at_waypoints = [_ratios_at_ends(by_order[order], allowed[order - 1]) for order in range(1, len(rates) + 1)]
+    at_waypoints = [
+        _ratios_at_ends(by_order[order], allowed[order - 1], limits.weights(quantity))
+        for order, quantity in enumerate(rates, start=1)
+    ]
     near = NEAR * max(float(ratios.max()) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1))
     matters = np.zeros(span.shape, bool)
     for order, measure in enumerate(allowed, start=1):
@@ -209,10 +212,16 @@ def hold_against_limits(
     return SplineAgainstLimits(spline, limits, segment, joint, orders, u, value, excess, weight)
 
 
-def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray) -> FloatArray:
-    """Return the magnitudes (segments, joints, 2) at unit times 0 and 1, as ratios to what is allowed."""
+def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the magnitudes (segments, joints, 2) at unit times 0 and 1, as ratios to what is allowed.
+
+    Args:
+        coefficients: Of a derivative, (segments, joints, order).
+        allowed: What is allowed in the narrower direction, (segments, joints).
+        weights: Shares (2, segments, joints) that this is of the lower and of the upper limit.
+    """
     values: FloatArray = np.stack([coefficients[..., 0], coefficients.sum(axis=2)], axis=2)
-    return np.abs(values) / allowed[..., None]
+    return np.abs(values) / allowed[..., None] * np.where(values < 0.0, *weights[..., None])
 
 
 def _waypoint_peaks(order: int, ratios: FloatArray) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:
@@ -251,8 +260,8 @@ def _excess(
     with np.errstate(divide="ignore"):
         for k, quantity in enumerate(rates, start=1):
             here = order == k
-            limit = getattr(limits, quantity)[segment[here], joint[here]]
-            excess[here] = np.log(np.abs(value[here]) / limit) / k
+            lower, upper = (bound[segment[here], joint[here]] for bound in limits.bounds(quantity))
+            excess[here] = np.log(value[here] / np.where(value[here] < 0.0, lower, upper)) / k
             weight[here] = 1.0 / (k * value[here])
     return excess, weight
 

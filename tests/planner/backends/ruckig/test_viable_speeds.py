@@ -23,7 +23,7 @@ def extremes_of_stop(velocity: float, acceleration: float) -> list[float]:
 
 
 def highest(above: float, below: float, acceleration: float, direction: float) -> float:
-    viable = ViableSpeeds(*(np.full((1, 1), x) for x in (above, below, VELOCITY, ACCELERATION, JERK)))
+    viable = ViableSpeeds(*(np.full((1, 1), x) for x in (above, below, VELOCITY, VELOCITY, ACCELERATION, JERK)))
     return float(viable.highest(np.full((1, 1), acceleration), np.full((1, 1), direction))[0, 0])
 
 
