@@ -114,6 +114,7 @@ def to_options(options: requests.InverseKinematicsOptions, seed: int) -> Inverse
         tolerance_orientation=options.tolerance_orientation,
         reference=None if options.reference is None else tuple(options.reference),
         seed=seed,
+        prefer=options.prefer,
     )
 
 

@@ -98,6 +98,8 @@ def waypoint_faults(
             yield from _region_faults(waypoint.free, ("waypoints", i, "free"))
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
+    if options.prefer == "near_reference" and options.reference is None:
+        yield ("inverse_kinematics", "reference"), "nothing can be near to the reference without one"
     if options.reference is not None and len(options.reference) != robot.dof:
         yield (
             ("inverse_kinematics", "reference"),

@@ -110,9 +110,10 @@ class PlannedWaypoint(Answer):
     solution: int | None
     """The index of the solution that was taken, in the order of their distance in time from the waypoint before: 0 is
     the nearest; null: a joint waypoint, or a continuum."""
-    choice: Literal["given", "only", "shortest_way", "continued"]
+    choice: Literal["given", "only", "shortest_way", "preferred", "continued"]
     """Why it was taken: `given`, a joint waypoint; `only`, there is no other solution; `shortest_way`, with it the way
-    through the whole list is shortest; `continued`, a motion of the tool ends there."""
+    through the whole list is shortest; `preferred`, it is the best by what the request prefers; `continued`, a motion
+    of the tool ends there."""
     configuration: AnsweredConfiguration
     """The configuration of the arm there, by its names."""
     manipulability: float

@@ -40,6 +40,21 @@ MOST_BACKENDS = 16
 """The most back ends that one request compares."""
 
 
+Preference = TypeAliasType(
+    "Preference",
+    Annotated[
+        Literal["continuous", "near_reference", "manipulability", "far_from_limits"],
+        Field(
+            description="Which of several solutions of a pose is taken. `continuous`: those on the shortest way "
+            "through the whole list, in time at the velocity limits. `near_reference`: the one nearest to the "
+            "`reference`, likewise in time. `manipulability`: the one with the largest, furthest from a singularity. "
+            "`far_from_limits`: the one whose worst joint is nearest to the middle of its limits. Motions of the tool "
+            "go on from where they start in any case; only where they cannot, another start is taken."
+        ),
+    ],
+)
+
+
 class InverseKinematicsOptions(Schema):
     """How poses are solved."""
 
@@ -50,9 +65,8 @@ class InverseKinematicsOptions(Schema):
     reference: JointVector | None = None
     """The joint position (one value a joint, rad or m) that the way through the solutions starts from; omitted: it
     may start anywhere, and between equals the middle of the limits decides."""
-    prefer: Literal["continuous"] = "continuous"
-    """Which of several solutions is taken: those on the shortest way through the whole list, in time at the velocity
-    limits."""
+    prefer: Preference = "continuous"
+    """Which of several solutions a waypoint takes, and which posture of an arm with joints to spare or with `free`."""
 
 
 Include = TypeAliasType(

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Preference = Literal["continuous", "near_reference", "manipulability", "far_from_limits"]
+"""Which of several solutions of a pose is taken."""
 
 
 @dataclass(frozen=True)
@@ -14,9 +18,15 @@ class InverseKinematicsOptions:
         tolerance_orientation: Largest angle of the tool from its orientation, rad.
         reference: Joint position that the way through the solutions starts from; None: it may start anywhere.
         seed: Seed of the random starts; the same seed gives the same answer.
+        prefer: Which of several solutions a waypoint takes, and which posture of an arm with joints to spare, or with a
+            freedom of its goal. `continuous`: that on the shortest way through the whole list. `near_reference`: the
+            one nearest to the reference, in time at full speed. `manipulability`: the one furthest from a singularity.
+            `far_from_limits`: the one whose worst joint is nearest to the middle of its limits. Motions of the tool go
+            on from where they start in any case; only where they cannot, another start is taken.
     """
 
     tolerance_position: float = 1e-6
     tolerance_orientation: float = 1e-6
     reference: tuple[float, ...] | None = None
     seed: int = 0
+    prefer: Preference = "continuous"

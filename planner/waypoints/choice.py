@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.tool_motions.tool_motion import AskedMotion
     from planner.waypoints.candidates import Layer
+    from planner.waypoints.preferences import Costs
 
     Follow = Callable[[AskedMotion, FloatArray], ToolMotion | RefusedMotion]
 
@@ -31,6 +32,9 @@ LIMIT_PENALTY = 0.01
 
 CONDITIONING_PENALTY = 0.01
 """Cost of a singular joint position beside another that is not, s."""
+
+PREFERENCE_WEIGHT = 1e3
+"""The weight, s, of what is preferred of postures: a thousandth of it goes before a second of the way."""
 
 FOLLOWED_BACKWARDS = 16
 """The most candidates of a waypoint from which a motion is followed backwards to a singular posture."""
@@ -56,11 +60,13 @@ class Stop:
         index: Index of the waypoint.
         layer: Its candidates.
         asked: The motion of the tool to this waypoint; None: a joint motion, from any position to any.
+        costs: The costs (N,) of joint positions (N, joints) by what is preferred; None: the way alone counts.
     """
 
     index: int
     layer: Layer
     asked: AskedMotion | None = None
+    costs: Costs | None = None
 
 
 class Passage(NamedTuple):
@@ -95,6 +101,7 @@ def shortest_way(
     - For every joint position `LIMIT_PENALTY` max_j |q_j - middle_j| / (half the range of joint j), over the joints
       with limits, and `CONDITIONING_PENALTY` (1 - w / w_best), w its manipulability and w_best the largest of a
       solution of the same waypoint. The penalties are so small that they decide between ways that take about as long.
+    - `PREFERENCE_WEIGHT` times the costs of a stop that has some: these go before all else.
 
     Dynamic programming (Bellman 1957) from layer to layer. A Cartesian motion leads from one joint position to one
     other, and costs some milliseconds to follow: its end is taken to be the nearest candidate until the best way goes
@@ -194,7 +201,10 @@ class _Search:
                 lost[row] = isinstance(motion, RefusedMotion)
                 positions[row] = motion.end if isinstance(motion, ToolMotion) else positions[row]
             costs = np.where(lost, np.inf, stage.costs + self._motion_costs(stage.positions, positions))
-        return _Stage(positions, costs + self._penalties(positions, layer.conditioning[candidates]), origins)
+        penalties = self._penalties(positions, layer.conditioning[candidates])
+        if stop.costs is not None:
+            penalties = penalties + PREFERENCE_WEIGHT * stop.costs(positions)
+        return _Stage(positions, costs + penalties, origins)
 
     def _motion_costs(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         times = joint_times(self.robot, starts, ends)

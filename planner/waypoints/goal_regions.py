@@ -1,4 +1,4 @@
-"""Poses of which something is left open: of all in their region, that of the posture nearest to the one before."""
+"""Poses of which something is left open: of all in their region that of the nearest posture, or the preferred one."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from planner.robots.freedoms import with_freedoms
 from planner.robots.tools import with_tools
 from planner.waypoints.choice import MOTION_PENALTY, joint_times
 from planner.waypoints.least_cost import least_cost
+from planner.waypoints.preferences import costs_of
 from planner.waypoints.targets import wanted_poses
 
 if TYPE_CHECKING:
@@ -51,7 +52,8 @@ def with_chosen_poses(
     Args:
         robot: The robot, with the tool that it has until a waypoint changes it.
         waypoints: The waypoints as they are asked.
-        options: How poses are solved; the way starts at their reference, or else in the middle of the limits.
+        options: How poses are solved, and what is preferred in place of the nearest posture; the way starts at their
+            reference, or else in the middle of the limits.
     """
     chosen = list(waypoints)
     free = [k for k, waypoint in enumerate(chosen) if isinstance(waypoint, PoseWaypoint) and waypoint.free]
@@ -77,14 +79,17 @@ def with_chosen_poses(
 def _chosen(
     robot: Robot, waypoint: PoseWaypoint, region: Region, near: FloatArray, options: InverseKinematicsOptions
 ) -> Pose:
-    """Return the pose in the region of a waypoint that has the posture nearest to another (joints,)."""
-    asked, wanted = waypoint.pose_in_base, waypoint.configuration
+    """Return the pose in the region of a waypoint that has the posture nearest to another (joints,), or the best."""
+    asked, wanted, preferred = waypoint.pose_in_base, waypoint.configuration, costs_of(robot, options)
 
     def costs(positions: FloatArray) -> FloatArray:
         """Return the costs (N,), s, of postures (N, joints and freedoms) in the configuration asked."""
         own = positions[:, : robot.dof]
-        times = joint_times(robot, near, own)
-        found: FloatArray = times.max(axis=1) + MOTION_PENALTY * times.sum(axis=1)
+        if preferred is not None:
+            found = preferred(own)
+        else:
+            times = joint_times(robot, near, own)
+            found = times.max(axis=1) + MOTION_PENALTY * times.sum(axis=1)
         if wanted.names:
             found[[not wanted.allows(other) for other in configurations(robot, own)]] = np.inf
         return found

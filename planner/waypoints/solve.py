@@ -23,6 +23,7 @@ from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.motion_remedies import motion_remedies
+from planner.waypoints.preferences import best_of_continuum, costs_of
 from planner.waypoints.targets import moved_pose, of_other_tool, pose_remedy, wanted_poses
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from planner.tool_motions.tool_motion import ToolMotion
     from planner.waypoints.choice import Follow, Passage
 
-Choice = Literal["given", "only", "shortest_way", "continued"]
+Choice = Literal["given", "only", "shortest_way", "preferred", "continued"]
 
 
 FREE_START_WEIGHT = 0.01
@@ -65,7 +66,8 @@ class SolvedWaypoint:
         solution: Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the
             nearest; None: a joint waypoint, or a continuum.
         choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
-            way through the whole list is shortest), `continued` (a Cartesian motion ends there).
+            way through the whole list is shortest), `preferred` (it is the best by what the options prefer),
+            `continued` (a Cartesian motion ends there).
         tool_motion: The motion of the tool that ends here, followed; None: a joint motion.
     """
 
@@ -181,7 +183,8 @@ class _Sequence:
                 layer = Layer.given(near, self._may_turn(index))
             else:
                 layer = self._layer(index, wanted[index], layers[index], near)
-            stops.append(Stop(index, layer, self._asked_motion(index)))
+            costs = None if layer.is_given else costs_of(self.robots[index], self.options)
+            stops.append(Stop(index, layer, self._asked_motion(index), costs))
         return with_starts_of_motions(self.robot, stops)
 
     def _with_wider_choice(self, stops: list[Stop]) -> list[Stop]:
@@ -226,9 +229,14 @@ class _Sequence:
             raise configuration_error(robot, index, pose, solutions, wanted, options)
         ahead = self.given_ahead[index]
         ahead = near if ahead is None else ahead
+        if options.prefer == "near_reference":
+            ahead = np.array(options.reference)
         if is_isolated(robot, pose, allowed[0]):
             return Layer.isolated(robot, allowed, ahead)
-        return Layer.continuum(robot, allowed, ahead, pose, options, wanted)
+        layer = Layer.continuum(robot, allowed, ahead, pose, options, wanted)
+        if (costs := costs_of(robot, options)) is not None:
+            layer = layer.with_solutions(robot, best_of_continuum(robot, pose, options, allowed, costs, wanted))
+        return layer
 
     def _asked_motion(self, index: int) -> AskedMotion | None:
         waypoint = self.waypoints[index]
@@ -249,7 +257,8 @@ class _Sequence:
         pose = tool_pose(robot, position)
         errors = pose_errors(wanted, pose)
         count, taken = _rank(robot, stop.layer, before, position)
-        choice: Choice = "continued" if motion else "only" if count == 1 else "shortest_way"
+        choice: Choice = "shortest_way" if stop.costs is None else "preferred"
+        choice = "continued" if motion else "only" if count == 1 else choice
         return SolvedWaypoint(waypoint.name, wanted, position, pose, *errors, count, taken, choice, motion)
 
 

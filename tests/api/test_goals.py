@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+import httpx
 import numpy as np
 import pytest
 
@@ -38,3 +39,21 @@ def test_the_answer_tells_where_in_its_region_a_waypoint_is(service: RunningServ
     request["waypoints"][1]["free"] = {"y": [0.25, -0.25]}
     refused = service.post("/v1/trajectories", request)
     assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/free/y"
+
+
+def test_the_preferred_posture_is_taken(service: RunningService) -> None:
+    """By the robot's own limits: no joint of the arm is nearer to one of its limits than without the preference."""
+    request = json.loads((ROOT / "examples" / "elbow_room.json").read_text(encoding="utf-8"))
+    robot = httpx.get(f"{service.url}/v1/robots/{request['robot']}")
+    if robot.status_code == 404:
+        pytest.skip("example-robot-data is not installed")
+    lower, upper = (np.array([one[name] for one in robot.json()["joints"]]) for name in ("lower", "upper"))
+    worst = []
+    for prefer in ("far_from_limits", "continuous"):
+        plan = checked(service.post("/v1/trajectories", {**request, "ik": {"prefer": prefer}}), answers.PlanAnswer)
+        postures = np.array([waypoint["position"] for waypoint in plan["waypoints"][1:]])
+        worst.append(np.abs((2.0 * postures - lower - upper) / (upper - lower)).max(axis=1))
+    assert (worst[0] < worst[1]).all()
+    assert [waypoint["choice"] for waypoint in plan["waypoints"]] == ["given", "shortest_way", "shortest_way"]
+    refused = service.post("/v1/trajectories", {**request, "ik": {"prefer": "near_reference"}})
+    assert refused.json()["errors"][0]["pointer"] == "/ik/reference"

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from planner.actions import Action, AtDistance, AtTime, AtWaypoint, SetOutput, Wait
 from planner.backends import BACKENDS, BackEnd
 from planner.kinematics import Pose, configurations, forward_kinematics
+from planner.kinematics.options import InverseKinematicsOptions, Preference
 from planner.limits import Limits
 from planner.problem import (
     AnyWaypoint,
@@ -240,7 +241,10 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
         velocity_range=_ranges(robot, "velocity", RANGES[rng.integers(len(RANGES))]),
         acceleration_range=_ranges(robot, "acceleration", RANGES[rng.integers(len(RANGES))]),
     )
-    return PlanningProblem(robot, tuple(waypoints), limits)
+    prefer: Preference = rng.choice(["continuous", "continuous", "near_reference", "manipulability", "far_from_limits"])
+    reference = tuple(first.tolist()) if prefer == "near_reference" else None
+    options = InverseKinematicsOptions(prefer=prefer, reference=reference)
+    return PlanningProblem(robot, tuple(waypoints), limits, options)
 
 
 def _near(home: Pose, robot: Robot, rng: np.random.Generator, reach: float) -> Pose:

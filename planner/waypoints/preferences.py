@@ -1,0 +1,105 @@
+"""What makes one solution of a pose better than another, besides the way to it."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.kinematics.configurations import Configuration, configurations
+from planner.kinematics.forward import manipulability
+from planner.kinematics.search import Search, wide_spread
+from planner.limits import counted_velocity
+from planner.tool_motions.position_limits import shares_of_range
+from planner.waypoints.least_cost import least_cost
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
+
+    Costs = Callable[[FloatArray], FloatArray]
+
+SIDE = 0.01
+"""The weight of the sum over all joints beside the worst one: it decides where that leaves the others open."""
+
+SINGULAR = 1e-12
+"""A manipulability that is as good as none, in its own unit."""
+
+STARTS = 6
+"""Number of the best solutions that are known of a continuum from which a better one is sought."""
+
+
+def costs_of(robot: Robot, options: InverseKinematicsOptions) -> Costs | None:
+    """Return the costs (N,) of joint positions (N, joints) by what is preferred; None: the way alone counts.
+
+    Args:
+        robot: The robot, with its tool; joints behind its own ones, freedoms of a goal, do not count.
+        options: What is preferred, and the reference.
+    """
+    match options.prefer:
+        case "continuous":
+            return None
+        case "near_reference":
+            return partial(_away, robot, np.array(options.reference))
+        case "manipulability":
+            return partial(_singular, robot)
+        case "far_from_limits":
+            return partial(_near_limits, robot)
+
+
+def best_of_continuum(
+    robot: Robot,
+    pose: Pose,
+    options: InverseKinematicsOptions,
+    known: Sequence[FloatArray],
+    costs: Costs,
+    wanted: Configuration,
+) -> list[FloatArray]:
+    """Return solutions (joints,) of least cost nearby those that are known, and a spread of others.
+
+    Args:
+        robot: The robot, with its tool.
+        pose: Has a continuum of solutions.
+        options: How it is solved.
+        known: Some solutions in the configuration asked.
+        costs: Of joint positions.
+        wanted: The configuration.
+    """
+    search = Search(robot, pose, options)
+    allowed = partial(_in_configuration, robot, wanted, costs)
+    starts = np.array([*known, *wide_spread(search)])
+    found = allowed(starts)
+    best = [row for row in found.argsort(kind="stable")[:STARTS].tolist() if np.isfinite(found[row])]
+    return [least_cost(search, starts[row], allowed) for row in best]
+
+
+def _in_configuration(robot: Robot, wanted: Configuration, costs: Costs, positions: FloatArray) -> FloatArray:
+    """Return costs (N,) that are infinite in other configurations than the one asked."""
+    found = costs(positions)
+    if wanted.names:
+        found = np.where([wanted.allows(other) for other in configurations(robot, positions)], found, np.inf)
+    return found
+
+
+def _away(robot: Robot, reference: FloatArray, positions: FloatArray) -> FloatArray:
+    """Return the times (N,), s, from the reference (joints,) at full speed of the joints."""
+    times = np.abs(positions[:, : robot.dof] - reference) / counted_velocity(robot.limit("velocity"))
+    costs: FloatArray = times.max(axis=1) + SIDE * times.sum(axis=1)
+    return costs
+
+
+def _singular(robot: Robot, positions: FloatArray) -> FloatArray:
+    """Return the negative logarithms (N,) of the manipulability."""
+    costs: FloatArray = -np.log(np.maximum(manipulability(robot, positions[:, : robot.dof]), SINGULAR))
+    return costs
+
+
+def _near_limits(robot: Robot, positions: FloatArray) -> FloatArray:
+    """Return how far (N,) joints are from the middle of their limits, by half their ranges."""
+    shares = np.abs(shares_of_range(robot, positions[:, : robot.dof]))
+    costs: FloatArray = shares.max(axis=1) + SIDE * shares.sum(axis=1)
+    return costs
