@@ -30,6 +30,7 @@ LAYERS = (
     "backends",
     "durations",
     "action_times",
+    "free_motion",
     "result",
     "saved_plan",
     "remedies",

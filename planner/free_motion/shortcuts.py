@@ -1,0 +1,91 @@
+"""Shorter ways along proved edges."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.free_motion.edges import FreeEdges
+    from planner.spatial import FloatArray
+
+MOST_CUTS = 100
+"""The most cuts that are tried on a way."""
+
+FRUITLESS_CUTS = 20
+"""The number of cuts in a row without a gain after which a way counts as short."""
+
+LEAST_GAIN = 0.01
+"""The share of what it replaces by which a cut has to be shorter, to be worth a proof."""
+
+LEAST_LEG = 0.05
+"""The length of a leg, rad or m, below which a waypoint is left out where the way without it is free: to turn twice
+within so little costs time."""
+
+
+def lengths(positions: FloatArray) -> FloatArray:
+    """Compute the lengths (legs,) between joint positions (legs + 1, joints); a metre counts as a radian."""
+    found: FloatArray = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    return found
+
+
+def shortened(edges: FreeEdges, positions: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Make a way shorter while its ends stay: first from corner to corner, then between random points of it.
+
+    Args:
+        edges: Proves the motions; nothing is tried once its budget is spent.
+        positions: (positions, joints), rad or m, free between neighbours.
+        rng: Source of the random points.
+
+    Returns:
+        (fewer or more positions, joints), free between neighbours.
+    """
+    positions = _without_detours(edges, positions)
+    fruitless = 0
+    for _ in range(MOST_CUTS):
+        if len(positions) < 3 or fruitless == FRUITLESS_CUTS or not edges.has_budget:
+            break
+        cut = _cut(edges, positions, *np.sort(rng.uniform(size=2)).tolist())
+        fruitless = fruitless + 1 if cut is None else 0
+        positions = positions if cut is None else cut
+    return _without_short_legs(edges, positions)
+
+
+def _without_detours(edges: FreeEdges, positions: FloatArray) -> FloatArray:
+    """Go from each corner to the last one that a free motion leads to."""
+    kept, k = [0], 0
+    while k < len(positions) - 1:
+        ahead = range(len(positions) - 1, k + 1, -1)
+        k = next((j for j in ahead if edges.has_budget and edges.is_free(positions[k], positions[j])), k + 1)
+        kept.append(k)
+    return positions[kept]
+
+
+def _cut(edges: FreeEdges, positions: FloatArray, first: float, second: float) -> FloatArray | None:
+    """Go straight between two points of a way, given as shares of its length; None: that is no gain, or not free."""
+    legs = lengths(positions)
+    passed = np.append(0.0, np.cumsum(legs))
+    where = np.array([first, second]) * passed[-1]
+    i, j = np.clip(np.searchsorted(passed, where, side="right") - 1, 0, len(legs) - 1).tolist()
+    if i == j:
+        return None
+    shares = (where - passed[[i, j]]) / legs[[i, j]]
+    start, end = positions[[i, j]] + (positions[[i + 1, j + 1]] - positions[[i, j]]) * shares[:, None]
+    if np.linalg.norm(end - start) > (1.0 - LEAST_GAIN) * (where[1] - where[0]) or not edges.is_free(start, end):
+        return None
+    return np.concatenate([positions[: i + 1], [start, end], positions[j + 1 :]])
+
+
+def _without_short_legs(edges: FreeEdges, positions: FloatArray) -> FloatArray:
+    """Leave out corners that are almost those before or after them."""
+    kept, k = positions, 1
+    while k < len(kept) - 1:
+        is_short = (
+            np.linalg.norm(kept[k] - kept[k - 1]) < LEAST_LEG or np.linalg.norm(kept[k + 1] - kept[k]) < LEAST_LEG
+        )
+        if is_short and edges.is_free(kept[k - 1], kept[k + 1]):
+            kept = np.delete(kept, k, axis=0)
+        else:
+            k += 1
+    return kept

@@ -1,0 +1,54 @@
+"""A tree of joint positions, each joined by a free motion to the one that it was reached from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+ROOT = -1
+"""The row from which a root was reached: none."""
+
+
+class Tree:
+    """Joint positions that can be reached from one of the roots, or that lead to one.
+
+    Attributes:
+        positions: (nodes, joints), rad or m: the roots, then the others in the order in which they were found.
+    """
+
+    def __init__(self, roots: FloatArray) -> None:
+        """Begin with roots (roots, joints)."""
+        self._rows = np.array(roots, dtype=np.float64)
+        self._origins = [ROOT] * len(roots)
+
+    def __len__(self) -> int:
+        return len(self._origins)
+
+    @property
+    def positions(self) -> FloatArray:
+        """The joint positions."""
+        return self._rows[: len(self)]
+
+    def nearest(self, position: FloatArray) -> int:
+        """Return the row of the position that is nearest to another one (joints,)."""
+        return int(np.argmin(((self.positions - position) ** 2).sum(axis=1)))
+
+    def add(self, position: FloatArray, origin: int) -> int:
+        """Add a joint position (joints,) that a free motion joins with the one of a row, and return its own row."""
+        row = len(self)
+        if row == len(self._rows):
+            self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
+        self._rows[row] = position
+        self._origins.append(origin)
+        return row
+
+    def branch(self, row: int) -> list[int]:
+        """Return the rows from one back to its root."""
+        rows = [row]
+        while self._origins[rows[-1]] != ROOT:
+            rows.append(self._origins[rows[-1]])
+        return rows

@@ -1,0 +1,95 @@
+"""A free way from one joint position to one of several others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from planner.free_motion.edges import FreeEdges
+from planner.free_motion.rrt_connect import Trees
+from planner.free_motion.shortcuts import shortened
+from planner.scene import is_free
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.robots import Robot
+    from planner.scene import CollisionChecker
+    from planner.spatial import FloatArray
+
+MOST_CHECKS = 20_000
+"""The most motions that are looked at, unless told otherwise: some 5 s, and twenty times what cells with shelves and
+boxes take. A number of motions and no time, so that equal requests have equal answers on every machine."""
+
+AROUND = np.pi
+"""How far beyond the start and the goals the way is sought, rad or m, as far as the limits allow: it may go around the
+other way, but by no whole turns more."""
+
+WayStatus = Literal["found", "start_not_free", "no_goal_free", "budget_spent"]
+"""Whether there is a way, or why there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A way along straight joint motions, or how far the search for one came.
+
+    Attributes:
+        status: `found`; `start_not_free` or `no_goal_free`: there is not enough room at an end of it; or
+            `budget_spent`: as many motions as allowed were looked at.
+        positions: (positions, joints), rad or m, from the start to a goal, proved to be free between neighbours; if
+            none was found, as far as the tree from the start came towards those of the goals.
+        goal: Number of the goal that it leads to, or that is nearest to where it ends.
+        left: How far its end is from the nearest position that leads to a goal, rad or m; 0 where it was found.
+        checks: The number of motions that were looked at.
+    """
+
+    status: WayStatus
+    positions: FloatArray
+    goal: int
+    left: float
+    checks: int
+
+
+def find_way(
+    robot: Robot,
+    checker: CollisionChecker,
+    start: FloatArray,
+    goals: Sequence[FloatArray] | FloatArray,
+    *,
+    most_checks: int = MOST_CHECKS,
+    seed: int = 0,
+) -> Way:
+    """Find a free way: the straight motion to a goal if it is free, the nearest goal first, or one around.
+
+    Args:
+        robot: The arm, whose position limits the way keeps.
+        checker: The arm and what is around it.
+        start: (joints,), rad or m, within the limits.
+        goals: (goals, joints), within the limits: any of them will do.
+        most_checks: The most motions that are looked at.
+        seed: Of the random positions; equal seeds give equal ways.
+    """
+    edges = FreeEdges(robot, checker, most_checks)
+    start, goals = np.asarray(start, dtype=np.float64), np.asarray(goals, dtype=np.float64)
+    order = np.argsort(np.linalg.norm(goals - start, axis=1), kind="stable")
+    are_free = is_free(checker, np.vstack([start[None], goals]))
+    free = [k for k in order.tolist() if are_free[k + 1]]
+    if not are_free[0] or not free:
+        left = float(np.linalg.norm(goals[order[0]] - start))
+        return Way("no_goal_free" if are_free[0] else "start_not_free", start[None], int(order[0]), left, 0)
+    for k in free:
+        if edges.is_free(start, goals[k]):
+            return Way("found", np.stack([start, goals[k]]), k, 0.0, edges.checked)
+    ends = np.vstack([start[None], goals[free]])
+    lower = np.maximum(robot.limit("lower"), ends.min(axis=0) - AROUND)
+    upper = np.minimum(robot.limit("upper"), ends.max(axis=0) + AROUND)
+    rng = np.random.default_rng(seed)
+    trees = Trees(edges, start, goals[free])
+    met = trees.grow_until_met(lower, upper, rng)
+    if met is None:
+        left, row = trees.gap()
+        far = trees.from_start.positions[trees.from_start.branch(row)[::-1]]
+        return Way("budget_spent", far, free[0], left, edges.checked)
+    return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)

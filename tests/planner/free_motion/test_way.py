@@ -1,0 +1,157 @@
+"""A way that is found is free where dense samples look, whatever the scene; and the same one every time."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from planner.free_motion import Way, find_way
+from planner.free_motion.quick_check import QuickCheck
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.inverse import inverse_kinematics
+from planner.robots import Robot, load_robot
+from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObject, clearances, edge
+from planner.shapes import Box, Cylinder, Sphere
+from planner.spatial import FloatArray, Pose
+from tests.planner.scene.brute_force import distances_over_time
+from tests.sizes import SIZE
+
+ARM = load_robot("kuka_kr16_2")
+LEFT = np.array([0.9, -0.9, 1.2, 0.0, 0.8, 0.0])
+RIGHT = np.array([-0.9, *LEFT[1:]])
+
+WALL = SceneObject("wall", [Box([0.8, 0.1, 1.6])], Pose([1.3, 0.0, 0.8]))
+"""What stands between the two, in the plane of their symmetry."""
+
+SAMPLES = 200
+"""Number of postures of a leg that is looked at closely: some 5 mm of the tool apart."""
+
+
+def way_among(
+    things: list[SceneObject],
+    start: FloatArray,
+    goals: list[FloatArray],
+    robot: Robot = ARM,
+    margin: float = 0.0,
+    **more: int,
+) -> Way:
+    checker = CollisionChecker(robot, Scene(things, margin=margin), self_collision=False)
+    return find_way(robot, checker, start, goals, **more)
+
+
+def least_distance(way: Way, things: list[SceneObject], robot: Robot = ARM) -> float:
+    """Least distance of the arm from the things on the way, by dense samples of capsules in closed form, m."""
+    times = np.linspace(0.0, 1.0, SAMPLES)
+    legs = [edge(start, goal) for start, goal in pairwise(way.positions)]
+    return min(float(np.nanmin(distances_over_time(robot, Scene(things), times, leg))) for leg in legs)  # type: ignore[arg-type]
+
+
+def assert_leads(way: Way, start: FloatArray, goal: FloatArray, robot: Robot = ARM) -> None:
+    assert way.status == "found"
+    assert (way.positions[0] == start).all()
+    assert (way.positions[-1] == goal).all()
+    assert (way.positions >= robot.limit("lower")).all()
+    assert (way.positions <= robot.limit("upper")).all()
+
+
+def test_around_a_wall_in_the_plane_of_symmetry() -> None:
+    way = way_among([WALL], LEFT, [RIGHT], margin=0.02)
+    assert_leads(way, LEFT, RIGHT)
+    assert len(way.positions) > 2
+    assert least_distance(way, [WALL]) > 0.02 - CONTACT_TOLERANCE
+
+
+def test_straight_where_nothing_is_in_the_way() -> None:
+    way = way_among([SceneObject("far", [Sphere(0.1)], Pose([9.0, 0.0, 0.0]))], LEFT, [RIGHT])
+    assert way.checks == 1
+    assert (way.positions == np.stack([LEFT, RIGHT])).all()
+
+
+def test_the_same_way_for_the_same_seed_and_another_for_another() -> None:
+    first, again, other = (way_among([WALL], LEFT, [RIGHT], seed=seed).positions for seed in (3, 3, 4))
+    assert first.tobytes() == again.tobytes()
+    assert first.shape != other.shape or (first != other).any()
+
+
+def test_an_end_without_room_is_told_apart() -> None:
+    block = SceneObject("block", [Box([0.5, 0.5, 0.5])], Pose(tool_pose(ARM, LEFT).position))
+    assert way_among([block], LEFT, [RIGHT]).status == "start_not_free"
+    assert way_among([block], RIGHT, [LEFT]).status == "no_goal_free"
+
+
+def test_the_goal_that_has_room_is_taken() -> None:
+    block = SceneObject("block", [Box([0.5, 0.5, 0.5])], Pose(tool_pose(ARM, LEFT).position))
+    beyond = np.array([-1.4, *LEFT[1:]])
+    way = way_among([block], RIGHT, [LEFT, beyond])
+    assert way.goal == 1
+    assert_leads(way, RIGHT, beyond)
+
+
+def test_of_two_goals_the_one_that_can_be_reached() -> None:
+    """The nearer goal is on the other side of two walls that leave the first joint no way round."""
+    walls = [SceneObject(f"wall {k}", [Box([4.0, 0.1, 6.0])], Pose([2.2, y, 1.0])) for k, y in enumerate((-0.5, 0.5))]
+    between = np.array([0.0, -1.2, 1.2, 0.0, 0.8, 0.0])
+    nearer, farther = np.array([-0.7, *between[1:]]), np.array([0.1, -0.9, 0.6, 0.0, 0.6, 0.0])
+    way = way_among(walls, between, [nearer, farther], most_checks=300)
+    assert way.status == "found"
+    assert way.goal == 1
+
+
+def test_how_far_it_got_where_there_is_no_way() -> None:
+    """The robot stands between two walls without end: the other side cannot be reached."""
+    walls = [SceneObject(f"wall {k}", [Box([30.0, 0.1, 30.0])], Pose([0.0, y, 0.0])) for k, y in enumerate((-0.7, 0.7))]
+    start, goal = np.array([0.0, -1.2, 1.2, 0.0, 0.8, 0.0]), np.array([3.0, -1.2, 1.2, 0.0, 0.8, 0.0])
+    way = way_among(walls, start, [goal], most_checks=60)
+    assert way.status == "budget_spent"
+    assert way.checks >= 60
+    assert (way.positions[0] == start).all()
+    assert 0.0 < way.left < np.linalg.norm(goal - start)
+
+
+def test_through_a_slit() -> None:
+    """The forearm comes out of a slit between two plates, goes up and into the one above."""
+    plates = [SceneObject(f"plate {k}", [Box([0.7, 1.6, 0.03])], Pose([1.6, 0.0, 0.3 + 0.75 * k])) for k in range(3)]
+    forward = Pose.from_rpy(np.zeros(3), [0.0, np.pi / 2.0, 0.0]).rotation
+    start, goal = (inverse_kinematics(ARM, Pose([1.5, 0.0, z], forward), reference=RIGHT).position for z in (0.7, 1.4))
+    way = way_among(plates, start, [goal])
+    assert_leads(way, start, goal)
+    assert len(way.positions) > 2
+    assert least_distance(way, plates) > -CONTACT_TOLERANCE
+
+
+@pytest.mark.sized
+def test_random_ways_are_free_where_dense_samples_look() -> None:
+    rng = np.random.default_rng(5)
+    found = 0
+    for _ in range(max(2, SIZE.requests // 12)):
+        things = []
+        for k in range(6):
+            direction = rng.normal(size=2)
+            at = direction / np.linalg.norm(direction) * rng.uniform(0.9, 1.5)
+            shape = Box(rng.uniform(0.1, 0.5, 3)) if k % 2 else Cylinder(rng.uniform(0.05, 0.2), rng.uniform(0.2, 1.5))
+            things.append(
+                SceneObject(f"thing {k}", [shape], Pose.from_rpy([*at, rng.uniform(0.0, 1.6)], rng.normal(size=3)))
+            )
+        lower, upper = np.maximum(ARM.limit("lower"), -2.5), np.minimum(ARM.limit("upper"), 2.5)
+        start, goal = rng.uniform(lower, upper, (2, ARM.dof))
+        way = way_among(things, start, [goal], margin=0.01, most_checks=400)
+        if way.status == "found":
+            found += 1
+            assert_leads(way, start, goal)
+            assert least_distance(way, things) > 0.01 - CONTACT_TOLERANCE
+    assert found
+
+
+def test_the_quick_check_says_what_proofs_say() -> None:
+    """It may miss a collision, but what it rejects collides; were it to miss many, ways would take long."""
+    checker = CollisionChecker(ARM, Scene([WALL], margin=0.05))
+    quick = QuickCheck(ARM, checker)
+    rng = np.random.default_rng(1)
+    lower, upper = np.maximum(ARM.limit("lower"), -1.5), np.minimum(ARM.limit("upper"), 1.5)
+    positions = rng.uniform(lower, upper, (100, ARM.dof))
+    proved = np.array([not clearances(checker, edge(q, q)).is_proved for q in positions])
+    seen = np.array([quick.sees_collision(q[None]) for q in positions])
+    assert (seen == proved).all()
+    assert 5 < seen.sum() < 95
