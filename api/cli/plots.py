@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import orjson
 from rich.console import Console
 
-from api.cli.pictures import picture
+from api.pictures import picture
 from api.cli.terminal import FILE_WIDTH, plan_summary
 from planner.export import FORMATS, ExportOptions
 from planner.robots import describe

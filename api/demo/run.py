@@ -61,7 +61,7 @@ def run_demo(folder: Path, console: Console) -> int:
 
 def _plan_all(client: httpx.Client, folder: Path, console: Console) -> int:
     # Matplotlib is slow to import: by now the service is up.
-    from api.cli.pictures import picture
+    from api.pictures import picture
 
     table, refused = plain_table(*COLUMNS, right=NUMBERS), 0
     with console.status("planning and drawing") as status:

@@ -22,7 +22,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from api.cli.local_plan import plan_request, read_request
-from api.cli.pictures import COLOURS, STYLE
+from api.pictures import COLOURS, STYLE
 from planner.guarantees import QUANTITIES
 from planner.kinematics import tool_poses, tool_velocities
 
