@@ -2,34 +2,50 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
 from api.errors import NotAcceptable
-from planner.export import FORMATS, Format
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
-def negotiated(asked: str | None, accept: str) -> Format:
-    """Choose the format to answer in.
+class Named(Protocol):
+    """What can be negotiated about: it has a media type."""
+
+    @property
+    def media_type(self) -> str:
+        """The media type of a file of this form."""
+
+
+Form = TypeVar("Form", bound=Named)
+
+
+def negotiated(asked: str | None, accept: str, forms: Mapping[str, Form]) -> Form:
+    """Choose the form to answer in.
 
     Args:
         asked: The name in the query, which goes before the header; None: there is none.
         accept: The `Accept` header.
+        forms: The forms that there are, by their names; of those that are as welcome, the first is taken.
 
     Raises:
         NotAcceptable: None of those asked for exists.
     """
     if asked is not None:
-        if asked in FORMATS:
-            return FORMATS[asked]
-        raise _not_acceptable()
-    names = list(FORMATS)
-    best = max(names, key=lambda name: (_quality(FORMATS[name].media_type, accept), -names.index(name)))
-    if _quality(FORMATS[best].media_type, accept) <= 0.0:
-        raise _not_acceptable()
-    return FORMATS[best]
+        if asked in forms:
+            return forms[asked]
+        raise _not_acceptable(forms)
+    names = list(forms)
+    best = max(names, key=lambda name: (_quality(forms[name].media_type, accept), -names.index(name)))
+    if _quality(forms[best].media_type, accept) <= 0.0:
+        raise _not_acceptable(forms)
+    return forms[best]
 
 
-def _not_acceptable() -> NotAcceptable:
-    there_are = ", ".join(f"{name} ({form.media_type})" for name, form in FORMATS.items())
-    return NotAcceptable(f"the formats are: {there_are}", formats=list(FORMATS))
+def _not_acceptable(forms: Mapping[str, Form]) -> NotAcceptable:
+    there_are = ", ".join(f"{name} ({form.media_type})" for name, form in forms.items())
+    return NotAcceptable(f"the formats are: {there_are}", formats=list(forms))
 
 
 def _quality(media_type: str, accept: str) -> float:

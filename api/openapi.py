@@ -19,6 +19,7 @@ from api.schemas.problem_documents import ProblemDocument
 from api.size import CAPPED_LISTS
 from api.tasks.operation import ACCESS_CODES, CONNECTION_CODES
 from api.version import service_version
+from api.views import VIEWS
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -206,8 +207,9 @@ def _success(operation: Operation, status: int) -> dict[str, Any]:
             if name in FORMAT_SCHEMAS:
                 content[form.media_type] = {"schema": _reference(FORMAT_SCHEMAS[name])}
             elif name != "json":
-                binary = {} if form.media_type.startswith("text/") else {"format": "binary"}
-                content[form.media_type] = {"schema": {"type": "string"} | binary}
+                content[form.media_type] = _schema_of_text_or_bytes(form.media_type)
+        for view in VIEWS.values():
+            content[view.media_type] = _schema_of_text_or_bytes(view.media_type)
     response: dict[str, Any] = {"description": "Success.", "content": content}
     if operation.status in {HTTPStatus.CREATED, HTTPStatus.ACCEPTED}:
         response["headers"] = {"Location": {"description": "Where it is.", "schema": {"type": "string"}}}
@@ -215,6 +217,11 @@ def _success(operation: Operation, status: int) -> dict[str, Any]:
         name_of_file = {"description": "The name of the file.", "schema": {"type": "string"}}
         response["headers"] = {"Content-Disposition": name_of_file}
     return response
+
+
+def _schema_of_text_or_bytes(media_type: str) -> dict[str, Any]:
+    binary = {} if media_type.startswith("text/") else {"format": "binary"}
+    return {"schema": {"type": "string"} | binary}
 
 
 def _schema_of_answer(operation: Operation) -> dict[str, Any]:
@@ -247,13 +254,15 @@ def _parameters(operation: Operation) -> list[dict[str, Any]]:
             },
         ]
     if operation.file or operation.formats_of_plans:
+        is_one_plan = operation.request is not None  # which people may want to look at
+        names = [*FORMATS, *VIEWS] if is_one_plan else list(FORMATS)
         parameters.append(
             {
                 "name": "format",
                 "in": "query",
                 **({"required": True} if operation.file else {}),
                 "description": f"Form of {'the file' if operation.file else 'the plans'}.",
-                "schema": {"type": "string", "enum": list(FORMATS), "title": "PlanFormat"},
+                "schema": {"type": "string", "enum": names, "title": "PlanFormat"},
             }
         )
     parameters += [

@@ -25,7 +25,14 @@ BUILT_FROM = "built_from.txt"
 NOT_BUILT = "not_built.txt"
 """The file in it that says why there is no page."""
 
-SOURCES = ("web/package-lock.json", "web/index.html", "web/vite.config.ts", "web/src", "examples")
+SOURCES = (
+    "web/package-lock.json",
+    "web/index.html",
+    "web/vite.config.ts",
+    "web/vite.report.config.ts",
+    "web/src",
+    "examples",
+)
 """The files and folders that the built page depends on."""
 
 TIMEOUT = 150.0
@@ -89,7 +96,9 @@ def build(root: Path, built: Path) -> None:
         quiet = ("--no-audit", "--no-fund", "--no-update-notifier", "--ignore-scripts")
         npm = bin_folder.parent / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js"
         run(copy, environment, bin_folder / "node", npm, "ci", "--omit=dev", *quiet, *once)
-        run(copy, environment, bin_folder / "node", "node_modules/vite/bin/vite.js", "build", "--outDir", built)
+        vite = (bin_folder / "node", "node_modules/vite/bin/vite.js", "build")
+        run(copy, environment, *vite, "--outDir", built)
+        run(copy, environment, *vite, "--config", "vite.report.config.ts", "--outDir", built / "report")
     for file in sorted(built.rglob("*")):
         if file.suffix in COMPRESSED:
             file.with_name(f"{file.name}.gz").write_bytes(gzip.compress(file.read_bytes(), 9, mtime=0))

@@ -154,6 +154,9 @@ def plan(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the plan into a .png, .svg or .html file.")
     ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a report: one .html file that anyone can open.")
+    ] = None,
     backend: Annotated[
         str | None, typer.Option(metavar="KIND", help="Back end in place of the request's, with its default options.")
     ] = None,
@@ -162,7 +165,7 @@ def plan(
     tip: TipOption = None,
 ) -> None:
     """Plan a request here, without a service, and show what came out."""
-    from api.cli.local_plan import format_of, plan_request, read_request, render
+    from api.cli.local_plan import format_of, plan_request, read_request, render, report_of
     from api.cli.plots import SUFFIXES, draw
     from api.cli.terminal import plan_summary, terminal
     from planner.backends import BACKENDS
@@ -185,15 +188,19 @@ def plan(
         start = time.perf_counter()
         solved = plan_request(asked, None if named is None else named.load())
         seconds = time.perf_counter() - start
-        written = b"" if output is None else render(solved, asked, form, None if named is None else named.definition)
+        definition = None if named is None else named.definition
+        written = b"" if output is None else render(solved, asked, form, definition)
+        title = Path(request).stem.replace("_", " ") if request != "-" else "Plan"
+        reported = b"" if report is None else report_of(solved, asked, title, definition)
     console = terminal(stderr=output == "-")
     console.print(plan_summary(solved, seconds))
     if output == "-":
         sys.stdout.buffer.write(written)
     elif output is not None:
         _write(Path(output), written, console)
+    if report is not None:
+        _write(report, reported, console)
     if plot is not None:
-        title = Path(request).stem.replace("_", " ") if request != "-" else "Plan"
         _write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
 
 

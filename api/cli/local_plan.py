@@ -11,6 +11,7 @@ from api.conversion import to_backend, to_planning_problem
 from api.digests import request_hash
 from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
+from api.views import report
 from planner.export import FORMATS, ExportOptions, Format
 from planner.planning import plan
 from planner.robots import Robot, load_robot
@@ -74,3 +75,19 @@ def render(solved: Plan, request: PlanRequest, form: Format, definition: bytes |
     """
     options = ExportOptions(request.sample_period, frozenset(request.include), request_hash(request, definition))
     return form.render(solved, options)
+
+
+def report_of(solved: Plan, request: PlanRequest, title: str, definition: bytes | None = None) -> bytes:
+    """Write a report of the plan, one file that anyone can open.
+
+    Args:
+        solved: The plan.
+        request: What was asked.
+        title: The title of the report.
+        definition: The model of a robot that is not of the catalogue, as canonical JSON.
+
+    Raises:
+        NotAcceptable: The program of reports was not built with this installation.
+    """
+    asked = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
+    return report(solved, asked, request_hash(request, definition), title)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import orjson
 from rich.console import Console
 
-from api.pictures import picture
 from api.cli.terminal import FILE_WIDTH, plan_summary
+from api.pictures import picture
 from planner.export import FORMATS, ExportOptions
 from planner.robots import describe
 

@@ -189,9 +189,10 @@ def render_results(work: Work) -> Reply:
     each plan or problem in place of a body; `last`: whether nothing comes behind them.
     """
     from api.negotiation import negotiated
+    from planner.export import FORMATS
 
     asked = work.arguments
-    form = negotiated(asked["form"], "*/*")
+    form = negotiated(asked["form"], "*/*", FORMATS)
     if asked["shape"] == "files":
         return _as_files(form, work)
     entries: list[bytes] = []

@@ -27,10 +27,13 @@ def plan_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories."""
     from api.conversion import to_backend, to_planning_problem
     from api.negotiation import negotiated
+    from api.views import VIEWS, View
+    from planner.export import FORMATS, Format
     from planner.planning import plan
 
+    forms: dict[str, Format | View] = {**FORMATS, **VIEWS}
     with work.stage("validate"):
-        form = negotiated(work.arguments["format"], work.arguments["accept"])
+        form = negotiated(work.arguments["format"], work.arguments["accept"], forms)
         request = work.request(requests.PlanRequest)
         asked, backend = to_planning_problem(request, work.robot(request)), to_backend(request.backend)
         options = export_options(request, work.arguments.get("definition"))
@@ -38,7 +41,11 @@ def plan_trajectory(work: Work) -> Reply:
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
-        body = form.render(solved, options)
+        if isinstance(form, View):
+            asked_for = request.model_dump(mode="json", by_alias=True, exclude_unset=True)
+            body = form.draw(solved, asked_for, options.request_hash, f"{request.robot}, {solved.backend.kind}")
+        else:
+            body = form.render(solved, options)
     return Reply(200, form.media_type, body, work.timings, plan=figures_of(solved))
 
 
@@ -55,9 +62,11 @@ def export_trajectory(work: Work) -> Reply:
     if name is None:
         raise invalid([{"pointer": "", "message": "the parameter format is missing"}])
     reply = plan_trajectory(work)
+    from api.views import VIEWS
     from planner.export import FORMATS
 
-    headers = {"Content-Disposition": f'attachment; filename="trajectory{FORMATS[name].suffix}"'}
+    suffix = FORMATS[name].suffix if name in FORMATS else VIEWS[name].suffix
+    headers = {"Content-Disposition": f'attachment; filename="trajectory{suffix}"'}
     return replace(reply, media_type="application/octet-stream", headers=headers)
 
 

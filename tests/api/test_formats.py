@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from api.schemas.answers import RosJointTrajectory
+from api.views import VIEWS
 from planner.export import FORMATS, INCLUDABLE
 from tests.api.requests import plan_request
 
@@ -32,7 +33,7 @@ JSON, CSV, ROS = "application/json", "text/csv", "application/vnd.ros2.joint-tra
         ("text/csv;q=0.5, application/json;q=0.4", CSV),
         ("text/csv;q=0.5, application/json", JSON),
         ("application/json;q=0, */*;q=0.1", CSV),
-        ("image/png, text/csv;q=0.1", CSV),
+        ("image/gif, text/csv;q=0.1", CSV),
         ("TEXT/CSV", CSV),
     ],
 )
@@ -44,7 +45,7 @@ def test_accept_chooses_the_form(service: RunningService, accept: str, media_typ
 
 @pytest.mark.parametrize(("name", "media_type"), [("json", JSON), ("csv", CSV), ("ros2", ROS)])
 def test_the_query_goes_before_accept(service: RunningService, name: str, media_type: str) -> None:
-    answer = service.post(f"{PATH}?format={name}", plan_request(), headers={"Accept": "image/png"})
+    answer = service.post(f"{PATH}?format={name}", plan_request(), headers={"Accept": "image/gif"})
     assert answer.headers["Content-Type"].partition(";")[0] == media_type
 
 
@@ -57,11 +58,11 @@ def test_every_part_of_the_library_can_be_included(service: RunningService, part
 
 
 def test_what_there_is_not_is_refused_with_what_there_is(service: RunningService) -> None:
-    for options in ({"headers": {"Accept": "image/png"}}, {"params": {"format": "xlsx"}}):
+    for options in ({"headers": {"Accept": "image/gif"}}, {"params": {"format": "xlsx"}}):
         answer = service.post(PATH, plan_request(), **options)
         problem = answer.json()
         assert (answer.status_code, problem["code"]) == (406, "not_acceptable")
-        assert problem["formats"] == list(FORMATS)
+        assert problem["formats"] == [*FORMATS, *VIEWS]
 
 
 def test_problems_stay_problems(service: RunningService) -> None:

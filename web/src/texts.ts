@@ -130,8 +130,9 @@ export const texts = {
     tcp_linear_acceleration: 'Tool acceleration',
     tcp_angular_acceleration: 'Tool turning acceleration',
     tcp_centripetal_acceleration: 'Tool acceleration across',
-    path_position: 'Off the path (position)',
-    path_orientation: 'Off the path (orientation)',
+    path_position_deviation: 'Off the path',
+    path_orientation_deviation: 'Off the orientation',
+    blend_deviation: 'Corners cut by',
   } as Record<string, string>,
   refusal: {
     label: 'Refusal',
@@ -159,6 +160,7 @@ export const texts = {
   },
   exports: {
     files: 'As a file',
+    report: 'report',
     code: 'As code',
     copy: 'Copy',
     copied: 'Copied',
@@ -171,6 +173,17 @@ export const texts = {
     save: 'Save file',
     wrong: 'This is no request:',
     noRequest: 'it needs a robot and waypoints',
+  },
+  report: {
+    facts: (robot: string, backend: string, duration: string) => `${robot}, ${backend}, ${duration}`,
+    certified: 'Every enforced limit is kept',
+    violated: 'Limits are violated',
+    waypoint: 'Waypoint',
+    arrival: 'Arrival (s)',
+    departure: 'Departure (s)',
+    tool: 'Tool x, y, z (mm)',
+    error: 'Error (µm)',
+    madeBy: (version: string) => `Made by trajectory-planner ${version}; the request is`,
   },
   said: {
     undone: 'Undone',

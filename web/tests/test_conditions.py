@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.locations import ROOT
-from web.tests.browser import PHONE, TOO_SHORT, choose_example, opened, planned, use_request
+from web.tests.browser import PHONE, TOO_SHORT, choose_example, opened, planned, seconds, use_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -165,6 +165,19 @@ def test_the_first_view_comes_soon_and_playing_costs_little(
     print(f"first view after {first_view:.0f} ms, {cost:.2f} ms of scripting a frame")
     assert first_view < FIRST_VIEW
     assert cost < SCRIPTING
+
+
+def test_a_report_opens_from_disk_and_plays(browser: Browser, service: RunningService, tmp_path: Path) -> None:
+    request = json.loads((ROOT / "examples/welding.json").read_text())
+    report = tmp_path / "report.html"
+    report.write_bytes(service.post("/v1/trajectories?format=html", request).content)
+    with opened(browser, report.as_uri()) as page:
+        expect(page.locator(".verdict")).to_contain_text("Every enforced limit is kept")
+        expect(page.locator(".wide-table tbody tr")).to_have_count(11)
+        page.get_by_role("button", name="Play").click()
+        page.wait_for_timeout(500)
+        assert seconds(page) > 0.0
+        assert violations(page) == []
 
 
 def test_the_page_is_small() -> None:

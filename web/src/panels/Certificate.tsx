@@ -17,8 +17,12 @@ export function Certificate() {
           <tr>
             <th scope="col">{texts.result.quantity}</th>
             <th scope="col">{texts.result.used}</th>
-            <th scope="col">{texts.result.peak}</th>
-            <th scope="col">{texts.result.at}</th>
+            <th scope="col" class="number">
+              {texts.result.peak}
+            </th>
+            <th scope="col" class="number">
+              {texts.result.at}
+            </th>
           </tr>
         </thead>
         <tbody>
@@ -87,4 +91,7 @@ const TOOL_UNITS: Record<string, string> = {
   tcp_linear_acceleration: 'm/s²',
   tcp_angular_acceleration: 'rad/s²',
   tcp_centripetal_acceleration: 'm/s²',
+  path_position_deviation: 'm',
+  path_orientation_deviation: 'rad',
+  blend_deviation: 'm',
 };

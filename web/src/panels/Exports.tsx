@@ -8,6 +8,9 @@ import { texts } from '../texts';
 import { copy, save } from './save';
 
 const FORMATS = {
+  html: '.html',
+  svg: '.svg',
+  png: '.png',
   json: '.json',
   csv: '.csv',
   ros2: '.ros2.json',
@@ -35,7 +38,7 @@ export function Exports() {
       <div class="buttons wrap">
         {(Object.keys(FORMATS) as Format[]).map((format) => (
           <button key={format} type="button" onClick={() => void download(format)}>
-            {format}
+            {format === 'html' ? texts.exports.report : format}
           </button>
         ))}
       </div>

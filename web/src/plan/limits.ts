@@ -17,7 +17,7 @@ export function bandOf(robot: Robot, request: PlanRequest, quantity: Quantity, j
   const whole = request.limits;
   const own = request.waypoints[segment + 1]?.limits ?? undefined;
   const scale = scaleOf(whole, quantity) * scaleOf(own, quantity);
-  const ranges = [rangeOf(described, quantity), rangeAsked(own, quantity, joint) ?? rangeAsked(whole, quantity, joint)];
+  const ranges = [rangeOf(described, quantity), rangeAsked(own, quantity, joint), rangeAsked(whole, quantity, joint)];
   const present = ranges.filter((range) => range !== null);
   if (present.length === 0) return { lower: null, upper: null };
   return {
@@ -50,5 +50,6 @@ function rangeAsked(limits: Limits | undefined, quantity: Exclude<Quantity, 'pos
 // The limit of the tool's speed on a segment, m/s; null: none.
 export function toolSpeedLimit(request: PlanRequest, segment: number): number | null {
   const own = request.waypoints[segment + 1]?.limits?.tcp_linear_velocity;
-  return own ?? request.limits?.tcp_linear_velocity ?? null;
+  const limits = [own, request.limits?.tcp_linear_velocity].filter((limit) => typeof limit === 'number');
+  return limits.length > 0 ? Math.min(...limits) : null;
 }

@@ -49,9 +49,9 @@ describe('limits', () => {
     limits: { velocity: [1, 1], velocity_scale: 0.5, acceleration_scale: 0.25 },
   } as unknown as PlanRequest;
 
-  test('are the narrowest of robot and waypoint or request, times both factors', () => {
+  test('are the narrowest of robot, waypoint and request, times both factors', () => {
     expect(bandOf(arm, request, 'velocity', 0, 0)).toEqual({ lower: -0.5 * 0.25, upper: 0.5 * 0.25 });
-    expect(bandOf(arm, request, 'velocity', 1, 0)).toEqual({ lower: -2 * 0.25, upper: 2 * 0.25 });
+    expect(bandOf(arm, request, 'velocity', 1, 0)).toEqual({ lower: -0.25, upper: 0.25 });
     expect(bandOf(arm, request, 'velocity', 0, 1)).toEqual({ lower: -0.5, upper: 0.5 });
     expect(bandOf(arm, { ...request, limits: undefined }, 'velocity', 0, 1)).toEqual({ lower: -1, upper: 3 });
     expect(bandOf(arm, request, 'acceleration', 1, 1)).toEqual({ lower: -1, upper: 1 });

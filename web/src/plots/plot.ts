@@ -2,6 +2,7 @@
 import uPlot from 'uplot';
 import type { PlanAnswer } from '../service/types';
 import { locate } from '../plan/samples';
+import { short } from '../plan/units';
 import { seek } from '../state/playback';
 import { styleColour } from '../state/theme';
 import type { Curve, Curves } from './curves';
@@ -68,7 +69,8 @@ export class Plot {
 }
 
 function numeral(value: number | null, unit: string): string {
-  return value === null ? '' : `${Number(value.toPrecision(4))}${unit === '%' ? ' %' : ''}`;
+  if (value === null) return '';
+  return `${Math.abs(value) < 1 ? Number(value.toFixed(3)) : short(value)}${unit === '%' ? ' %' : ''}`;
 }
 
 function drawBackground(chart: uPlot, curves: readonly Curve[], answer: PlanAnswer): void {

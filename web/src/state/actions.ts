@@ -58,6 +58,7 @@ async function settle(): Promise<void> {
     }
     batch(() => {
       playing.value = false;
+      if (robot.value) time.value = 0;
       robot.value = found.answer;
     });
   }
