@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from api.views import VIEWS
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
@@ -148,7 +149,7 @@ def test_everything_that_a_caller_sends_is_described(document: dict[str, Any]) -
 
 def test_every_form_of_a_plan_is_described(document: dict[str, Any]) -> None:
     responses = document["paths"]["/v1/trajectories"]["post"]["responses"]
-    assert set(responses["200"]["content"]) == {form.media_type for form in FORMATS.values()}
+    assert set(responses["200"]["content"]) == {form.media_type for form in (*FORMATS.values(), *VIEWS.values())}
     (parameter,) = document["paths"]["/v1/trajectories/export"]["post"]["parameters"]
     assert (parameter["name"], parameter["required"], parameter["schema"]["enum"]) == ("format", True, list(FORMATS))
 
