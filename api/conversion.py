@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from api.action_conversion import to_actions, with_waits
+from api.kept_meshes import kept_pieces
 from api.schemas import common, requests, robots, waypoints
 from planner import problem
 from planner.backends import BACKENDS, BackEnd
@@ -18,6 +19,7 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.regions import Free, Region
 from planner.robots import DHJoint, Robot, load_robot
+from planner.robots.collision.mesh_files import kept_meshes
 from planner.robots.payload import Payload
 from planner.spatial import (
     FloatArray,
@@ -142,14 +144,15 @@ def to_limits(limits: common.Limits) -> Limits:
     return Limits(**_with_tuples(asked | pairs))
 
 
-def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
-    """Make the robot that a client describes.
+def to_robot(definition: robots.RobotModel | robots.UrdfRobot, robot_id: str) -> Robot:
+    """Make the robot that a client describes; of one that is still to be added the meshes are not looked at.
 
     Raises:
         InvalidRobotModel: It cannot be used.
     """
     match definition:
-        case robots.UrdfModel():
+        case robots.UrdfDocument():
+            kept = definition.meshes if isinstance(definition, robots.UrdfModel) else []
             return Robot.from_urdf(
                 definition.urdf,
                 srdf=definition.srdf,
@@ -158,6 +161,7 @@ def to_robot(definition: robots.RobotModel, robot_id: str) -> Robot:
                 group=definition.group,
                 joints=definition.joints,
                 locked=definition.locked,
+                meshes=kept_meshes(kept_pieces(kept)),
                 id=robot_id,
                 source="uploaded URDF",
             )

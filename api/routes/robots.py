@@ -46,6 +46,14 @@ async def get_robot(request: Request) -> Response:
     return Answer([content.described_as(robot_id)], HTTPStatus.OK, "application/json", {"ETag": tag})
 
 
+async def get_robot_geometry(request: Request) -> Response:
+    """Answer GET /v1/robots/{id}/geometry."""
+    robot_id = request.path_params["id"]
+    content = await service_of(request).database.read(find_robot, client(request).namespace, robot_id)
+    definition = None if content is None else content.definition
+    return respond(await run(request, "get_robot_geometry", id=robot_id, definition=definition))
+
+
 async def add_robot(request: Request) -> Response:
     """Answer POST /v1/robots. The same robot again is answered with 200, not 201."""
     reply = await run_with_body(request, "add_robot")

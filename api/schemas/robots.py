@@ -35,8 +35,8 @@ class Shown(Schema):
     everybody (`public`). A key's own robot goes before a public one of the same id."""
 
 
-class UrdfModel(Schema):
-    """A URDF document. Meshes and files that it names are not read."""
+class UrdfDocument(Schema):
+    """A URDF document, and which of its joints move. Files that it names are not opened."""
 
     kind: Literal["urdf"]
     """The kind of model: a URDF document."""
@@ -62,11 +62,33 @@ class UrdfModel(Schema):
     to it."""
 
 
-class UrdfRobot(UrdfModel, Shown):
-    """A robot as a URDF document. Meshes and files that it names are not read."""
+class KeptMesh(Schema):
+    """A mesh as the service keeps it."""
+
+    name: str
+    """The name that the URDF has for it."""
+    scale: list[float]
+    """The factors of x, y and z."""
+    pieces: list[str]
+    """The corners of its convex pieces, rows of x, y and z as doubles, little endian, in base64."""
+
+
+class UrdfModel(UrdfDocument):
+    """A URDF robot without a name, as the service keeps it: with the convex pieces of its meshes."""
+
+    meshes: list[KeptMesh] = Field(default_factory=list, exclude_if=lambda meshes: not meshes)
+    """Its meshes that can collide; none: it has none, or they did not come with it."""
+
+
+class UrdfRobot(UrdfDocument, Shown):
+    """A robot as a URDF document, with the files of its meshes. Nothing else that it names is read."""
 
     id: RobotId
     """The id that the robot gets."""
+    meshes: Annotated[str, Field(min_length=1, json_schema_extra={"contentEncoding": "base64"})] | None = None
+    """A zip archive, in base64, with the files of the meshes that can collide (STL, OBJ or DAE, 32 MiB unpacked in
+    all); `package://` and relative names in the URDF are looked up in it. Omitted: what the meshes are of is estimated
+    by capsules along the kinematics, which the `findings` say."""
 
 
 class DhJoint(Schema):

@@ -49,6 +49,7 @@ ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
     "cancel_batch": batches.cancel_batch,
     "list_robots": robots.list_robots,
     "get_robot": robots.get_robot,
+    "get_robot_geometry": robots.get_robot_geometry,
     "add_robot": robots.add_robot,
     "delete_robot": robots.delete_robot,
     "get_limits": service.get_limits,

@@ -10,11 +10,13 @@ import orjson
 
 from api.digests import canonical, sha256
 from api.errors import CatalogueRobot, invalid
+from api.mesh_archive import unpacked
 from api.pages import first_page
 from api.robot_content import RobotContent
 from api.schemas import robots as schemas
+from api.schemas.robot_geometry import RobotGeometry
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
-from api.tasks.work import model_of, to_json
+from api.tasks.work import model_of, robot_of, to_json
 from planner.errors import UnknownRobot
 
 if TYPE_CHECKING:
@@ -54,20 +56,25 @@ def get_robot(work: Work) -> Reply:
 def add_robot(work: Work) -> Reply:
     """Answer POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
     from api.conversion import to_robot
+    from api.kept_meshes import keep_meshes
     from planner.robots import catalogue_ids, describe
 
     with work.stage("validate"):
         named = work.request(schemas.RobotDefinition)
+        if named.id in catalogue_ids():
+            raise CatalogueRobot(f"{named.id} is a robot of the catalogue; choose another id")
+        files = unpacked(named.meshes) if isinstance(named, schemas.UrdfRobot) and named.meshes else {}
         model = _without_name(named, work.arguments.get("definition"))
-        definition = canonical(model, exclude={"id", "visibility"})
-        digest = sha256(definition)
-        robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
-        if robot_id in catalogue_ids():
-            raise CatalogueRobot(f"{robot_id} is a robot of the catalogue; choose another id")
     with work.stage("plan"):
-        robot = to_robot(model, robot_id)
-    description = describe(robot) | {"content": digest}
-    answer = description | {"findings": [asdict(finding) for finding in robot.findings]}
+        robot = to_robot(model, named.id or "added")
+        remarks = robot.collision_findings if isinstance(model, schemas.DhModel) else ()
+        if isinstance(model, schemas.UrdfModel):
+            model, remarks = keep_meshes(model, robot, files)
+    definition = canonical(model, exclude={"id", "visibility"})
+    digest = sha256(definition)
+    robot_id = named.id or "dh_" + digest.removeprefix("sha256:")[:16]
+    description = describe(robot) | {"id": robot_id, "content": digest}
+    answer = description | {"findings": [asdict(finding) for finding in (*robot.findings, *remarks)]}
     del description["id"]
     content = RobotContent(digest, definition, to_json(description), to_json(_summary(description)))
     return work.reply(
@@ -85,6 +92,8 @@ def _without_name(named: Any, base: bytes | None) -> Any:
     Raises:
         InvalidRequest: It is derived too many times over.
     """
+    if isinstance(named, schemas.UrdfRobot):
+        return schemas.UrdfModel(**{name: getattr(named, name) for name in schemas.UrdfDocument.model_fields})
     if not isinstance(named, schemas.DerivedRobot):
         return named
     changes: dict[str, Any] = {name: getattr(named, name) for name in schemas.Changes.model_fields}
@@ -97,6 +106,19 @@ def _without_name(named: Any, base: bytes | None) -> Any:
         inner = inner.definition
     message = f"the robot {named.base} is derived {MOST_DERIVATIONS} times over; derive from one before it"
     raise invalid([{"pointer": "/from", "message": message}])
+
+
+def get_robot_geometry(work: Work) -> Reply:
+    """Answer GET /v1/robots/{id}/geometry; the argument `definition` is that of an added robot."""
+    from planner.robots import catalogue_ids
+    from planner.robots.collision.describe import describe_collision_geometry
+
+    robot_id, definition = work.arguments["id"], work.arguments.get("definition")
+    with work.stage("plan"):
+        if definition is None and robot_id not in catalogue_ids():
+            raise _no_such_robot()
+        answer = describe_collision_geometry(robot_of(robot_id, definition))
+    return work.reply(answer)
 
 
 def delete_robot(work: Work) -> Reply:
@@ -150,6 +172,19 @@ OPERATIONS = (
         description="With its joints, their limits and where each limit comes from.",
         run=get_robot,
         answer=schemas.RobotDescription,
+        shared=True,
+        codes=("unknown_robot", *DATABASE_CODES),
+    ),
+    Operation(
+        id="get_robot_geometry",
+        method="GET",
+        path="/v1/robots/{id}/geometry",
+        tag="robots",
+        summary="What of a robot can collide.",
+        description="The convex shapes of its links, where they stand and where they come from; and the pairs of "
+        "links, with the reason of those that are not checked against each other.",
+        run=get_robot_geometry,
+        answer=RobotGeometry,
         shared=True,
         codes=("unknown_robot", *DATABASE_CODES),
     ),

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from planner.robots.build import model_with_locked
 from planner.robots.collision.geometry import CollisionGeometry
-from planner.robots.collision.mesh_files import mesh_files
+from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from planner.errors import Finding
     from planner.robots.collision.geometry import LinkShape
+    from planner.robots.collision.mesh_files import FindPieces
     from planner.robots.collision.pairs import CollisionPair
     from planner.robots.dh import Convention, DHJoint
     from planner.robots.own_limits import OwnLimits
@@ -74,7 +75,7 @@ class Robot(RobotDescription):
         group: str | None = None,
         joints: Sequence[str] | None = None,
         locked: Mapping[str, float] | None = None,
-        meshes: Path | Mapping[str, bytes] | None = None,
+        meshes: Path | Mapping[str, bytes] | FindPieces | None = None,
         id: str = "robot",
         source: str = "URDF",
     ) -> Robot:
@@ -101,7 +102,7 @@ class Robot(RobotDescription):
             locked: Positions of other joints by their names, rad or m; those without one are held at 0, or at the limit
                 nearest to it.
             meshes: Where the files of meshes are that can collide (STL, OBJ, DAE): the folder of the packages that
-                `package://` names, or the bytes by paths; read when `collision_shapes` is asked for.
+                `package://` names, the bytes by paths, or a function; read when `collision_shapes` is asked for.
             id: Name of the robot.
             source: Where the document comes from.
 
@@ -110,8 +111,8 @@ class Robot(RobotDescription):
         """
         asked = PlanningGroup(tip_frame, base_frame, group, joints, locked or {})
         documents = _text(urdf), None if srdf is None else _text(srdf)
-        files = mesh_files(meshes)
-        read = read_urdf(documents[0], srdf=documents[1], asked=asked, meshes=files, id=id, source=source)
+        find = meshes_of(meshes)
+        read = read_urdf(documents[0], srdf=documents[1], asked=asked, meshes=find, id=id, source=source)
         return cls(**vars(read))
 
     @classmethod

@@ -15,7 +15,9 @@ from pydantic import TypeAdapter
 from api.cli.local_plan import plan_request, read_request
 from api.cli.local_service import local_service
 from api.conversion import to_robot
-from api.schemas.robots import Changes, DerivedModel, RobotDefinition
+from api.kept_meshes import keep_meshes
+from api.mesh_archive import unpacked
+from api.schemas.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -125,6 +127,19 @@ def test_the_arm_on_a_lift_is_the_group() -> None:
     robot = to_robot(TypeAdapter(RobotDefinition).validate_python(model), "arm_on_a_lift")
     assert robot.joint_names == ("turn", "bend")
     assert robot.named_positions == {"home": (0.0, -1.0)}
+
+
+def test_the_meshes_of_an_arm_come_along() -> None:
+    model = json.loads((EXAMPLES / "robots" / "arm_with_meshes.json").read_text())
+    asked = TypeAdapter(RobotDefinition).validate_python(model)
+    kept, findings = keep_meshes(
+        UrdfModel(kind="urdf", urdf=asked.urdf), to_robot(asked, asked.id), unpacked(asked.meshes)
+    )
+    assert not findings
+    shapes = to_robot(kept, asked.id).collision_shapes
+    assert [shape.link for shape in shapes][:3] == ["base", "upper_arm", "upper_arm"]
+    assert shapes[-1].link == "hand"
+    assert {shape.source for shape in shapes} == {"model"}
 
 
 def test_the_robot_of_an_owner_is_derived() -> None:

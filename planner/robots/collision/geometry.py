@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -10,17 +11,17 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import pinocchio as pin
 
 from planner.robots.collision.derived import derived_capsules
-from planner.robots.collision.mesh_files import no_meshes
+from planner.robots.collision.mesh_files import MeshReference, no_meshes
 from planner.robots.findings import Findings, listed, shown
-from planner.shapes.meshes.files import mesh_pieces
 from planner.shapes.meshes.mesh import InvalidMesh
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.errors import Finding
-    from planner.robots.collision.mesh_files import MeshFiles
+    from planner.robots.collision.mesh_files import FindPieces, KeptPieces
     from planner.shapes import Shape
+    from planner.spatial import FloatArray
 
 ShapeSource = Literal["model", "estimate"]
 
@@ -33,18 +34,6 @@ LONGEST_MESH = 20.0
 
 COARSE = 1.5
 """Volume of a mesh's pieces relative to its own from which on it is remarked that they are coarse."""
-
-
-class MeshReference(NamedTuple):
-    """A mesh that a description names.
-
-    Attributes:
-        name: The name of the file there.
-        scale: Factors of x, y and z.
-    """
-
-    name: str
-    scale: tuple[float, float, float]
 
 
 class CollisionElement(NamedTuple):
@@ -107,7 +96,7 @@ class CollisionGeometry:
         travels: How far each joint slides out, m; 0 for one that turns.
         elements: The shapes of its description.
         unread: Names of links whose description has shapes that URDF does not know.
-        meshes: The files of its meshes.
+        meshes: What finds its meshes.
         link_radii: Radii of the capsules that are derived where there are no shapes, m: of the base, and of what each
             joint carries; empty: they follow from the reach of the arm.
     """
@@ -118,7 +107,7 @@ class CollisionGeometry:
     elements: tuple[CollisionElement, ...] = ()
     unread: frozenset[str] = frozenset()
     link_radii: tuple[float, ...] = ()
-    meshes: MeshFiles = no_meshes
+    meshes: FindPieces = no_meshes
 
     @cached_property
     def shapes(self) -> tuple[PlacedShape, ...]:
@@ -133,6 +122,18 @@ class CollisionGeometry:
     def findings(self) -> tuple[Finding, ...]:
         """Remarks about the shapes and the files of meshes; an error is a file that is there and cannot be used."""
         return self._read[1]
+
+    @property
+    def pieces(self) -> KeptPieces:
+        """The corners of the convex pieces of all meshes that can be used, by which the robot can be made again."""
+        found: dict[MeshReference, list[FloatArray]] = {}
+        for reference in (element.shape for element in self.elements):
+            if isinstance(reference, MeshReference) and reference not in found:
+                with suppress(InvalidMesh):
+                    pieces = self.meshes(reference)
+                    if pieces is not None:
+                        found[reference] = [hull.vertices for hull in pieces.hulls]
+        return found
 
     @cached_property
     def _read(self) -> tuple[tuple[PlacedShape, ...], tuple[Finding, ...]]:
@@ -158,16 +159,15 @@ class CollisionGeometry:
             yield PlacedShape(link, placement, shape, source)
             return
         subject, name = shown(link), shown(shape.name)
-        data = self.meshes(shape.name)
-        if data is None:
-            unread.add(link)
-            findings.warning("mesh_not_found", subject, f"the mesh {name} of {subject} is not there")
-            return
         try:
-            pieces = mesh_pieces(shape.name, data, shape.scale)
+            pieces = self.meshes(shape)
         except InvalidMesh as error:
             unread.add(link)
             findings.error("invalid_mesh", subject, f"the mesh {name} of {subject} cannot be used: {error}")
+            return
+        if pieces is None:
+            unread.add(link)
+            findings.warning("mesh_not_found", subject, f"the mesh {name} of {subject} is not there")
             return
         if pieces.size.max() > LONGEST_MESH:
             text = f"the mesh {name} of {subject} is {pieces.size.max():g} m long: is it in millimetres?"

@@ -1,32 +1,72 @@
-"""Finds the files of the meshes that a URDF names: in a folder or among uploaded files, and nowhere else."""
+"""Finds the meshes that a URDF names: in a folder, among uploaded files or kept pieces, and nowhere else."""
 
 from __future__ import annotations
 
 import posixpath
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from planner.shapes import ConvexHull
+from planner.shapes.meshes.files import MeshPieces, mesh_pieces
 from planner.shapes.meshes.mesh import MAX_BYTES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
-MeshFiles: TypeAlias = "Callable[[str], bytes | None]"
+    from planner.spatial import FloatArray
+
+
+class MeshReference(NamedTuple):
+    """A mesh that a description names.
+
+    Attributes:
+        name: The name of the file there.
+        scale: Factors of x, y and z.
+    """
+
+    name: str
+    scale: tuple[float, float, float]
+
+
+FindFile: TypeAlias = "Callable[[str], bytes | None]"
 """What gives the bytes of a mesh by the name that a URDF has for it; None: it is not there."""
 
+FindPieces: TypeAlias = "Callable[[MeshReference], MeshPieces | None]"
+"""What gives the convex pieces of a mesh; None: it is not there. It raises `InvalidMesh`."""
 
-def no_meshes(reference: str) -> None:
+KeptPieces: TypeAlias = "Mapping[MeshReference, Sequence[FloatArray]]"
+"""The corners (N, 3) of the convex pieces of each mesh, m."""
+
+
+def no_meshes(reference: MeshReference) -> None:
     """Find nothing: a document without files beside it."""
 
 
-def mesh_files(meshes: Path | Mapping[str, bytes] | None) -> MeshFiles:
+def meshes_of(meshes: Path | Mapping[str, bytes] | FindPieces | None) -> FindPieces:
     """Return what finds meshes in a folder, among files by their paths, or nothing."""
     if meshes is None:
         return no_meshes
-    return meshes_in_folder(meshes) if isinstance(meshes, Path) else meshes_among(meshes)
+    if callable(meshes):
+        return meshes
+    find = meshes_in_folder(meshes) if isinstance(meshes, Path) else meshes_among(meshes)
+
+    def pieces(reference: MeshReference) -> MeshPieces | None:
+        data = find(reference.name)
+        return None if data is None else mesh_pieces(reference.name, data, reference.scale)
+
+    return pieces
 
 
-def meshes_in_folder(folder: Path) -> MeshFiles:
+def kept_meshes(kept: KeptPieces) -> FindPieces:
+    """Return what finds the pieces of meshes that were cut before."""
+
+    def pieces(reference: MeshReference) -> MeshPieces | None:
+        return None if reference not in kept else MeshPieces.of(ConvexHull(corners) for corners in kept[reference])
+
+    return pieces
+
+
+def meshes_in_folder(folder: Path) -> FindFile:
     """Find meshes in a folder that has one folder for each package, or is the folder of the only package.
 
     Links that lead out of the folder are not followed.
@@ -47,7 +87,7 @@ def meshes_in_folder(folder: Path) -> MeshFiles:
     return find
 
 
-def meshes_among(files: Mapping[str, bytes]) -> MeshFiles:
+def meshes_among(files: Mapping[str, bytes]) -> FindFile:
     """Find meshes among files by their names.
 
     What is not there by its path in the package, nor with the name of the package before it, is the one file whose name

@@ -11,7 +11,8 @@ import pinocchio as pin
 
 from planner.robots.build import Body
 from planner.robots.checks import MAX_NUMBER, check_angles, check_body, check_length
-from planner.robots.collision.geometry import CollisionElement, MeshReference
+from planner.robots.collision.geometry import CollisionElement
+from planner.robots.collision.mesh_files import MeshReference
 from planner.robots.description import Joint
 from planner.robots.findings import Findings, shown
 from planner.shapes import Box, Capsule, Cylinder, InvalidShape, Sphere

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from planner.robots.build import Body
-    from planner.robots.collision.mesh_files import MeshFiles
+    from planner.robots.collision.mesh_files import FindPieces
     from planner.robots.description import Joint
     from planner.robots.urdf.arm import PlanningGroup
     from planner.robots.urdf.elements import UrdfJoint
@@ -42,7 +42,7 @@ def read_urdf(
     id: str,
     asked: PlanningGroup,
     srdf: str | None = None,
-    meshes: MeshFiles = no_meshes,
+    meshes: FindPieces = no_meshes,
     source: str = "uploaded URDF",
 ) -> RobotDescription:
     """Return the arm from the root link to the tip, with everything off that chain held still.
@@ -56,7 +56,7 @@ def read_urdf(
         asked: Which joints move and where the arm ends; what is not asked is the SRDF's only chain, or else the chain
             with the most joints but for fingers at its end.
         srdf: A document with groups, their states and disabled collision pairs.
-        meshes: The files of the meshes that can collide; they are read when these are first asked for.
+        meshes: What finds the meshes that can collide, when these are first asked for.
         source: Where the document comes from.
 
     Raises:

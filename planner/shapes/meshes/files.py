@@ -18,7 +18,7 @@ from planner.shapes.meshes.stl import read_stl
 from planner.shapes.shape import InvalidShape
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from planner.shapes.hulls import ConvexHull
     from planner.spatial import FloatArray
@@ -59,7 +59,14 @@ class MeshPieces(NamedTuple):
 
     hulls: tuple[ConvexHull, ...]
     size: FloatArray
-    excess: float
+    excess: float = 1.0
+
+    @classmethod
+    def of(cls, hulls: Iterable[ConvexHull]) -> MeshPieces:
+        """Return pieces that were cut before, of a mesh that is not known any more."""
+        pieces = tuple(hulls)
+        corners = np.concatenate([hull.vertices for hull in pieces])
+        return cls(pieces, np.ptp(corners, axis=0))
 
 
 def mesh_pieces(

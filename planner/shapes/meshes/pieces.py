@@ -30,8 +30,8 @@ NEARLY_CONVEX = 0.9
 CUTS = (0.25, 0.5, 0.75)
 """Heights at which a part may be cut across, as shares of its extent."""
 
-FINER_CUTS = (-0.125, 0.125)
-"""Heights beside the best of these cuts that are tried, too, relative to it."""
+FINER_STEPS = (1 / 8, 1 / 16, 1 / 32)
+"""Steps from the best of these cuts, one after the other, to those beside it that are tried, too."""
 
 MANY_CORNERS = 6000
 """Number of corners of triangles beyond which not all edges count when cuts are compared."""
@@ -89,8 +89,10 @@ def _best_cut(triangles: FloatArray) -> _Cut:
         return _Cut(axis, height, whole - sum(hull_volume(np.concatenate([side, on_plane])) for side in sides))
 
     best = max(((cut(axis, share), share) for axis in range(3) for share in CUTS), key=lambda found: found[0].gain)
-    finer = [cut(best[0].axis, best[1] + step) for step in FINER_CUTS]
-    return max([best[0], *finer], key=lambda found: found.gain)
+    for step in FINER_STEPS:
+        beside = [(cut(best[0].axis, share), share) for share in (best[1] - step, best[1] + step)]
+        best = max([best, *beside], key=lambda found: found[0].gain)
+    return best[0]
 
 
 def split(triangles: FloatArray, axis: int, height: float) -> tuple[FloatArray, FloatArray]:

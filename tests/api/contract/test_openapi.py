@@ -28,6 +28,7 @@ CONTRACT = {
     ("get", "/v1/backends"): "list_backends",
     ("get", "/v1/robots"): "list_robots",
     ("get", "/v1/robots/{id}"): "get_robot",
+    ("get", "/v1/robots/{id}/geometry"): "get_robot_geometry",
     ("post", "/v1/robots"): "add_robot",
     ("delete", "/v1/robots/{id}"): "delete_robot",
     ("post", "/v1/kinematics/forward"): "forward_kinematics",
