@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.export.json import poses_as_dicts
 from planner.kinematics.configurations import Configuration
-from planner.problem import BlendTransition, CartesianMove, JointMotion, StopTransition
+from planner.problem import BlendTransition, CartesianMove, JointMotion, PolylineMotion, StopTransition
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
@@ -50,6 +50,9 @@ def value_answer(value: Any) -> Any:
             return {"kind": "joint"}
         case StopTransition():
             return {"kind": "stop"}
+        case PolylineMotion():
+            poses = [pose_answer(pose) for pose in value.poses]
+            return {"kind": "polyline", "poses": poses, "blend": value.blend}
         case BlendTransition():
             return {"kind": "blend", "radius": value.radius}
         case _:

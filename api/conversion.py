@@ -9,6 +9,8 @@ import numpy as np
 
 from api.action_conversion import to_actions, with_waits
 from api.kept_meshes import kept_pieces
+from api.pose_conversion import to_pose, to_rotation
+from api.scene_conversion import to_scene
 from api.schemas import common, requests, robots, waypoints
 from planner import problem
 from planner.backends import BACKENDS, BackEnd
@@ -24,9 +26,6 @@ from planner.robots.payload import Payload
 from planner.spatial import (
     FloatArray,
     Pose,
-    project_to_rotation,
-    rotation_from_quaternion,
-    rotation_from_rpy,
 )
 
 if TYPE_CHECKING:
@@ -57,6 +56,8 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.
         duration=request.duration,
         start_tolerance=request.start_tolerance,
         actions=actions,
+        scene=None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames)),
+        self_collision=request.self_collision,
     )
 
 
@@ -109,6 +110,12 @@ def _frames_in_base(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str
     return {BASE: None, **{name: pose if here is None else pose.to_frame(here) for name, pose in in_world.items()}}
 
 
+def frames_in_world(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose]:
+    """Return the frames that objects of a scene may name, in the world."""
+    base = robot.mounting or Pose(np.zeros(3), np.eye(3))
+    return {WORLD: Pose(np.zeros(3)), BASE: base, **{name: to_pose(pose) for name, pose in frames.items()}}
+
+
 def to_options(options: requests.InverseKinematicsOptions, seed: int) -> InverseKinematicsOptions:
     """Make the options by which poses are solved."""
     return InverseKinematicsOptions(
@@ -123,11 +130,6 @@ def to_options(options: requests.InverseKinematicsOptions, seed: int) -> Inverse
 def with_tool(robot: Robot, tool: common.Pose | None) -> Robot:
     """Give a robot the tool that was asked, if any."""
     return robot if tool is None else robot.with_tool(to_pose(tool))
-
-
-def to_pose(pose: common.Pose) -> Pose:
-    """Make a pose; without an orientation the position alone counts."""
-    return Pose(np.array(pose.position), _to_rotation(pose.orientation))
 
 
 def to_payload(payload: common.Payload) -> Payload:
@@ -240,18 +242,6 @@ def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
-def _to_rotation(orientation: common.Orientation | None) -> FloatArray | None:
-    match orientation:
-        case None:
-            return None
-        case common.QuaternionOrientation():
-            return rotation_from_quaternion(np.array(orientation.xyzw))
-        case common.RpyOrientation():
-            return rotation_from_rpy(*orientation.rpy)
-        case common.MatrixOrientation():
-            return project_to_rotation(np.array(orientation.matrix))
-
-
 def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None) -> problem.AnyWaypoint:
     common_fields: dict[str, Any] = {
         "name": waypoint.name,
@@ -321,7 +311,7 @@ def _to_move(move: waypoints.Move) -> problem.Move:
     match move:
         case waypoints.CartesianMove():
             x, y, z = move.translation
-            return problem.CartesianMove((x, y, z), _to_rotation(move.orientation))
+            return problem.CartesianMove((x, y, z), to_rotation(move.orientation))
         case waypoints.CylindricalMove():
             return problem.CylindricalMove(move.r, move.alpha, move.l)
         case waypoints.SphericalMove():

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import orjson
 
-from planner.errors import InvalidProblem, InvalidRobotModel, PlanningError
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem, InvalidRobotModel, PlanningError
 from planner.fields import KIND
 
 if TYPE_CHECKING:
@@ -50,6 +50,9 @@ STATUS_OF_CODE: dict[str, int] = {
     "unsupported_format": 422,
     "infeasible_duration": 422,
     "limits_unsatisfiable": 422,
+    "start_in_collision": 422,
+    "collision": 422,
+    "clearance_unproved": 422,
     "memory_exceeded": 422,
     "too_many_requests": 429,
     "header_too_large": 431,
@@ -280,6 +283,10 @@ def problem_document(error: PlanningError | ServiceError, instance: str) -> tupl
 def _planning_fields(error: PlanningError) -> dict[str, Any]:
     names = ("waypoint", "segment", "joint", "value", "limit", "time")
     document: dict[str, Any] = {name: getattr(error, name) for name in names if getattr(error, name) is not None}
+    if isinstance(error, Collision | ClearanceUnproved):
+        document["pair"] = error.pair
+    if isinstance(error, Collision):
+        document |= {"depth": error.depth} | ({} if error.point is None else {"point": error.point})
     if error.remedies:
         document["remedies"] = list(map(_remedy, error.remedies))
     if error.hints:

@@ -71,6 +71,7 @@ TAGS = {
     "trajectories": "Plans, and certificates of trajectories of any origin.",
     "kinematics": "Poses of the tool, joint positions that reach them, and what lies between the two.",
     "dynamics": "Joint torques.",
+    "collisions": "How near robots come to themselves and to what is around them, for certain.",
     "batches": "Thousands of plan requests at once, worked on behind all others.",
     "robots": "The robots of the catalogue, and your own.",
     "service": "What the service is and how it does.",

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from planner.backends import Trapezoidal as Trapezoidal
     from planner.certificate import Certificate as Certificate
     from planner.certificate import Check as Check
+    from planner.certificate import Clearance as Clearance
+    from planner.certificate import ClearanceReport as ClearanceReport
     from planner.certificate import certify as certify
     from planner.certificate import certify_samples as certify_samples
     from planner.certificate import interpolated as interpolated
@@ -43,6 +45,8 @@ if TYPE_CHECKING:
     from planner.comparison import compare as compare
     from planner.comparison import figures as figures
     from planner.dynamics import inverse_dynamics as inverse_dynamics
+    from planner.errors import ClearanceUnproved as ClearanceUnproved
+    from planner.errors import Collision as Collision
     from planner.errors import ConfigurationChange as ConfigurationChange
     from planner.errors import Fault as Fault
     from planner.errors import Finding as Finding
@@ -57,6 +61,7 @@ if TYPE_CHECKING:
     from planner.errors import PlanningError as PlanningError
     from planner.errors import Remedy as Remedy
     from planner.errors import SingularPath as SingularPath
+    from planner.errors import StartInCollision as StartInCollision
     from planner.errors import UnknownRobot as UnknownRobot
     from planner.errors import UnreachableWaypoint as UnreachableWaypoint
     from planner.export import FORMATS as FORMATS
@@ -169,10 +174,20 @@ _NAMES = {
         "Toppra",
         "Trapezoidal",
     ),
-    "planner.certificate": ("Certificate", "Check", "certify", "certify_samples", "interpolated"),
+    "planner.certificate": (
+        "Certificate",
+        "Check",
+        "Clearance",
+        "ClearanceReport",
+        "certify",
+        "certify_samples",
+        "interpolated",
+    ),
     "planner.comparison": ("Comparison", "Figures", "compare", "figures"),
     "planner.dynamics": ("inverse_dynamics",),
     "planner.errors": (
+        "ClearanceUnproved",
+        "Collision",
         "ConfigurationChange",
         "Fault",
         "Finding",
@@ -187,6 +202,7 @@ _NAMES = {
         "PlanningError",
         "Remedy",
         "SingularPath",
+        "StartInCollision",
         "UnknownRobot",
         "UnreachableWaypoint",
     ),

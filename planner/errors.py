@@ -241,6 +241,47 @@ class LimitsUnsatisfiable(PlanningError):
     title = "The limits cannot be kept"
 
 
+class ClearanceUnproved(PlanningError):
+    """The trajectory may be free, but that takes too long to prove.
+
+    Attributes:
+        pair: Names of the links or objects for which it was not proved.
+    """
+
+    code = "clearance_unproved"
+    title = "The clearance could not be proved"
+
+    def __init__(self, message: str, *, pair: tuple[str, str], **fields: Any) -> None:
+        super().__init__(message, **fields)
+        self.pair = pair
+
+
+class Collision(PlanningError):
+    """Two things come nearer to each other than their margin allows.
+
+    Attributes:
+        pair: Names of the links or objects.
+        depth: How much nearer they come, m: as deep as they overlap where the margin is 0.
+        point: (3,), m, in the base frame: a point of the first of the two there; None: unknown.
+    """
+
+    code = "collision"
+    title = "The robot would collide"
+
+    def __init__(
+        self, message: str, *, pair: tuple[str, str], depth: float, point: FloatArray | None, **fields: Any
+    ) -> None:
+        super().__init__(message, **fields)
+        self.pair, self.depth, self.point = pair, depth, point
+
+
+class StartInCollision(Collision):
+    """Two things are nearer to each other than their margin allows where the trajectory begins."""
+
+    code = "start_in_collision"
+    title = "The robot starts in a collision"
+
+
 @dataclass(frozen=True)
 class Finding:
     """One remark about a robot model.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.backends.splines.cubic import Cubic
-from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, PlanningError
+from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration, LimitsUnsatisfiable, PlanningError
 from planner.paths import solve_path
 from planner.problem_check import check_problem
 from planner.remedies import remedies_for
@@ -38,6 +38,6 @@ def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
         raise
     try:
         return certified_plan(problem, backend, path)
-    except (InfeasibleDuration, LimitsUnsatisfiable) as refusal:
+    except (InfeasibleDuration, LimitsUnsatisfiable, Collision, ClearanceUnproved) as refusal:
         refusal.remedies = tuple(remedies_for(refusal, problem, backend, path))
         raise

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from planner.regions import Free
     from planner.robots import Robot
     from planner.robots.payload import Payload
+    from planner.scene.scene import Scene
 
 Frame = Literal["tool", "base"]
 
@@ -344,6 +345,9 @@ class PlanningProblem:
         start_tolerance: How far outside of a position limit the start, or another joint waypoint, may be, rad or m: it
             is taken to be at the limit, and a warning says so.
         actions: What happens on the way besides motion; the plan says when.
+        scene: What stands around the robot and what it carries, from which it keeps clear; None: nothing is known.
+        self_collision: Whether the arm keeps clear of itself; None: in a scene, as far as the shapes of its links are
+            those of its description and no estimates, and not without one.
     """
 
     robot: Robot
@@ -354,6 +358,8 @@ class PlanningProblem:
     duration: float | None = None
     start_tolerance: float = START_TOLERANCE
     actions: Sequence[Action] = ()
+    scene: Scene | None = None
+    self_collision: bool | None = None
 
     def __post_init__(self) -> None:
         """Keep waypoints and actions in tuples, which cannot change."""

@@ -24,6 +24,7 @@ from planner.problem import (
 )
 from planner.regions import Region
 from planner.robots.description import RANGED_QUANTITIES
+from planner.scene.faults import scene_faults
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -176,6 +177,8 @@ def _region_faults(region: Region, field: FieldPath) -> Iterator[tuple[FieldPath
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     robot, waypoints = problem.robot, problem.waypoints
+    if problem.scene is not None:
+        yield from scene_faults(robot, problem.scene)
     if not 0.0 <= problem.start_tolerance < np.inf:
         yield ("start_tolerance",), "a tolerance cannot be negative, nor without end"
     if problem.payload is not None and not problem.payload.mass >= SMALLEST:

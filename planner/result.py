@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.action_times import action_times
 from planner.backends.shared.assembly import assemble
+from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.passages import certify_passages
@@ -19,6 +20,7 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import JOINT_QUANTITIES
+from planner.scene.checker import checker_of
 from planner.tolerances import ROUNDING
 from planner.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from planner.action_times import TimedAction
     from planner.backends.base import BackEnd
     from planner.certificate.checks import Certificate
+    from planner.certificate.clearance import ClearanceReport
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
     from planner.trajectory import Trajectory
@@ -79,6 +82,8 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
         InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
         InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
         InvalidProblem: An action is asked for after the end of the trajectory.
+        Collision: The robot would come too near to itself, or to something around it.
+        ClearanceUnproved: That it does not could not be proved.
         LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
         PlanningError: Another refusal of the back end.
     """
@@ -87,10 +92,24 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
         raise duration_error(problem.duration, trajectory.duration)
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
+    certificate = replace(certificate, clearance=_clearance(problem, trajectory))
     warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
     made = Plan(problem, backend, path, trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
     return made
+
+
+def _clearance(problem: PlanningProblem, trajectory: Trajectory) -> ClearanceReport | None:
+    """Prove the trajectory free; without a scene the margins alone, which is faster.
+
+    Raises:
+        Collision: It is not.
+        ClearanceUnproved: It takes too long to prove.
+    """
+    if problem.scene is None and not problem.self_collision:
+        return None
+    checker = checker_of(problem.robot, problem.scene, problem.self_collision)
+    return certify_clearance(checker, trajectory, None if problem.scene is None else CLEARANCE_TOLERANCE)
 
 
 def _rest(path: JointPath, backend: BackEnd) -> Trajectory:

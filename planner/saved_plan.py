@@ -13,6 +13,7 @@ import numpy as np
 import ormsgpack
 
 from planner.certificate.checks import Certificate, Check
+from planner.certificate.clearance import ClearanceReport
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.result import Plan
 from planner.spatial import Pose
@@ -72,7 +73,9 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     arrays: dict[str, Any] = {name: _unpacked(saved["trajectory"][name]) for name in ARRAYS}
     trajectory = Trajectory(**arrays | {"segments": arrays["segments"].view(np.int64)})
     checks = tuple(Check(**check) for check in saved["certificate"].pop("checks"))
-    certificate = Certificate(**saved["certificate"], checks=checks)
+    clearance = saved["certificate"].pop("clearance", None)
+    report = None if clearance is None else ClearanceReport.from_dict(clearance)
+    certificate = Certificate(**saved["certificate"], checks=checks, clearance=report)
     warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
     path = solve_path(problem) if with_runs else _path(saved, problem)
     return Plan(problem, backend, path, trajectory, certificate, warnings)

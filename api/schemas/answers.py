@@ -9,6 +9,7 @@ from pydantic import Field
 from api.schemas.common import Answer
 from api.schemas.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.schemas.problem_documents import ProblemDocument  # noqa: TC001
+from api.schemas.scenes import ClearancesAnswer  # noqa: TC001
 
 
 class TcpPoses(Answer):
@@ -167,6 +168,8 @@ class CertificateAnswer(Answer):
     `C2`, the acceleration, too; and so on. `none`: not even the position."""
     checks: list[Check]
     """The worst of each quantity, one check a quantity."""
+    clearance: ClearancesAnswer | None = None
+    """How near the robot comes to itself and to the scene; missing: nothing was held against anything."""
 
 
 class InterpolationCertificate(CertificateAnswer):

@@ -101,6 +101,12 @@ class ProblemDocument(Answer):
     """The limit that it breaks, in the unit of its quantity (rad, m, s, kg, N, N m and what follows from them)."""
     time: float | None = None
     """When it breaks the limit, s from the start of the trajectory."""
+    pair: list[str] | None = None
+    """With a collision: the names of the two links or objects."""
+    depth: float | None = None
+    """With a collision: how much nearer than their margin they come, m."""
+    point: list[float] | None = None
+    """With a collision: a point of the first of the two there, x, y, z in the base frame, m."""
     remedies: list[RemedyAnswer] | None = None
     """Changes to the request, each of which would make it feasible by itself."""
     hints: list[RemedyAnswer] | None = None

@@ -24,6 +24,7 @@ from api.schemas.common import (
     Seconds,
     Seed,
 )
+from api.schemas.scenes import Scene  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 
 MOST_ROWS = 1_000_000
@@ -128,6 +129,12 @@ class TrajectoryRequest(Schema):
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
     """What happens on the way besides motion, and not as one of the `actions` of a waypoint; the answer has `actions`
     with their times."""
+    scene: Scene | None = None
+    """What stands around the robot and what it carries: the plan is proved to keep clear of it at all times, and its
+    certificate has the `clearance`. Omitted: nothing is known."""
+    self_collision: bool | None = None
+    """Whether the arm is proved not to meet itself. `true`: by all of its shapes, estimates too, without a scene as
+    well; omitted: in a scene, as far as the shapes of its links are those of its description."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
     """The time between two rows of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)

@@ -33,8 +33,9 @@ def forward_kinematics(work: Work) -> Reply:
 
 def inverse_kinematics(work: Work) -> Reply:
     """Answer POST /v1/kinematics/inverse."""
-    from api.conversion import to_pose, to_vector, with_tool
+    from api.conversion import to_vector, with_tool
     from api.kinematics_answers import all_answer, best_answer
+    from api.pose_conversion import to_pose
     from planner.kinematics import inverse_kinematics_many, solutions_or_failure, with_whole_turns
     from planner.kinematics.options import InverseKinematicsOptions
 

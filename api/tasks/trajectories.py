@@ -186,6 +186,9 @@ PLAN_CODES = (
     "unsupported_format",
     "infeasible_duration",
     "limits_unsatisfiable",
+    "start_in_collision",
+    "collision",
+    "clearance_unproved",
 )
 """Codes of the problem documents that may be the answer in place of a plan."""
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from planner.tolerances import LIMIT_TOLERANCE
+
+if TYPE_CHECKING:
+    from planner.certificate.clearance import ClearanceReport
 
 
 @dataclass(frozen=True)
@@ -54,13 +57,17 @@ class Certificate:
         continuity: `C0`, `C1`, ...: the derivatives that are continuous, counting rest before and after, or the
             motion that is asked there; `none`.
         checks: One a quantity, in the order of `QUANTITIES`.
+        clearance: How near the robot comes to itself and to what is around it; None: that was not asked.
     """
 
     satisfied: bool
     waypoint_error: float
     continuity: str
     checks: tuple[Check, ...]
+    clearance: ClearanceReport | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the certificate in plain values, ready for JSON."""
-        return {**vars(self), "checks": [vars(check) for check in self.checks]}
+        """Return the certificate in plain values, ready for JSON; without the clearance if it was not asked."""
+        values = {**vars(self), "checks": [vars(check) for check in self.checks]}
+        del values["clearance"]
+        return values if self.clearance is None else values | {"clearance": self.clearance.as_dict()}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from planner.errors import InfeasibleDuration
+from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration
+from planner.remedies.collisions import collision_remedies
 from planner.remedies.durations import duration_remedies
 from planner.remedies.holding import holding_remedies
 
@@ -16,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def remedies_for(
-    refusal: InfeasibleDuration | LimitsUnsatisfiable, problem: PlanningProblem, backend: BackEnd, path: JointPath
+    refusal: InfeasibleDuration | LimitsUnsatisfiable | Collision | ClearanceUnproved,
+    problem: PlanningProblem,
+    backend: BackEnd,
+    path: JointPath,
 ) -> list[Remedy]:
     """Remedies for what a back end refuses.
 
@@ -31,6 +35,8 @@ def remedies_for(
     """
     if isinstance(refusal, InfeasibleDuration):
         return duration_remedies(refusal, problem, backend, path)
+    if isinstance(refusal, Collision | ClearanceUnproved):
+        return collision_remedies(refusal, problem, backend, path)
     return list(refusal.remedies) or holding_remedies(problem, backend, path)
 
 

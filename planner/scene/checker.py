@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.errors import InvalidProblem
 from planner.scene.bodies import Bodies, Body, Postures
+from planner.scene.faults import refuse_faults
 from planner.scene.obstacles import Obstacles
 from planner.scene.point_cloud import Cluster
 from planner.scene.scene import Scene
@@ -31,6 +31,10 @@ ITSELF = 0
 
 AMONG_OBJECTS = 1
 """Number of the pairs of a piece that moves and one that stands still."""
+
+
+MOST_KEPT = 16
+"""Number of checkers that a process keeps: remedies are tried, and edges planned, with the same few."""
 
 
 class Items(NamedTuple):
@@ -79,7 +83,7 @@ class CollisionChecker:
         """
         self.scene = scene or Scene()
         self.dof = robot.dof
-        refuse_unusable_names(robot, self.scene)
+        refuse_faults(robot, self.scene)
         shapes = robot.collision_shapes
         links = [
             Body(shape.link, shape.joint, shape.placement.rotation, shape.placement.translation, shape.shape)
@@ -253,34 +257,15 @@ class CollisionChecker:
         return margins
 
 
-def refuse_unusable_names(robot: Robot, scene: Scene) -> None:
-    """Refuse names that are used twice, or that nothing has.
-
-    Raises:
-        InvalidProblem: With every fault found.
-    """
-    links = {frame.name for frame in robot.model.frames} | {shape.link for shape in robot.collision_shapes}
-    faults: list[tuple[tuple[str | int, ...], str]] = []
-    seen = set(links)
-    names = [("objects", i, thing.id) for i, thing in enumerate(scene.objects)]
-    names += [("attached", i, held.id) for i, held in enumerate(scene.attached)]
-    for kind, i, name in names:
-        if name in seen:
-            faults.append((("scene", kind, i, "id"), f"there is a link or an object called {name!r} already"))
-        seen.add(name)
-    for i, held in enumerate(scene.attached):
-        endless = [k for k, shape in enumerate(held.shapes) if shape.bounding_capsule is None]
-        faults += [(("scene", "attached", i, "shapes", k), "what moves with a robot has an end") for k in endless]
-        if held.link is not None and not robot.model.existFrame(held.link):
-            faults.append((("scene", "attached", i, "link"), f"{robot.id} has no link called {held.link!r}"))
-        unknown = [k for k, name in enumerate(held.touch_links) if name not in seen]
-        faults += [
-            (("scene", "attached", i, "touch_links", k), f"nothing is called {held.touch_links[k]!r}") for k in unknown
-        ]
-    for i, pair in enumerate(scene.allowed_pairs):
-        faults += [(("scene", "allowed_pairs", i), f"nothing is called {name!r}") for name in pair if name not in seen]
-    if faults:
-        raise InvalidProblem(faults)
+def checker_of(robot: Robot, scene: Scene | None, self_collision: bool | None) -> CollisionChecker:
+    """Return the checker of a robot in a scene, prepared when it is first asked for."""
+    key = id(robot), id(scene), self_collision
+    known = _known.get(key)
+    if known is None or known[0] is not robot or known[1] is not scene:
+        while len(_known) >= MOST_KEPT:
+            del _known[next(iter(_known))]
+        known = _known[key] = robot, scene, CollisionChecker(robot, scene, self_collision=self_collision)
+    return known[2]
 
 
 def _bodies_of(robot: Robot, thing: AttachedObject) -> Sequence[Body]:
@@ -290,3 +275,6 @@ def _bodies_of(robot: Robot, thing: AttachedObject) -> Sequence[Body]:
     rotation = frame.placement.rotation @ turn
     translation = frame.placement.rotation @ thing.pose.position + frame.placement.translation
     return [Body(thing.id, int(frame.parentJoint), rotation, translation, shape) for shape in thing.shapes]
+
+
+_known: dict[object, tuple[Robot, Scene | None, CollisionChecker]] = {}

@@ -18,6 +18,7 @@ from api.conversion import to_robot
 from api.kept_meshes import keep_meshes
 from api.mesh_archive import unpacked
 from api.schemas.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
+from planner.errors import Collision
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "blended_lines.json": (4, None),
     "brakes_gently.json": (3, None),
     "contours.json": (3, None),
+    "date_sorting_over_trays.json": (2, 30.0),
     "date_sorting_transition_1.json": (2, 30.0),
     "date_sorting_transition_2.json": (2, 30.0),
     "elbow_room.json": (3, None),
@@ -44,6 +46,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "past_a_singularity.json": (2, None),
     "past_a_switch.json": (3, None),
     "pick_and_place.json": (8, None),
+    "refuelling_beside_the_car.json": (6, 25.29),
     "refuelling_case_1.json": (6, 25.29),
     "refuelling_case_1_poses.json": (6, 25.29),
     "refuelling_case_2.json": (5, 37.60),
@@ -52,7 +55,11 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "three_joint_arm_third.json": (3, 30.0),
     "two_tools.json": (4, None),
     "welding.json": (11, None),
+    "welding_on_the_table.json": (11, None),
 }
+
+IN_SCENES = ("refuelling_beside_the_car.json", "welding_on_the_table.json", "date_sorting_over_trays.json")
+"""The documents' cases with what stands around their arms."""
 
 
 def run(script: str, *arguments: str) -> str:
@@ -75,6 +82,24 @@ def line_of(output: str, start: str) -> str:
 
 def test_every_request_file_is_known() -> None:
     assert sorted(path.name for path in EXAMPLES.glob("*.json")) == sorted(REQUESTS)
+
+
+@pytest.mark.parametrize("name", IN_SCENES)
+def test_cases_in_scenes_are_free_and_refused_without_room(name: str) -> None:
+    """The same case with a margin beyond its clearance is refused, and planned with the margin that is offered."""
+    request = json.loads((EXAMPLES / name).read_bytes())
+    result = plan_request(read_request(json.dumps(request).encode()))
+    clearance = result.certificate.clearance
+    assert clearance is not None
+    assert clearance.scene is not None
+    assert clearance.scene.lower >= request["scene"]["margin"]
+    request["scene"]["margin"] = clearance.scene.upper + 0.002
+    with pytest.raises(Collision) as refusal:
+        plan_request(read_request(json.dumps(request).encode()))
+    (remedy,) = [remedy for remedy in refusal.value.remedies if remedy.field == ("scene", "margin")]
+    assert request["scene"]["margin"] > remedy.value > clearance.scene.lower - 0.002
+    request["scene"]["margin"] = remedy.value
+    assert plan_request(read_request(json.dumps(request).encode())).certificate.satisfied
 
 
 @pytest.mark.parametrize("name", REQUESTS)

@@ -21,6 +21,7 @@ import pytest
 
 from api import errors
 from api.operations import OPERATIONS
+from api.tasks.collisions import TABLE
 from api.tasks.trajectory_operations import THERE
 from tests.api.conftest import running_service, wait_until
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, pose_waypoint, urdf_robot
@@ -42,6 +43,13 @@ LINE_TO_THE_OTHER_ELBOW = KUKA | {
         joint(0.2, 0.1, -1.0, 0.2, 0.6, 0.1, motion={"kind": "linear"}),
     ],
 }
+ROUND = [joint(0.1, 0.2, 0.3), joint(6.1, 0.2, 0.3)]
+BARELY_BELOW = {
+    "id": "floor",
+    "margin": 0.05,
+    "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0], "offset": -0.087869},
+}
+FLOOR = {"id": "floor", "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0]}}
 PROBLEMS: dict[str, tuple[str, str, Any]] = {
     "invalid_request": ("POST", PLAN, plan_request(waypoints=[])),
     "not_found": ("GET", "/v1/nothing", None),
@@ -69,6 +77,17 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
         "POST",
         f"{PLAN}/reverse",
         {"robot": "three_dof_arm", "trajectory": {"samples": THERE}, "limits": {"velocity": [0.05] * 3}},
+    ),
+    "start_in_collision": ("POST", PLAN, plan_request(scene={"objects": [FLOOR | {"margin": 1.0}]})),
+    "clearance_unproved": ("POST", PLAN, plan_request(waypoints=ROUND, scene={"objects": [BARELY_BELOW]})),
+    "collision": (
+        "POST",
+        PLAN,
+        KUKA
+        | {
+            "waypoints": [joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), joint(0.0, -0.2, 0.9, 0.0, 0.9, 0.0)],
+            "scene": {"objects": [TABLE]},
+        },
     ),
     "deadline_exceeded": ("POST", PLAN, plan_request(deadline=1e-6)),
 }

@@ -36,6 +36,7 @@ CONTRACT = {
     ("post", "/v1/kinematics/jacobian"): "jacobian",
     ("post", "/v1/kinematics/workspace"): "workspace",
     ("post", "/v1/dynamics/inverse"): "inverse_dynamics",
+    ("post", "/v1/collisions/check"): "check_collisions",
     ("post", "/v1/batches"): "create_batch",
     ("get", "/v1/batches/{id}"): "get_batch",
     ("get", "/v1/batches/{id}/results"): "get_batch_results",

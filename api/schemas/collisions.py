@@ -1,0 +1,72 @@
+"""Bodies and answers of the collision check."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from api.schemas.common import DEFAULT_DEADLINE, Answer, Deadline, FrameName, Pose, RobotId
+from api.schemas.requests import GivenTrajectory, Rows
+from api.schemas.scenes import ClearancesAnswer, Scene  # noqa: TC001 - pydantic evaluates the annotations
+
+
+class CollisionCheckRequest(GivenTrajectory):
+    """Postures, or a trajectory of any origin, to hold against a scene and against themselves."""
+
+    robot: RobotId
+    """The id of a robot, as GET /v1/robots lists them."""
+    scene: Scene | None = None
+    """What is around it; omitted: nothing."""
+    self_collision: bool | None = None
+    """Whether the arm is held against itself; omitted: as far as the shapes of its links are those of its description,
+    and no estimates."""
+    positions: Annotated[Rows, Field(max_length=10_000)] | None = None
+    """Postures, shape (postures, joints), rad or m; each is looked at by itself. In place of a trajectory."""
+    tolerance: Annotated[float, Field(ge=2e-4, le=0.1)] = 1e-3
+    """How far apart the two bounds of a clearance may be, m."""
+    tool: Pose | None = None
+    """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
+    """Frames by name, each with its pose in the world (m), for the objects."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m); omitted: the robot's own."""
+    deadline: Deadline = DEFAULT_DEADLINE
+    """The time after which the service gives up, s from the arrival of the request."""
+
+
+class CollisionAnswer(Answer):
+    """A pair that is nearer than its margin, or could not be proved not to be."""
+
+    code: Literal["start_in_collision", "collision", "clearance_unproved"]
+    """What it is; `start_in_collision` of single postures, too."""
+    pair: Annotated[list[str], Field(min_length=2, max_length=2)]
+    """The names of the links or objects."""
+    time: float | None
+    """When it is first nearer, s."""
+    depth: float | None
+    """How much nearer than its margin it comes, m; null: that could not be proved."""
+    point: list[float] | None
+    """A point of the first of the two there, x, y, z in the base frame, m; null: unknown."""
+    detail: str
+    """What happens, for a person."""
+
+
+class CollisionResult(Answer):
+    """What was found of one posture, or of a trajectory."""
+
+    free: bool
+    """Whether every pair is proved to keep its margin."""
+    clearance: ClearancesAnswer | None
+    """How near the robot comes; null: it is not free, or there is nothing to be held against anything."""
+    collision: CollisionAnswer | None
+    """The pair that does not keep its margin; null: it is free."""
+
+
+class CollisionCheckAnswer(Answer):
+    """What was found of the postures, or of the trajectory."""
+
+    free: bool
+    """Whether all of them are free."""
+    results: list[CollisionResult]
+    """One a posture in their order, or one for the trajectory."""

@@ -1,0 +1,98 @@
+"""Collisions: how near postures, or a trajectory of any origin, come to a scene and to themselves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from api.errors import invalid
+from api.schemas import collisions as schemas
+from api.tasks.operation import BODY_CODES, Operation
+
+if TYPE_CHECKING:
+    from api.messages import Reply
+    from api.tasks.work import Work
+    from planner.scene import CollisionChecker
+    from planner.trajectory import Trajectory
+
+
+def check_collisions(work: Work) -> Reply:
+    """Answer POST /v1/collisions/check."""
+    import numpy as np
+
+    from api.conversion import frames_in_world, mounted, to_matrix, with_tool
+    from api.given_trajectories import to_trajectory
+    from api.scene_conversion import to_scene
+    from planner.certificate.clearance import at_rest
+    from planner.scene import CollisionChecker
+
+    with work.stage("validate"):
+        request = work.request(schemas.CollisionCheckRequest)
+        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+        has_trajectory = request.samples is not None or request.polynomials is not None
+        if (request.positions is None) != has_trajectory:
+            raise invalid([{"pointer": "", "message": "either positions are needed, or samples or polynomials"}])
+        if request.positions is None:
+            motions = [to_trajectory(request, robot)[1]]
+        else:
+            motions = [at_rest(q) for q in np.atleast_2d(to_matrix(request.positions, robot.dof, ("positions",)))]
+        scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
+        checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
+    with work.stage("plan"):
+        results = [_result(checker, motion, request.tolerance) for motion in motions]
+    return work.reply({"free": all(result["free"] for result in results), "results": results})
+
+
+def _result(checker: CollisionChecker, motion: Trajectory, tolerance: float) -> dict[str, Any]:
+    from planner.certificate.clearance import certify_clearance
+    from planner.errors import ClearanceUnproved, Collision
+
+    try:
+        report = certify_clearance(checker, motion, tolerance)
+    except (Collision, ClearanceUnproved) as refusal:
+        depth, point = (refusal.depth, refusal.point) if isinstance(refusal, Collision) else (None, None)
+        found = {"code": refusal.code, "pair": refusal.pair, "time": refusal.time, "depth": depth, "point": point}
+        found["detail"] = refusal.message
+        return {"free": False, "clearance": None, "collision": found}
+    return {"free": True, "clearance": None if report is None else report.as_dict(), "collision": None}
+
+
+TABLE = {
+    "id": "table",
+    "shape": {"kind": "box", "size": [1.0, 2.0, 0.05]},
+    "pose": {"position": [1.3, 0.0, 0.3]},
+}
+"""A thing that stands in the examples."""
+
+OPERATIONS = (
+    Operation(
+        id="check_collisions",
+        method="POST",
+        path="/v1/collisions/check",
+        tag="collisions",
+        summary="Prove that postures, or a trajectory of any origin, keep clear.",
+        description="Postures are looked at one by one; a trajectory, as samples with the interpolation that the "
+        "controller runs or as polynomials, at all times. Each is `free`, with its clearance for certain, or the pair "
+        "that is too near is named.",
+        run=check_collisions,
+        request=schemas.CollisionCheckRequest,
+        answer=schemas.CollisionCheckAnswer,
+        shared=True,
+        codes=(*BODY_CODES, "unknown_robot"),
+        examples={
+            "two_postures": {
+                "robot": "kuka_kr16_2",
+                "scene": {"objects": [TABLE], "margin": 0.02},
+                "positions": [[0.0, -1.5, 1.5, 0.0, 0.5, 0.0], [0.0, -0.2, 0.9, 0.0, 0.9, 0.0]],
+            },
+            "samples": {
+                "robot": "kuka_kr16_2",
+                "scene": {"objects": [TABLE], "margin": 0.02},
+                "samples": {
+                    "time": [0.0, 1.0],
+                    "position": [[0.0, -1.5, 1.5, 0.0, 0.5, 0.0], [0.4, -1.2, 1.2, 0.0, 0.5, 0.0]],
+                },
+            },
+        },
+    ),
+)
+"""What there is about collisions."""

@@ -1,0 +1,189 @@
+"""The proof that a trajectory keeps clear of itself and of what is around the robot, at all times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from planner.errors import ClearanceUnproved, Collision, StartInCollision
+from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, ITSELF
+from planner.scene.continuous import Nearest, clearances
+from planner.scene.postures import edge
+from planner.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from planner.scene.checker import CollisionChecker
+    from planner.scene.continuous import Clearances
+    from planner.spatial import FloatArray
+
+CLEARANCE_TOLERANCE = 1e-3
+"""How well clearances are measured unless something else is asked, m: what cells are measured to."""
+
+SAMPLES_BEFORE_CONTACT = 256
+"""Number of times at which a pair that is too near is looked at to tell when it first is."""
+
+BISECTIONS = 30
+"""Number of halvings of the time of first contact: to a billionth of a step between two samples."""
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """How near two things come to each other on a trajectory.
+
+    Attributes:
+        lower: m: proved at all times, rounding included, to be no more than what there is.
+        upper: m: the least distance that was seen; None: it was not measured.
+        time: When that was, s.
+        pair: Names of the links or objects.
+        method: How it is known; the bounds hold between all samples.
+
+    Examples:
+        >>> import planner
+        >>> planner.Clearance(0.0194, 0.0201, 1.25, ("link_5", "table")).method
+        'certified'
+    """
+
+    lower: float
+    upper: float | None
+    time: float | None
+    pair: tuple[str, str] | None
+    method: Literal["certified"] = "certified"
+
+
+@dataclass(frozen=True)
+class ClearanceReport:
+    """The clearances of a trajectory, which keeps every margin up to `planner.scene.CONTACT_TOLERANCE`.
+
+    Attributes:
+        itself: Between parts of the arm and what it carries; None: none are held against each other.
+        scene: Between those and objects; None: none are.
+
+    Examples:
+        >>> import planner
+        >>> report = planner.ClearanceReport(None, planner.Clearance(0.0194, 0.0201, 1.25, ("link_5", "table")))
+        >>> report.scene.pair
+        ('link_5', 'table')
+    """
+
+    itself: Clearance | None
+    scene: Clearance | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the report in plain values, ready for JSON."""
+        return {name: None if part is None else vars(part) for name, part in vars(self).items()}
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> ClearanceReport:
+        """Read what `as_dict` wrote."""
+        parts = (values["itself"], values["scene"])
+        itself, scene = (
+            None if part is None else Clearance(**part | {"pair": part["pair"] and tuple(part["pair"])})
+            for part in parts
+        )
+        return cls(itself, scene)
+
+
+def certify_clearance(
+    checker: CollisionChecker, trajectory: Trajectory, tolerance: float | None = CLEARANCE_TOLERANCE
+) -> ClearanceReport | None:
+    """Prove that a trajectory keeps every margin; None: there is nothing to be held against anything.
+
+    Args:
+        checker: The robot and what is around it.
+        trajectory: A trajectory from any source.
+        tolerance: How well the clearances are measured, m; None: not at all, only the margins are proved.
+
+    Raises:
+        StartInCollision: A margin is not kept where the trajectory begins.
+        Collision: A margin is not kept later.
+        ClearanceUnproved: It takes too long to prove.
+    """
+    if checker.is_empty:
+        return None
+    found = clearances(checker, trajectory, tolerance=tolerance)
+    if found.hit is not None:
+        raise _collision(checker, trajectory, found.hit)
+    if found.undecided is not None:
+        first, second = checker.names(found.undecided.pair)
+        raise ClearanceUnproved(
+            f"that {first} keeps {found.undecided.margin:g} m clear of {second} near {found.undecided.time:.4g} s "
+            f"could not be proved after {found.distances} distances: they come as near as that, or nearly so, for long",
+            time=found.undecided.time,
+            limit=found.undecided.margin,
+            pair=(first, second),
+        )
+    return report_of(checker, found)
+
+
+def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
+    """Return what was found of both kinds of pairs."""
+
+    def part(kind: int) -> Clearance | None:
+        near, lower = found.nearest[kind], float(found.lower[kind])
+        if not np.isfinite(lower):
+            return None
+        if near is None:
+            return Clearance(lower, None, None, None)
+        return Clearance(lower, near.distance, near.time, checker.names(near.pair))
+
+    return ClearanceReport(part(ITSELF), part(AMONG_OBJECTS))
+
+
+def _collision(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) -> Collision:
+    """Return the refusal of a trajectory with a pair that is too near, from when on it is."""
+    (start,) = trajectory.evaluate(np.zeros(1), [0])
+    at_start = clearances(checker, edge(start[0], start[0])).hit
+    first, second = checker.names((at_start or hit).pair)
+    if at_start is not None:
+        nearness = _nearness(first, second, at_start)
+        return StartInCollision(f"where the robot starts, {nearness}", **_fields(checker, at_start, 0.0), waypoint=0)
+    time = _first_contact(checker, trajectory, hit)
+    segment = int(trajectory.segments[trajectory.locate(np.array([time]))[0][0]])
+    nearness = _nearness(first, second, hit)
+    message = f"on the way from waypoint {segment} to {segment + 1}, {nearness}, too near from {time:.4g} s on"
+    return Collision(message, **_fields(checker, hit, time), segment=segment)
+
+
+def _nearness(first: str, second: str, hit: Nearest) -> str:
+    if hit.distance <= 0.0:
+        return f"{first} would be {-hit.distance:.3g} m inside of {second}"
+    return f"{first} would come within {hit.distance:.4g} m of {second}, with a margin of {hit.margin:g} m"
+
+
+def _fields(checker: CollisionChecker, hit: Nearest, time: float) -> dict[str, Any]:
+    return {
+        "pair": checker.names(hit.pair),
+        "depth": hit.missing,
+        "point": hit.point if np.isfinite(hit.point).all() else None,
+        "time": time,
+        "value": hit.distance,
+        "limit": hit.margin,
+    }
+
+
+def _first_contact(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) -> float:
+    """Return when a pair is first seen to be nearer than its margin, by samples up to a time when it is, s."""
+    times = np.linspace(0.0, hit.time, SAMPLES_BEFORE_CONTACT)
+    postures = checker.bodies.at(trajectory.evaluate(times, [0])[0])
+
+    def is_near(distance: float) -> bool:
+        return hit.margin - distance > CONTACT_TOLERANCE
+
+    near = next(k for k in range(1, len(times)) if is_near(checker.separate(postures, k, hit.pair).distance))
+    low, high = times[near - 1], times[near]
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2.0
+        posture = checker.bodies.at(trajectory.evaluate(np.array([middle]), [0])[0])
+        if is_near(checker.separate(posture, 0, hit.pair).distance):
+            high = middle
+        else:
+            low = middle
+    return float(high)
+
+
+def at_rest(position: FloatArray) -> Trajectory:
+    """Return the trajectory that rests at a posture (joints,) for a second."""
+    ends = np.array([0.0, 1.0])
+    return Trajectory(np.ones(1), position[None, :, None], np.zeros(1, dtype=int), ends, ends)

@@ -1,0 +1,143 @@
+"""What helps where a robot would collide: to stop, a smaller blend, another configuration, a way over it, a margin."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.clearance import CLEARANCE_TOLERANCE
+from planner.errors import Collision, PlanningError, Remedy, StartInCollision
+from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
+from planner.problem import (
+    BlendTransition,
+    JointMotion,
+    PolylineMotion,
+    PoseWaypoint,
+    StopTransition,
+    ThroughTransition,
+)
+from planner.remedies.proved import plan_with
+from planner.spatial import Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.backends.base import BackEnd
+    from planner.errors import ClearanceUnproved
+    from planner.paths import JointPath
+    from planner.problem import PlanningProblem
+
+SMALLER_BLENDS = (0.5, 0.2)
+"""Shares of a blend's radius that are tried in its place."""
+
+HEIGHTS = (0.1, 0.25, 0.5)
+"""Heights above the higher end of a motion by which the tool is led over what is in its way, m."""
+
+CORNERS = 0.3
+"""Share of the height by which the corners of that way are cut."""
+
+MOST_TRIED = 10
+"""Number of changes that are tried, each of which is a whole plan."""
+
+MOST_HELPING = 3
+"""Number of changes that are offered."""
+
+
+def collision_remedies(
+    refusal: Collision | ClearanceUnproved, problem: PlanningProblem, backend: BackEnd, path: JointPath
+) -> list[Remedy]:
+    """Return changes with each of which the problem has been planned.
+
+    Args:
+        refusal: The refusal of the trajectory.
+        problem: The problem that is refused.
+        backend: That put time on its path.
+        path: The path of the problem.
+    """
+    helping: list[Remedy] = []
+    for tried, remedy in enumerate(_candidates(refusal, problem, path)):
+        if tried >= MOST_TRIED or len(helping) >= MOST_HELPING:
+            break
+        try:
+            plan_with([remedy], problem, backend)
+        except PlanningError:
+            continue
+        helping.append(remedy)
+    return helping + _smaller_margin(refusal, problem, backend)
+
+
+def _candidates(refusal: Collision | ClearanceUnproved, problem: PlanningProblem, path: JointPath) -> Iterator[Remedy]:
+    if not isinstance(refusal, Collision) or isinstance(refusal, StartInCollision) or refusal.segment is None:
+        return  # what takes long to prove would take as long again with every change
+    ends = (refusal.segment, refusal.segment + 1)
+    for i in ends:
+        field = ("waypoints", i, "transition")
+        transition = problem.waypoints[i].transition if i < len(problem.waypoints) else StopTransition()
+        if isinstance(transition, BlendTransition):
+            for share in SMALLER_BLENDS:
+                smaller = BlendTransition(transition.radius * share)
+                yield Remedy(field, smaller, "a smaller blend cuts less of the corner")
+        if isinstance(transition, BlendTransition | ThroughTransition):
+            yield Remedy(field, StopTransition(), "with a stop the robot goes straight to the waypoint")
+    yield from _ways_over(problem, path, refusal.segment)
+    yield from _other_configurations(problem, ends)
+
+
+def _other_configurations(problem: PlanningProblem, ends: tuple[int, int]) -> Iterator[Remedy]:
+    """Yield the configurations that a pose at an end of the motion may be reached in besides."""
+    parts = named_parts(problem.robot)
+    sides = dict(zip(("shoulder", "elbow", "wrist"), zip(BEHIND, AHEAD, strict=True), strict=True))
+    for i in ends:
+        waypoint = problem.waypoints[i]
+        if not isinstance(waypoint, PoseWaypoint) or waypoint.configuration.names:
+            continue
+        for names in product(*(sides[part] for part in parts)):
+            named = Configuration(**dict(zip(parts, names, strict=True)))  # type: ignore[arg-type]
+            yield Remedy(("waypoints", i, "configuration"), named, "the arm goes another way in this configuration")
+
+
+def _ways_over(problem: PlanningProblem, path: JointPath, segment: int) -> Iterator[Remedy]:
+    """Yield motions of the tool that lead up, across and down again, where a joint motion was asked between stops."""
+    first, second = problem.waypoints[segment], problem.waypoints[segment + 1]
+    stops = isinstance(first.transition, StopTransition) and isinstance(second.transition, StopTransition)
+    if not stops or not isinstance(second.motion, JointMotion):
+        return
+    mounting = problem.robot.mounting
+    up = np.array([0.0, 0.0, 1.0]) if mounting is None or mounting.rotation is None else mounting.rotation[2]
+    start, end = path.waypoints[segment].pose, path.waypoints[segment + 1].pose
+    top = max(float(start.position @ up), float(end.position @ up))
+    for height in HEIGHTS:
+        poses = [Pose(p.position + (top + height - float(p.position @ up)) * up, p.rotation) for p in (start, end)]
+        motion = PolylineMotion(poses, CORNERS * height)
+        explanation = f"a higher approach: the tool goes over it, {height:g} m above the higher end"
+        yield Remedy(("waypoints", segment + 1, "motion"), motion, explanation)
+
+
+def _smaller_margin(refusal: Collision | ClearanceUnproved, problem: PlanningProblem, backend: BackEnd) -> list[Remedy]:
+    """Return the largest margin, in whole millimetres, that the motion as it is keeps; none where that is none."""
+    scene = problem.scene
+    if scene is None or not refusal.limit or (refusal.value is not None and refusal.value <= 0.0):
+        return []
+    no_margins = tuple(replace(thing, margin=None) for thing in scene.objects)
+    free = replace(scene, margin=0.0, objects=no_margins)
+    try:
+        made = plan_with([Remedy(("scene",), free, "")], problem, backend)
+    except PlanningError:
+        return []
+    report = made.certificate.clearance
+    if report is None or report.scene is None:
+        return []
+    kept = np.floor((report.scene.lower - CLEARANCE_TOLERANCE / 2.0) / CLEARANCE_TOLERANCE) * CLEARANCE_TOLERANCE
+    own = [i for i, thing in enumerate(scene.objects) if thing.id in refusal.pair and thing.margin is not None]
+    field = ("scene", "objects", own[0], "margin") if own else ("scene", "margin")
+    if kept <= 0.0:
+        return []
+    remedy = Remedy(field, float(round(kept, 6)), "the motion keeps this much clear as it is")
+    try:
+        plan_with([remedy], problem, backend)
+    except PlanningError:
+        return []
+    return [remedy]

@@ -1,0 +1,145 @@
+"""Plans in a scene: every back end keeps clear, or refuses with remedies that work."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import planner
+from planner.backends import BACKENDS
+from planner.certificate.clearance import certify_clearance
+from planner.errors import ClearanceUnproved, Collision, StartInCollision
+from planner.problem import BlendTransition, PolylineMotion
+from planner.robots import load_robot
+from planner.saved_plan import load_plan, save_plan
+from planner.scene import CollisionChecker, Scene, SceneObject
+from planner.shapes import Box, HalfSpace, Sphere
+from planner.spatial import Pose
+from tests.planner.problems import backend_of
+from tests.planner.scene.brute_force import distances_over_time, least_distance
+
+KUKA = load_robot("kuka_kr16_2")
+TABLE = SceneObject("table", [Box([1.0, 2.0, 0.05])], Pose([1.3, 0.0, 0.3]))
+WALL = SceneObject("wall", [Box([0.3, 0.05, 0.4])], Pose([1.2, 0.0, 0.5]))
+LEFT, RIGHT = (planner.PoseWaypoint(Pose.from_rpy([1.2, y, 0.7], [0.0, np.pi, 0.0])) for y in (-0.6, 0.6))
+OVER = planner.PoseWaypoint(Pose.from_rpy([1.2, 0.0, 1.1], [0.0, np.pi, 0.0]))
+
+
+def in_scene(*objects: SceneObject, margin: float = 0.0) -> planner.PlanningProblem:
+    return planner.PlanningProblem(KUKA, [LEFT, RIGHT], scene=Scene(objects, margin=margin))
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, marks=pytest.mark.large_only if kind == "min_effort" else ()) for kind in BACKENDS],
+)
+def test_every_back_end_keeps_clear(kind: str) -> None:
+    problem = in_scene(TABLE, margin=0.05)
+    plan = planner.plan(replace(problem, waypoints=(LEFT, OVER, RIGHT)), backend_of(kind))
+    assert problem.scene is not None
+    truth = least_distance(KUKA, problem.scene, plan.trajectory)
+    clearance = plan.certificate.clearance
+    assert clearance is not None
+    assert clearance.itself is None
+    assert clearance.scene is not None
+    assert 0.05 <= clearance.scene.lower <= truth + 1e-6
+    assert clearance.scene.upper == pytest.approx(truth, abs=1.1e-3)
+    assert clearance.scene.pair == ("link_6", "table")
+    assert load_plan(save_plan(plan), plan.problem, plan.backend).certificate == plan.certificate
+
+
+def test_a_collision_says_when_and_where() -> None:
+    problem = in_scene(TABLE, WALL)
+    assert problem.scene is not None
+    blind = planner.plan(replace(problem, scene=None), planner.Quintic()).trajectory
+    with pytest.raises(Collision) as refusal:
+        certify_clearance(CollisionChecker(KUKA, problem.scene), blind)
+    error = refusal.value
+    assert error.pair[1] == "wall"
+    assert error.segment == 0
+    assert error.time is not None
+    assert error.point is not None
+    times = np.linspace(0.0, blind.duration, 500)
+    links = [shape.link for shape in KUKA.collision_shapes]
+    rows = [k for k, link in enumerate(links) if link == error.pair[0]]
+    apart = distances_over_time(KUKA, problem.scene, times, blind)[:, rows, 1].min(axis=1)
+    assert error.time == pytest.approx(times[np.argmax(apart < 0.0)], abs=blind.duration / 499)
+    assert error.time > 0.0
+    assert error.depth > 0.0
+
+
+def test_a_higher_approach_is_offered_that_works() -> None:
+    problem = in_scene(TABLE, WALL)
+    with pytest.raises(Collision) as refusal:
+        planner.plan(problem)
+    higher = [remedy for remedy in refusal.value.remedies if isinstance(remedy.value, PolylineMotion)]
+    assert higher
+    plan = planner.plan(higher[0].applied_to(problem))
+    assert problem.scene is not None
+    assert least_distance(KUKA, problem.scene, plan.trajectory) > 0.0
+
+
+@pytest.mark.parametrize("transition", [planner.ThroughTransition(), BlendTransition(0.25)])
+def test_stopping_and_cutting_less_are_offered(transition: planner.ThroughTransition | BlendTransition) -> None:
+    """A ball in the inside of a corner is met by who cuts it, or passes it on a curve."""
+    corner = planner.PoseWaypoint(OVER.pose, transition=transition)
+    problem = replace(in_scene(), waypoints=(LEFT, corner, RIGHT))
+    blind = planner.plan(replace(problem, scene=None))
+    stopping = planner.plan(replace(problem, scene=None, waypoints=(LEFT, OVER, RIGHT)))
+    ways = [
+        planner.forward_kinematics(KUKA, plan.trajectory.evaluate(plan.trajectory.sample_times(0.005), [0])[0])
+        for plan in (blind, stopping)
+    ]
+    points, others = (np.array([pose.position for pose in way]) for way in ways)
+    off = np.linalg.norm(points[:, None] - others[None], axis=2).min(axis=1)
+    apart = float(off.max())
+    ball = SceneObject("ball", [Sphere(apart / 4.0)], Pose(points[off.argmax()]))
+    arm = [shape.link for shape in KUKA.collision_shapes if shape.link != "link_6"]
+    problem = replace(problem, scene=Scene([ball], allowed_pairs=[(link, "ball") for link in dict.fromkeys(arm)]))
+    with pytest.raises(Collision) as refusal:
+        planner.plan(problem)
+    for remedy in refusal.value.remedies:
+        planner.plan(remedy.applied_to(problem))
+
+
+def test_a_margin_that_is_kept_is_offered() -> None:
+    problem = in_scene(TABLE, margin=0.4)
+    with pytest.raises(StartInCollision) as refusal:
+        planner.plan(problem)
+    (remedy,) = refusal.value.remedies
+    assert remedy.field == ("scene", "margin")
+    assert remedy.value == pytest.approx(0.318, abs=2e-3)
+    planner.plan(remedy.applied_to(problem))
+
+
+def test_what_takes_too_long_to_prove_is_refused() -> None:
+    """The tool goes a metre along a plane, a hair above the margin."""
+    near = planner.plan(replace(in_scene(), waypoints=(LEFT, replace(RIGHT, motion=planner.LinearMotion()))))
+    floor = SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0])])
+    others = [(shape.link, "floor") for shape in KUKA.collision_shapes if shape.link != "link_6"]
+    links = [shape.link for shape in KUKA.collision_shapes]
+    times = np.linspace(0.0, near.trajectory.duration, 200)
+    apart = distances_over_time(KUKA, Scene([floor]), times, near.trajectory)
+    least = float(np.nanmin(apart[:, links.index("link_6")]))
+    checker = CollisionChecker(KUKA, Scene([floor], allowed_pairs=others, margin=least + 5e-6))
+    with pytest.raises(ClearanceUnproved) as refusal:
+        certify_clearance(checker, near.trajectory)
+    assert refusal.value.pair == ("link_6", "floor")
+
+
+def test_an_arm_that_meets_itself_is_refused_where_that_is_asked() -> None:
+    robot = load_robot("ur5")
+    home, folded = (planner.JointWaypoint(q) for q in ([0, -1.5, 1.5, 0, 0.5, 0], [0, -1.5, 3.1, 0, 0.5, 0]))
+    problem = planner.PlanningProblem(robot, [home, folded], self_collision=True)
+    with pytest.raises(Collision) as refusal:
+        planner.plan(problem)
+    assert refusal.value.pair[0] != refusal.value.pair[1]
+    assert planner.plan(replace(problem, self_collision=None)).certificate.clearance is None
+    near = planner.JointWaypoint([0.2, -1.5, 1.5, 0, 0.5, 0])
+    short = planner.plan(planner.PlanningProblem(robot, [home, near], self_collision=True))
+    clearance = short.certificate.clearance
+    assert clearance is not None
+    assert clearance.itself is not None
+    assert clearance.scene is None
