@@ -1,0 +1,114 @@
+"""Proved distances beside another code: non-negative least squares over the corners of two shapes."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from planner.scene.point_cloud import PointCloud
+from planner.scene.segments import segment_distances
+from planner.scene.separations import Placed, cluster_separation, separation
+from planner.shapes import Box, Capsule, ConvexHull, Shape, Sphere
+from planner.spatial import FloatArray, rotation_from_rpy
+from tests.sizes import SIZE
+
+PAIRS = 10_000 if SIZE.examples > 100 else 150
+"""Pairs that are tried; all of them at larger sizes."""
+
+WEIGHT = 1e3
+"""Weight of the equations that the shares of the corners sum up to 1."""
+
+
+def core(shape: Shape) -> tuple[FloatArray, float]:
+    """Corners (N, 3) of the convex core of a shape, and how far the shape goes beyond it, m."""
+    match shape:
+        case Box():
+            return np.array([*product((-0.5, 0.5), repeat=3)]) * shape.size, 0.0
+        case ConvexHull():
+            return shape.vertices, 0.0
+        case Sphere():
+            return np.zeros((1, 3)), shape.radius
+        case Capsule():
+            return np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]]) * shape.length, shape.radius
+        case _:
+            raise TypeError(f"{shape} has no corners")
+
+
+def distance(first: Placed, second: Placed) -> float:
+    """Distance of the cores, less the radii, m: least squares over convex combinations of their corners."""
+    (a, r), (b, s) = core(first.shape), core(second.shape)
+    a, b = a @ first.rotation.T + first.translation, b @ second.rotation.T + second.translation
+    middle = a.mean(axis=0)
+    sums = np.zeros((2, len(a) + len(b)))
+    sums[0, : len(a)] = sums[1, len(a) :] = WEIGHT
+    shares, _ = nnls(np.vstack([np.hstack([(a - middle).T, -(b - middle).T]), sums]), [0.0, 0.0, 0.0, WEIGHT, WEIGHT])
+    left, right = shares[: len(a)] / shares[: len(a)].sum(), shares[len(a) :] / shares[len(a) :].sum()
+    return float(np.linalg.norm(left @ a - right @ b)) - r - s
+
+
+def random_shape(rng: np.random.Generator) -> Shape:
+    match rng.integers(4):
+        case 0:
+            return Box(10.0 ** rng.uniform(-3.0, 0.0, 3))
+        case 1:
+            return Sphere(10.0 ** rng.uniform(-3.0, -0.5))
+        case 2:
+            return Capsule(10.0 ** rng.uniform(-3.0, -1.0), 10.0 ** rng.uniform(-2.0, 0.0))
+        case _:
+            return ConvexHull(rng.normal(size=(rng.integers(4, 60), 3)) * 10.0 ** rng.uniform(-2.0, -0.5, 3))
+
+
+def random_placed(rng: np.random.Generator, spread: float) -> Placed:
+    """A shape anywhere; every third one in line with the axes, as machines and tables stand."""
+    rotation = rotation_from_rpy(*rng.uniform(-3.0, 3.0, 3)) if rng.integers(3) else np.eye(3)
+    return Placed(random_shape(rng), rotation, rng.normal(size=3) * spread)
+
+
+@pytest.mark.sized
+def test_proved_distances_agree_with_least_squares() -> None:
+    rng = np.random.default_rng(7)
+    apart = 0
+    for _ in range(PAIRS):
+        spread = 10.0 ** rng.uniform(-1.5, 0.5)
+        first, second = random_placed(rng, spread), random_placed(rng, spread)
+        found, truth = separation(first, second), distance(first, second)
+        assert found.proved <= found.distance
+        assert found.proved <= truth + 1e-6
+        if truth > 1e-5:
+            apart += 1
+            assert found.proved >= truth - 2e-5
+            assert found.distance == pytest.approx(truth, abs=2e-5)
+    assert 0.2 * PAIRS < apart < 0.98 * PAIRS
+
+
+@pytest.mark.sized
+def test_segments_are_never_nearer_than_their_bound() -> None:
+    """Parallel, crossing, touching, degenerate to a point, tiny and long."""
+    rng = np.random.default_rng(3)
+    points = rng.integers(-2, 3, (4, 40 * SIZE.examples, 3)) * 10.0 ** rng.integers(-4, 2, (4, 40 * SIZE.examples, 1))
+    bounds = segment_distances(*points)
+    shares = np.linspace(0.0, 1.0, 21)[:, None, None]
+    first, second = (points[k] + shares * (points[k + 1] - points[k]) for k in (0, 2))
+    sampled = np.linalg.norm(first[:, None] - second[None], axis=-1).min(axis=(0, 1))
+    scale = np.abs(points).max(axis=(0, 2)) + 1.0
+    assert (bounds <= sampled + 1e-12 * scale).all()
+    steps = (np.linalg.norm(points[1] - points[0], axis=1) + np.linalg.norm(points[3] - points[2], axis=1)) / 40.0
+    clear = sampled > 2.0 * steps  # where they meet there is no direction to leave each other in
+    assert clear.sum() > 0.2 * len(clear)
+    assert (bounds[clear] >= (sampled - steps - 1e-9 * scale)[clear]).all()
+
+
+def test_a_cluster_is_as_near_as_its_nearest_ball() -> None:
+    rng = np.random.default_rng(5)
+    cloud = PointCloud(rng.uniform(-1.0, 1.0, (500, 3)), radius=0.01)
+    rotation, translation = rotation_from_rpy(0.3, -0.4, 1.0), np.array([0.1, 0.2, 0.3])
+    assert sum(len(cluster.radii) for cluster in cloud.clusters) == len(cloud.balls.radii)
+    for shape in (Box([0.1, 0.2, 0.3]), Sphere(0.1), Capsule(0.05, 0.2)):
+        first = Placed(shape, np.eye(3), np.array([2.0, 0.5, 0.0]))
+        found = min(cluster_separation(first, each, rotation, translation).proved for each in cloud.clusters)
+        centers = cloud.balls.centers @ rotation.T + translation
+        balls = (Placed(Sphere(r), np.eye(3), c) for c, r in zip(centers, cloud.balls.radii.tolist(), strict=True))
+        assert found == pytest.approx(min(distance(first, ball) for ball in balls), abs=2e-6)
