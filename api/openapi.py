@@ -203,6 +203,8 @@ def _success(operation: Operation, status: int) -> dict[str, Any]:
             "examples": {name: {"value": value} for name, value in named.items()},
         }
     }
+    for media_type in operation.also_as:
+        content[media_type] = _schema_of_text_or_bytes(media_type)
     if operation.formats:
         for name, form in FORMATS.items():
             if name in FORMAT_SCHEMAS:

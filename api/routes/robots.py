@@ -51,7 +51,9 @@ async def get_robot_geometry(request: Request) -> Response:
     robot_id = request.path_params["id"]
     content = await service_of(request).database.read(find_robot, client(request).namespace, robot_id)
     definition = None if content is None else content.definition
-    return respond(await run(request, "get_robot_geometry", id=robot_id, definition=definition))
+    form, accept = request.query_params.get("format"), request.headers.get("accept", "*/*")
+    asked = {"id": robot_id, "definition": definition, "format": form, "accept": accept}
+    return respond(await run(request, "get_robot_geometry", **asked))
 
 
 async def add_robot(request: Request) -> Response:

@@ -55,6 +55,7 @@ class Operation:
         formats_of_plans: Whether `?format=` chooses the form of the plans in the answer.
         headers: The headers that are read, and what each is for.
         media_type: The media type of the answer.
+        also_as: Media types of files that `Accept` chooses in place of it.
         shared: Whether the answer follows from the request, the robot that it names and the version of the service
             alone. It is computed once for all who ask the same, kept for a while, and has an `ETag`.
         lines: Whether the body may also be newline-delimited JSON, an entry of its only list a line.
@@ -80,5 +81,6 @@ class Operation:
     formats_of_plans: bool = False
     headers: Mapping[str, str] = field(default_factory=dict)
     media_type: str = "application/json"
+    also_as: tuple[str, ...] = ()
     shared: bool = False
     lines: bool = False

@@ -4,24 +4,42 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import orjson
 
 from api.digests import canonical, sha256
 from api.errors import CatalogueRobot, invalid
 from api.mesh_archive import unpacked
+from api.messages import Reply
+from api.negotiation import negotiated
 from api.pages import first_page
 from api.robot_content import RobotContent
 from api.schemas import robots as schemas
 from api.schemas.robot_geometry import RobotGeometry
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
-from api.tasks.work import model_of, robot_of, to_json
+from api.tasks.work import JSON, model_of, robot_of, to_json
 from planner.errors import UnknownRobot
 
 if TYPE_CHECKING:
-    from api.messages import Reply
     from api.tasks.work import Work
+
+BINARY_GLTF = "model/gltf-binary"
+"""The media type of the binary form of glTF."""
+
+
+class GeometryForm(NamedTuple):
+    """A form of what of a robot can collide."""
+
+    media_type: str
+
+
+FORMS_OF_GEOMETRY = {
+    "json": GeometryForm(JSON),
+    "gltf": GeometryForm("model/gltf+json"),
+    "glb": GeometryForm(BINARY_GLTF),
+}
+"""The forms of what of a robot can collide, by the names that `?format=` has for them."""
 
 MOST_DERIVATIONS = 8
 """The most robots that a robot is derived from one after the other."""
@@ -112,13 +130,21 @@ def get_robot_geometry(work: Work) -> Reply:
     """Answer GET /v1/robots/{id}/geometry; the argument `definition` is that of an added robot."""
     from planner.robots import catalogue_ids
     from planner.robots.collision.describe import describe_collision_geometry
+    from planner.robots.collision.gltf import collision_gltf
 
     robot_id, definition = work.arguments["id"], work.arguments.get("definition")
     with work.stage("plan"):
+        form = negotiated(work.arguments.get("format"), work.arguments.get("accept", "*/*"), FORMS_OF_GEOMETRY)
         if definition is None and robot_id not in catalogue_ids():
             raise _no_such_robot()
-        answer = describe_collision_geometry(robot_of(robot_id, definition))
-    return work.reply(answer)
+        robot = robot_of(robot_id, definition)
+        if form.media_type == JSON:
+            answer = describe_collision_geometry(robot)
+        else:
+            drawing = collision_gltf(robot, binary=form.media_type == BINARY_GLTF)
+    if form.media_type == JSON:
+        return work.reply(answer, headers={"Vary": "Accept"})
+    return Reply(200, form.media_type, drawing, work.timings, headers={"Vary": "Accept"})
 
 
 def delete_robot(work: Work) -> Reply:
@@ -182,11 +208,13 @@ OPERATIONS = (
         tag="robots",
         summary="What of a robot can collide.",
         description="The convex shapes of its links, where they stand and where they come from; and the pairs of "
-        "links, with the reason of those that are not checked against each other.",
+        "links, with the reason of those that are not checked against each other. `Accept` (or `?format=gltf`, `glb`) "
+        "asks for glTF 2.0 to look at, a node for each joint at position 0.",
         run=get_robot_geometry,
         answer=RobotGeometry,
+        also_as=tuple(form.media_type for form in FORMS_OF_GEOMETRY.values() if form.media_type != JSON),
         shared=True,
-        codes=("unknown_robot", *DATABASE_CODES),
+        codes=("unknown_robot", "not_acceptable", *DATABASE_CODES),
     ),
     Operation(
         id="add_robot",

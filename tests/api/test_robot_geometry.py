@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from api.errors import InvalidRequest
 from api.mesh_archive import MOST_FILES, unpacked
@@ -189,3 +190,30 @@ def test_spoiled_archives_are_read_or_refused() -> None:
         except InvalidRequest:
             continue
         assert all(".." not in name and not name.startswith("/") for name in files)
+
+
+@pytest.mark.parametrize(
+    ("asked", "media_type"),
+    [
+        ({"headers": {"Accept": "model/gltf-binary"}}, "model/gltf-binary"),
+        ({"headers": {"Accept": "model/gltf+json, application/json;q=0.5"}}, "model/gltf+json"),
+        ({"params": {"format": "glb"}}, "model/gltf-binary"),
+        ({"params": {"format": "gltf"}}, "model/gltf+json"),
+        ({"headers": {"Accept": "*/*"}}, "application/json"),
+    ],
+)
+def test_geometry_comes_in_the_form_that_is_asked_for(
+    service: RunningService, asked: dict[str, Any], media_type: str
+) -> None:
+    answer = service.client.get(f"{ROBOTS}/kuka_kr16_2/geometry", **asked)
+    assert answer.status_code == 200
+    assert answer.headers["Content-Type"] == media_type
+    if media_type != "application/json":
+        kind = {"model/gltf-binary": "glb", "model/gltf+json": "gltf"}[media_type]
+        drawn = trimesh.load(io.BytesIO(answer.content), file_type=kind)
+        assert set(drawn.graph.nodes_geometry) >= {"base_link", "link_1", "link_6"}
+
+
+def test_no_other_form_of_geometry_is_there(service: RunningService) -> None:
+    refused = service.client.get(f"{ROBOTS}/kuka_kr16_2/geometry", params={"format": "stl"})
+    assert (refused.status_code, refused.json()["code"]) == (406, "not_acceptable")
