@@ -5,9 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from scipy.spatial import ConvexHull as Qhull
 
 from planner import ConvexHull, Robot, catalogue_ids, load_robot
+from planner.robots.catalogue import _package_robots
 from planner.robots.collision.mesh_files import meshes_among, meshes_in_folder
 from tests.planner.shapes.mesh_files import bodies, box, stl
 
@@ -125,6 +128,39 @@ def test_robots_of_the_package_have_the_shapes_of_their_makers(id: str) -> None:
     assert {shape.source for shape in robot.collision_shapes} == {"model"}
     assert {shape.joint for shape in robot.collision_shapes} == set(range(robot.dof + 1))
     assert not [finding for finding in robot.collision_findings if finding.severity != "info"]
+
+
+@pytest.mark.parametrize("id", ["ur5", pytest.param("xarm7", marks=pytest.mark.large_only)])
+def test_pieces_stand_around_the_meshes_that_pinocchio_places(id: str) -> None:
+    """Corners as Pinocchio reads (by assimp) and places them are in one of our pieces, at a random position."""
+    folder = _package_robots()
+    if folder is None:
+        pytest.skip("the package example-robot-data is not installed")
+    robot = load_robot(id)
+    urdf = str(folder / {"ur5": "ur_description/urdf/ur5_robot.urdf", "xarm7": "xarm_description/urdf/xarm7.urdf"}[id])
+    model = pin.buildModelFromUrdf(urdf)
+    geometry = pin.buildGeomFromUrdf(model, urdf, pin.GeometryType.COLLISION, package_dirs=[str(folder.parent.parent)])
+    q = np.random.default_rng(3).uniform(-1.0, 1.0, robot.dof)
+    names = [model.names[number] for number in range(1, model.njoints)]
+    whole = pin.neutral(model)
+    for name, value in zip(robot.joint_names, q, strict=True):
+        whole[model.joints[names.index(name) + 1].idx_q] = value
+    data, placed = model.createData(), geometry.createData()
+    pin.updateGeometryPlacements(model, data, geometry, placed, whole)
+    pin.forwardKinematics(robot.model, robot.data, q)
+    for number, each in enumerate(geometry.geometryObjects):
+        if not hasattr(each.geometry, "vertices"):
+            continue
+        there = placed.oMg[number]
+        corners = np.asarray(each.geometry.vertices())[::31] @ there.rotation.T + there.translation
+        link = model.frames[each.parentFrame].name
+        depths = []
+        for shape in (shape for shape in robot.collision_shapes if shape.link == link):
+            here = robot.data.oMi[shape.joint] * shape.placement
+            local = (corners - here.translation) @ here.rotation
+            planes = Qhull(shape.shape.vertices).equations  # type: ignore[attr-defined]  # all are hulls
+            depths.append((local @ planes[:, :3].T + planes[:, 3]).max(axis=1))
+        assert np.min(depths, axis=0).max() < 1e-7
 
 
 def test_no_mesh_is_opened_before_it_is_asked_for() -> None:
