@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path  # noqa: TC003 - typer reads the annotations
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 app = typer.Typer(
     help="Measure the service and the library on this machine.", add_completion=False, no_args_is_help=True
@@ -15,6 +18,13 @@ app = typer.Typer(
 @app.callback()
 def benchmarks() -> None:
     """Measure service and library on this machine."""
+
+
+def _show(figures: dict[str, Any], as_json: bool, print_table: Callable[[dict[str, Any]], None]) -> None:
+    """Print figures for a person or for a program."""
+    import orjson
+
+    print(orjson.dumps(figures, option=orjson.OPT_INDENT_2).decode()) if as_json else print_table(figures)
 
 
 @app.command()
@@ -46,17 +56,36 @@ def load(
 
 
 @app.command()
+def restarts(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    times: Annotated[int, typer.Option(help="Restarts.", min=1)] = 100,
+) -> None:
+    """Restarts by SIGTERM under load: whether an accepted request is lost. A quarter of an hour with all 100."""
+    from benchmarks.service.restarts import measure, print_table
+
+    _show(measure(times), json, print_table)
+
+
+@app.command()
+def soak(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    seconds: Annotated[float, typer.Option(help="Length, s.", min=5.0)] = 1800.0,
+) -> None:
+    """A soak of everything that clients do: memory, open files and temporary files stay what they are."""
+    from benchmarks.service.soak import measure, print_table
+
+    _show(measure(seconds), json, print_table)
+
+
+@app.command()
 def batches(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     items: Annotated[int, typer.Option(help="Requests of each batch.", min=10)] = 10_000,
 ) -> None:
     """Batches: plans a second on the service's own workers and on a Dask cluster, against the bare library loop."""
-    import orjson
-
     from benchmarks.service.batches import measure, print_table
 
-    figures = measure(items)
-    print(orjson.dumps(figures, option=orjson.OPT_INDENT_2).decode()) if json else print_table(figures)
+    _show(measure(items), json, print_table)
 
 
 @app.command()

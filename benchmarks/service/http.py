@@ -18,6 +18,7 @@ from api.conversion import to_backend, to_planning_problem
 from api.schemas.requests import PlanRequest
 from benchmarks.machine import machine
 from benchmarks.service.clients import Connection
+from benchmarks.service.processes import workers_of
 from benchmarks.service.workload import ROBOT, ROWS, bodies, http_request
 from planner.export import FORMATS, ExportOptions
 from planner.planning import plan
@@ -119,13 +120,6 @@ def _load(port: int, connections: int, seconds: float, file: Path, service: psut
     result["server_cpu"] = (_cpu_seconds([service]) - before[0]) / result["requests"]
     result["workers_cpu"] = (_cpu_seconds(workers) - before[1]) / result["requests"]
     return result
-
-
-def workers_of(service: psutil.Process) -> list[psutil.Process]:
-    """The processes that work for a service: forked from a child of it or, in former versions, its children."""
-    templates = [child for child in service.children() if "forkserver" in " ".join(child.cmdline())]
-    forked = [worker for template in templates for worker in template.children()]
-    return forked or [child for child in service.children() if "spawn_main" in " ".join(child.cmdline())]
 
 
 def _cpu_seconds(processes: list[psutil.Process]) -> float:

@@ -21,7 +21,7 @@ import psutil
 
 from api.cli.local_service import local_service
 from benchmarks.machine import machine
-from benchmarks.service.http import workers_of
+from benchmarks.service.processes import workers_of
 from benchmarks.versions.requests import kinds, uploads
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ import httpx
 import psutil
 import pytest
 
+from benchmarks.service.processes import workers_of
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -41,9 +42,7 @@ class RunningService:
         return str(self.client.base_url)
 
     def workers(self) -> list[psutil.Process]:
-        """The worker processes, which the template's children are."""
-        children = psutil.Process(self.process.pid).children()
-        return [worker for child in children if _is_template(child) for worker in child.children()]
+        return workers_of(psutil.Process(self.process.pid))
 
     def post(self, path: str, body: Any, **options: Any) -> httpx.Response:
         return self.client.post(path, json=body, **options)
@@ -71,13 +70,6 @@ class RunningService:
 
     def logged(self) -> list[dict[str, Any]]:
         return [json.loads(line) for line in self.log.read_text().splitlines()]
-
-
-def _is_template(process: psutil.Process) -> bool:
-    try:
-        return "forkserver" in " ".join(process.cmdline())
-    except psutil.Error:  # it has just died
-        return False
 
 
 def wait_until(condition: Callable[[], bool], timeout: float = 30.0) -> None:
