@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api import errors
-from api.batches.items import PLAN_ITEM
+from api.batches.items import PLAN_ITEM, PLAN_ITEMS
 from api.failures import where_from
 from api.messages import Reply, Task
 from api.openapi import get_openapi
@@ -24,8 +24,23 @@ if TYPE_CHECKING:
 
     from api.messages import Caps
 
+
+def plan_items(work: Work) -> Reply:
+    """Plan requests of a batch one after the other; the result is a list of replies.
+
+    They are fewer than the requests, the argument `items`, where one left the worker unfit for the next.
+    """
+    replies: list[Reply] = []
+    for body, arguments in work.arguments["items"]:
+        replies.append(execute(replace(work.task, operation=PLAN_ITEM, body=body, arguments=arguments), work.caps))
+        if not replies[-1].worker_is_fit:
+            break
+    return Reply(200, "application/octet-stream", b"", result=replies, worker_is_fit=replies[-1].worker_is_fit)
+
+
 RUN: dict[str, Callable[[Work], Reply]] = {
     "get_openapi": get_openapi,
+    PLAN_ITEMS: plan_items,
     PLAN_ITEM: plan_item,
     **{operation.id: operation.run for operation in OPERATIONS if operation.run is not None},
 }

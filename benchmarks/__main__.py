@@ -81,11 +81,12 @@ def soak(
 def batches(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     items: Annotated[int, typer.Option(help="Requests of each batch.", min=10)] = 10_000,
+    only: Annotated[list[str] | None, typer.Option(help="Only places whose name has all these words.")] = None,
 ) -> None:
     """Batches: plans a second on the service's own workers and on a Dask cluster, against the bare library loop."""
     from benchmarks.service.batches import measure, print_table
 
-    _show(measure(items), json, print_table)
+    _show(measure(items, only or ()), json, print_table)
 
 
 @app.command()

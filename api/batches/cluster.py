@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import structlog
 
+from api.batches.planners import ChunkSize
 from api.failures import where_from
 from api.version import service_version
 
@@ -20,9 +21,6 @@ CHUNK_SECONDS = 1.0
 
 MOST_CHUNKED = 100
 """The most requests of a chunk, however quick they are."""
-
-GAIN = 0.3
-"""The weight of the last chunk in the measured time of a request, without unit."""
 
 LOOKING = 1.0
 """The time between two looks at the cluster, or two tries to reach it, s."""
@@ -55,7 +53,7 @@ class ClusterPlanners:
         self._address = address
         self._client: Any = None
         self._connecting = asyncio.Lock()
-        self._seconds: float | None = None
+        self._size = ChunkSize(CHUNK_SECONDS, MOST_CHUNKED)
         self._watching: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
@@ -85,14 +83,8 @@ class ClusterPlanners:
                 log.warning("cluster_lost_work", requests=len(chunk.items), failure=where_from(error))
                 await asyncio.sleep(LOOKING)
             else:
-                self._learn(seconds / len(chunk.items))
+                self.chunk_size = self._size.learn(seconds / len(chunk.items))
                 return list(replies)
-
-    def _learn(self, seconds: float) -> None:
-        """Take note of how long a request took, s."""
-        before = seconds if self._seconds is None else self._seconds
-        self._seconds = before + GAIN * (seconds - before)
-        self.chunk_size = max(1, min(MOST_CHUNKED, round(CHUNK_SECONDS / max(self._seconds, 1e-6))))
 
     async def _watch(self) -> None:
         """Keep the connection, and know how many planning processes there are."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from api.batches.items import PLAN_ITEM
+from api.batches.items import PLAN_ITEM, PLAN_ITEMS
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
 from api.messages import Reply, Task
 from api.server.costs import Kind
@@ -17,6 +17,17 @@ if TYPE_CHECKING:
     from api.database.claims import Claimed
     from api.server.pool import WorkerPool
     from api.settings import Settings
+
+
+CHUNK_SECONDS = 0.03
+"""The time that requests should take that go to a worker of the service together, s: many times what handing them over
+costs, and nobody who wants the worker minds."""
+
+MOST_CHUNKED = 20
+"""The most requests that go to a worker of the service together, however quick they are."""
+
+GAIN = 0.3
+"""The weight of the last request, or of the last chunk, in the measured time of a request, without unit."""
 
 
 class Chunk(NamedTuple):
@@ -54,12 +65,36 @@ class Planners(Protocol):
         """Plan the requests of a chunk; whatever happens to one, it has a reply. Cancelling it gives the rest up."""
 
 
-class PoolPlanners:
-    """The workers of a pool, when no request wants them: one request at a time each."""
+class ChunkSize:
+    """How many requests a chunk should have, learnt from how long they take.
 
-    chunk_size = 1
+    Args:
+        seconds: The time that a chunk should take, s.
+        most: The most requests of a chunk, however quick they are.
+    """
+
+    def __init__(self, seconds: float, most: int) -> None:
+        self._seconds = seconds
+        self._most = most
+        self._mean: float | None = None
+
+    def learn(self, seconds: float) -> int:
+        """Take note of how long a request took, s, and give the number of requests of the next chunk."""
+        before = seconds if self._mean is None else self._mean
+        self._mean = before + GAIN * (seconds - before)
+        return max(1, min(self._most, round(self._seconds / max(self._mean, 1e-6))))
+
+
+class PoolPlanners:
+    """The workers of a pool, when no request wants them.
+
+    Requests that are quick go to a worker several at a time: handing one over costs the server as much as a tenth of
+    its plan. Where several together do not end well, each is planned by itself, so that it costs only itself.
+    """
 
     def __init__(self, pool: WorkerPool, settings: Settings) -> None:
+        self.chunk_size = 1
+        self._size = ChunkSize(CHUNK_SECONDS, MOST_CHUNKED)
         self._pool = pool
         self._max_deadline = settings.max_deadline
 
@@ -75,17 +110,47 @@ class PoolPlanners:
         """See `Planners`; what is under way is cancelled by whoever waits for it."""
 
     async def plan(self, chunk: Chunk) -> list[Reply]:
-        """See `Planners`."""
-        return [await self._planned(item, chunk.definitions) for item in chunk.items]
+        """See `Planners`; it may be larger than a chunk of its own."""
+        replies: list[Reply] = []
+        while len(replies) < len(chunk.items):
+            items = chunk.items[len(replies) : len(replies) + self.chunk_size]
+            together = await self._planned_together(items, chunk.definitions) if len(items) > 1 else []
+            replies += together or [await self._planned(item, chunk.definitions) for item in items]
+            if replies[-1].timings:
+                self.chunk_size = self._size.learn(_seconds(replies[-1]))
+        return replies
+
+    async def _planned_together(self, items: Sequence[Claimed], definitions: Mapping[str, bytes]) -> list[Reply]:
+        """Plan requests in one go, within the shortest of their deadlines; there may be fewer replies, or none."""
+        arguments = {"items": [(item.request, _arguments(item, definitions)) for item in items]}
+        task = Task(PLAN_ITEMS, _instance(items[0]), time.monotonic(), math.inf, b"", arguments)
+        kind = Kind((PLAN_ITEMS, items[0].batch_id), len(items).bit_length())
+        seconds = min(self._max_deadline, *(item.deadline for item in items))
+        try:
+            reply = await self._pool.run_behind(task, kind, seconds)
+        except (DeadlineExceeded, MemoryExceeded, InternalError):
+            return []
+        return list(reply.result or ())
 
     async def _planned(self, item: Claimed, definitions: Mapping[str, bytes]) -> Reply:
         """Plan a request within its deadline, which begins when a worker does."""
-        instance = f"/v1/batches/{item.batch_id}"
-        arguments = {} if item.robot is None else {"definition": definitions[item.robot]}
-        task = Task(PLAN_ITEM, instance, time.monotonic(), math.inf, item.request, arguments)
+        task = Task(PLAN_ITEM, _instance(item), time.monotonic(), math.inf, item.request, _arguments(item, definitions))
         seconds = min(item.deadline, self._max_deadline)
         try:
             return await self._pool.run_behind(task, Kind((PLAN_ITEM, item.batch_id), 0), seconds)
         except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
-            status, document = problem_document(error, instance)
+            status, document = problem_document(error, _instance(item))
             return Reply(status, MEDIA_TYPE, document, code=error.code)
+
+
+def _instance(item: Claimed) -> str:
+    return f"/v1/batches/{item.batch_id}"
+
+
+def _arguments(item: Claimed, definitions: Mapping[str, bytes]) -> dict[str, Any]:
+    return {} if item.robot is None else {"definition": definitions[item.robot]}
+
+
+def _seconds(reply: Reply) -> float:
+    """Add up what a request took a worker, s."""
+    return sum(seconds for stage, seconds in reply.timings.items() if stage != "queue")

@@ -13,15 +13,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import httpx
 import orjson
 import psutil
+import uvloop
 from rich.console import Console
 
 from api.cli.local_service import local_service
 from api.cli.terminal import plain_table
 from benchmarks.machine import machine
+from benchmarks.service.load import arrivals, summary
 from benchmarks.service.machines import cluster, has_namespaces
+from benchmarks.service.workload import ROBOT as CHEAP_ROBOT
+from benchmarks.service.workload import bodies, http_request
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
 ROBOT, WAYPOINTS, SPREAD = "kuka_kr16_2", 3, 0.5
 """Of the requests; rad, of the waypoints about the middle of every joint."""
@@ -33,7 +37,13 @@ BARE_SHARE = 10
 """Of how many requests one is planned by the bare loop."""
 
 LOOK = 0.05
-"""Time between two looks at a batch or at the memory, s."""
+"""Time between two looks at the memory, or at a batch without results, s."""
+
+FOLLOW = 0.5
+"""Time between two looks at a batch, s: as often as its results are written; each costs the service some ms."""
+
+INTERACTIVE_RATE, INTERACTIVE_SECONDS = 20.0, 30.0
+"""Requests a second that somebody waits for, alone and beside a batch; s, of each measurement, if the batch lasts."""
 
 
 class Machines(NamedTuple):
@@ -54,8 +64,8 @@ PLACES = (
 cores."""
 
 
-def measure(items: int) -> dict[str, Any]:
-    """All figures; times in s, rates in 1/s, memory in MB."""
+def measure(items: int, only: Sequence[str] = ()) -> dict[str, Any]:
+    """All figures, of the places whose names have these words; times in s, rates in 1/s, memory in MB."""
     requests = _requests(items)
     bare = _bare_loop(requests[::BARE_SHARE])
     figures: dict[str, Any] = {
@@ -65,11 +75,11 @@ def measure(items: int) -> dict[str, Any]:
         "bare_loop": bare,
         "batches": [],
     }
-    for place in PLACES:
+    for place in (place for place in PLACES if all(word in place.name for word in only)):
         found = _measured(place, requests)
         found["overhead"] = max(place.workers, place.machines) * found["seconds"] / items / bare - 1.0
         figures["batches"].append(found)
-    return figures
+    return figures | {"interactive": _interactive(requests, min(INTERACTIVE_SECONDS, items * bare / 4.0))}
 
 
 def _requests(items: int) -> list[dict[str, Any]]:
@@ -127,7 +137,7 @@ def _planned(client: httpx.Client, body: bytes) -> dict[str, Any]:
     while (batch := client.get(made.headers["Location"]).json())["status"] == "running":
         if not first and batch["counts"]["waiting"] < batch["counts"]["total"]:
             first = time.perf_counter()
-        time.sleep(LOOK)
+        time.sleep(FOLLOW if first else LOOK)
     ended = time.perf_counter()
     counts = batch["counts"]
     return {
@@ -137,6 +147,23 @@ def _planned(client: httpx.Client, body: bytes) -> dict[str, Any]:
         "rate": counts["total"] / (ended - taken_in),
         "planned": counts["planned"],
     }
+
+
+def _interactive(requests: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
+    """Latencies of cheap requests that somebody waits for, s: alone, and beside a batch that lasts all the time."""
+    from planner.robots import load_robot
+
+    cheap = [http_request(body) for body in bodies(load_robot(CHEAP_ROBOT).middle.tolist())]
+    with tempfile.TemporaryDirectory() as folder, local_service(Path(folder, "service.log")) as (url, _):
+        port = int(url.rpartition(":")[2])
+        uvloop.run(arrivals(port, cheap, INTERACTIVE_RATE, 5.0))  # the service learns what they take
+        alone = summary(uvloop.run(arrivals(port, cheap, INTERACTIVE_RATE, seconds)), seconds)
+        with httpx.Client(base_url=url, timeout=600.0, trust_env=False) as client:
+            location = client.post("/v1/batches", json={"requests": requests}).headers["Location"]
+            beside = summary(uvloop.run(arrivals(port, cheap, INTERACTIVE_RATE, seconds)), seconds)
+            was_running = client.get(location).json()["status"] == "running"
+            client.delete(location)
+    return {"alone": alone["latency"], "beside": beside["latency"], "was_running": was_running}
 
 
 @contextmanager
@@ -168,5 +195,9 @@ def print_table(figures: dict[str, Any]) -> None:
         table.add_row(found["name"], rate, overhead, *times, f"{found['memory']:.0f}")
     console.print(f"{figures['items']} plans; the bare loop takes {1e3 * figures['bare_loop']:.2f} ms a plan")
     console.print(table)
-    one, two, first, second = (found["rate"] for found in figures["batches"])
-    console.print(f"two workers are {two / one:.2f} times one, two machines {second / first:.2f} times one")
+    alone, beside = (1e3 * figures["interactive"][name]["p99"] for name in ("alone", "beside"))
+    console.print(f"p99 of cheap requests alone {alone:.1f} ms, beside a batch {beside:.1f} ms")
+    rates = {found["name"]: found["rate"] for found in figures["batches"]}
+    if len(rates) == len(PLACES):
+        one, two, first, second = rates.values()
+        console.print(f"two workers are {two / one:.2f} times one, two machines {second / first:.2f} times one")

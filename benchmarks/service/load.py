@@ -67,21 +67,22 @@ def _costly_bodies() -> list[bytes]:
 async def _measure(port: int, cheap: list[bytes], costly: list[bytes], seconds: float) -> dict[str, Any]:
     figures: dict[str, Any] = {"loads": []}
     await _closed_loop(port, cheap, seconds / 2.0)  # the service learns what they take
-    alone = _summary(await _arrivals(port, cheap, CHEAP_RATE, seconds), seconds)
+    alone = summary(await arrivals(port, cheap, CHEAP_RATE, seconds), seconds)
     for name, requests in (("min_effort", costly), ("cubic", cheap)):
         capacity = await _closed_loop(port, requests, seconds)
         for rate in RATES:
-            offered = asyncio.create_task(_arrivals(port, requests, rate * capacity, seconds))
-            beside = asyncio.create_task(_arrivals(port, cheap, CHEAP_RATE, seconds))
+            offered = asyncio.create_task(arrivals(port, requests, rate * capacity, seconds))
+            beside = asyncio.create_task(arrivals(port, cheap, CHEAP_RATE, seconds))
             load: dict[str, Any] = {"requests": name, "capacity": capacity, "rate": rate}
-            load |= _summary(await offered, seconds)
+            load |= summary(await offered, seconds)
             load["goodput"] = load["answered_in_time"] / seconds / (min(rate, 1.0) * capacity)
-            load["cheap_beside"] = _summary(await beside, seconds)
+            load["cheap_beside"] = summary(await beside, seconds)
             figures["loads"].append(load)
     return figures | {"cheap_alone": alone}
 
 
-def _summary(outcomes: list[Outcome], seconds: float) -> dict[str, Any]:
+def summary(outcomes: list[Outcome], seconds: float) -> dict[str, Any]:
+    """What became of the requests of a load of so many seconds."""
     answered = [outcome for outcome in outcomes if outcome.status == 200]
     refused = [outcome for outcome in outcomes if outcome.status in (429, 503)]
     return {
@@ -121,7 +122,7 @@ async def _closed_loop(port: int, requests: list[bytes], seconds: float) -> floa
     return done / seconds
 
 
-async def _arrivals(port: int, requests: list[bytes], rate: float, seconds: float) -> list[Outcome]:
+async def arrivals(port: int, requests: list[bytes], rate: float, seconds: float) -> list[Outcome]:
     """Send requests at random times, so many a second (a Poisson process), and wait for what becomes of each."""
     clients, rng = Clients(port), random.Random(1)  # noqa: S311 - no secret
     tasks: list[asyncio.Task[Outcome]] = []

@@ -12,7 +12,7 @@ from api.batches import cluster as cluster_module
 from api.batches.cluster import ClusterPlanners
 from api.batches.cluster_worker import OtherVersion, plan_chunk
 from api.batches.engine import Engine
-from api.batches.planners import Chunk
+from api.batches.planners import Chunk, ChunkSize
 from api.database.claims import Claimed
 from api.database.database import Database
 from api.settings import Settings
@@ -108,17 +108,11 @@ def test_batches_wait_for_a_cluster_that_is_not_there_yet(tmp_path: Path) -> Non
 
 
 def test_chunks_have_as_many_requests_as_take_a_second() -> None:
-    planners = ClusterPlanners("tcp://127.0.0.1:1")
-    assert planners.chunk_size == 1  # nothing is known
-    for _ in range(30):
-        planners._learn(0.02)
-    assert planners.chunk_size == 50
-    for _ in range(30):
-        planners._learn(1e-9)
-    assert planners.chunk_size == cluster_module.MOST_CHUNKED
-    for _ in range(30):
-        planners._learn(4.0)
-    assert planners.chunk_size == 1
+    assert ClusterPlanners("tcp://127.0.0.1:1").chunk_size == 1  # nothing is known
+    size = ChunkSize(cluster_module.CHUNK_SECONDS, cluster_module.MOST_CHUNKED)
+    for seconds, expected in ((0.02, 50), (1e-9, cluster_module.MOST_CHUNKED), (4.0, 1)):
+        sizes = [size.learn(seconds) for _ in range(30)]
+        assert sizes[-1] == expected
 
 
 def test_a_chunk_has_requests_of_one_batch() -> None:
