@@ -42,9 +42,9 @@ def _robot_ids(incomplete: str) -> list[str]:
 
 def _version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import version
+        from api.version import service_version
 
-        print(version("trajectory-planner"))  # noqa: T201 - what was asked for
+        print(service_version())  # noqa: T201 - what was asked for
         raise typer.Exit
 
 

@@ -15,7 +15,7 @@ from api.errors import DeadlineExceeded, InternalError, MemoryExceeded, Overload
 from api.messages import Caps
 from api.server.costs import Costs
 from api.server.jobs import Job, JobQueue
-from api.server.worker import Worker, start_template
+from api.server.worker import Worker, start_template, stop_template
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -96,9 +96,10 @@ class WorkerPool:
         await asyncio.gather(*self._keepers, return_exceptions=True)
 
     def stop(self) -> None:
-        """End all workers."""
+        """End all workers, and the process that they are forked from."""
         for worker in self._workers:
             worker.stop()
+        stop_template()
 
     @property
     def size(self) -> int:

@@ -8,7 +8,7 @@ import os
 import signal
 import socket
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
 from typing import TYPE_CHECKING
 
@@ -43,6 +43,14 @@ def start_template() -> None:
     multiprocessing.set_forkserver_preload(["api.worker_template"])
     with _signals_of_the_server_blocked():
         forkserver.ensure_running()
+
+
+def stop_template() -> None:
+    """End the process that workers are forked from, even while it gets warm, which who ends would wait for."""
+    pid = forkserver._forkserver._forkserver_pid  # type: ignore[attr-defined]  # there is no other way to it
+    if pid is not None:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
 
 
 class Worker:
@@ -89,11 +97,19 @@ class Worker:
         """Start the process, connect the channel to the running event loop, and listen for the process's end."""
         loop = asyncio.get_running_loop()
         channel = await loop.run_in_executor(PROCESSES, self._start)
-        self._reader, self._writer = await asyncio.open_unix_connection(sock=channel, limit=READ_AHEAD)
+        try:
+            self._reader, self._writer = await asyncio.open_unix_connection(sock=channel, limit=READ_AHEAD)
+        except OSError:  # no more files may be opened: nobody can reach the process
+            channel.close()
+            self._process.kill()
+            self._join()
+            raise
         loop.add_reader(self._process.sentinel, self._note_end)
         self.alive = True
 
     def _start(self) -> socket.socket:
+        if self._unwanted:
+            raise OSError("nobody wants it any more")
         channel, its_channel = socket.socketpair()
         context = multiprocessing.get_context("forkserver")
         self._process = context.Process(target=work, args=(its_channel, self._caps), name="worker", daemon=True)
@@ -109,7 +125,11 @@ class Worker:
         loop.remove_reader(self._process.sentinel)
         self.alive = False
         self._writer.close()
-        loop.run_in_executor(PROCESSES, self._process.join).add_done_callback(self._ended)
+        self._join()
+
+    def _join(self) -> None:
+        joining = asyncio.get_running_loop().run_in_executor(PROCESSES, self._process.join)
+        joining.add_done_callback(self._ended)
 
     def _ended(self, _joined: asyncio.Future[None]) -> None:
         self.exit_code = self._process.exitcode

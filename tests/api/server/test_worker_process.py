@@ -1,0 +1,73 @@
+"""A worker process that starts, or does not."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import multiprocessing
+import signal
+import socket
+import subprocess
+import sys
+import time
+from typing import Any
+
+import pytest
+
+from api.messages import Caps
+from api.server.worker import Worker
+from tests.api.conftest import free_port
+from tests.locations import ROOT
+
+CAPS = Caps(60.0, 1000, 500_000, 512)
+
+
+def test_a_process_that_nobody_can_reach_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its place in the pool stayed empty for ever: the channel needed a file when there were no more."""
+    process = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(60.0,), daemon=True)
+
+    def start(worker: Any) -> socket.socket:
+        worker._process = process
+        process.start()
+        worker.pid = process.pid
+        ours, its = socket.socketpair()
+        its.close()
+        return ours
+
+    async def no_more_files(**_: Any) -> None:
+        raise OSError(errno.EMFILE, "too many open files")
+
+    async def get_ready() -> Worker:
+        worker = Worker(CAPS)
+        await asyncio.wait_for(worker.get_ready(), 10.0)
+        return worker
+
+    monkeypatch.setattr(Worker, "_start", start)
+    monkeypatch.setattr(asyncio, "open_unix_connection", no_more_files)
+    worker = asyncio.run(get_ready())
+    assert worker.ended.is_set() and worker.exit_code == -signal.SIGKILL
+    assert not worker.warm and not worker.alive
+
+
+def test_what_nobody_wants_is_not_started() -> None:
+    async def get_ready() -> Worker:
+        worker = Worker(CAPS)
+        worker.kill()
+        await asyncio.wait_for(worker.get_ready(), 1.0)
+        return worker
+
+    worker = asyncio.run(get_ready())
+    assert worker.ended.is_set() and worker.pid is None
+
+
+@pytest.mark.large_only
+@pytest.mark.parametrize("seconds", [0.3, 0.8, 1.5])
+def test_a_service_that_is_stopped_before_it_is_ready_ends_at_once(seconds: float) -> None:
+    """It waited until everything was imported and warm."""
+    command = [sys.executable, "-m", "api.cli", "serve", "--port", str(free_port())]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
+        time.sleep(seconds)
+        process.terminate()
+        told = time.monotonic()
+        assert process.wait(20.0) in (0, -signal.SIGTERM)  # the latter where its handler is not there yet
+    assert time.monotonic() - told < 2.0
