@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.export.json import poses_as_dicts
 from planner.kinematics.configurations import Configuration
-from planner.problem import BlendTransition, CartesianMove, JointMotion, PolylineMotion, StopTransition
+from planner.problem import BlendTransition, CartesianMove, FreeMotion, JointMotion, PolylineMotion, StopTransition
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ def value_answer(value: Any) -> Any:
             return {"kind": "cartesian", "translation": moved["position"], "orientation": moved["orientation"]}
         case Configuration():
             return value.names
+        case FreeMotion():
+            return {"kind": "free", "most_checks": value.most_checks}
         case JointMotion():
             return {"kind": "joint"}
         case StopTransition():

@@ -12,7 +12,7 @@ from api.kept_meshes import kept_pieces
 from api.pose_conversion import to_pose, to_rotation
 from api.scene_conversion import to_scene
 from api.schemas import common, requests, robots, waypoints
-from planner import problem
+from planner import polar_moves, problem
 from planner.backends import BACKENDS, BackEnd
 from planner.errors import InvalidProblem
 from planner.guarantees import END_OPTIONS, EndStates
@@ -282,6 +282,8 @@ def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
     match motion:
         case waypoints.JointMotion():
             return problem.JointMotion(motion.turns)
+        case waypoints.FreeMotion():
+            return problem.FreeMotion(most_checks=motion.most_checks)
         case waypoints.LinearMotion():
             return problem.LinearMotion(**_following(motion))
         case waypoints.CircularMotion():
@@ -294,8 +296,7 @@ def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
 
 def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:
     """Return the fields that say how closely the joints follow a motion of the tool."""
-    fields = {name: getattr(motion, name) for name in waypoints.ToolMotion.model_fields}
-    return fields | {"free": _to_free(motion.free)}
+    return {name: getattr(motion, name) for name in waypoints.ToolMotion.model_fields}
 
 
 def _to_transition(transition: waypoints.Transition) -> problem.Transition:
@@ -314,6 +315,6 @@ def _to_move(move: waypoints.Move) -> problem.Move:
             x, y, z = move.translation
             return problem.CartesianMove((x, y, z), to_rotation(move.orientation))
         case waypoints.CylindricalMove():
-            return problem.CylindricalMove(move.r, move.alpha, move.l)
+            return polar_moves.CylindricalMove(move.r, move.alpha, move.l)
         case waypoints.SphericalMove():
-            return problem.SphericalMove(move.r, move.beta, move.gamma)
+            return polar_moves.SphericalMove(move.r, move.beta, move.gamma)

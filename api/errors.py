@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import orjson
 
-from planner.errors import ClearanceUnproved, Collision, InvalidProblem, InvalidRobotModel, PlanningError
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem, InvalidRobotModel, NoPathFound, PlanningError
 from planner.fields import KIND
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ STATUS_OF_CODE: dict[str, int] = {
     "start_in_collision": 422,
     "collision": 422,
     "clearance_unproved": 422,
+    "no_path_found": 422,
     "memory_exceeded": 422,
     "too_many_requests": 429,
     "header_too_large": 431,
@@ -287,6 +288,8 @@ def _planning_fields(error: PlanningError) -> dict[str, Any]:
         document["pair"] = error.pair
     if isinstance(error, Collision):
         document |= {"depth": error.depth} | ({} if error.point is None else {"point": error.point})
+    if isinstance(error, NoPathFound):
+        document["checks"] = error.checks
     if error.remedies:
         document["remedies"] = list(map(_remedy, error.remedies))
     if error.hints:

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from planner.errors import LimitsUnsatisfiable as LimitsUnsatisfiable
     from planner.errors import MissingDynamics as MissingDynamics
     from planner.errors import NearestPose as NearestPose
+    from planner.errors import NoPathFound as NoPathFound
     from planner.errors import PathPoint as PathPoint
     from planner.errors import PlanningError as PlanningError
     from planner.errors import Remedy as Remedy
@@ -104,10 +105,12 @@ if TYPE_CHECKING:
     from planner.operations import stop_on_path as stop_on_path
     from planner.paths import JointPath as JointPath
     from planner.planning import plan as plan
+    from planner.polar_moves import CylindricalMove as CylindricalMove
+    from planner.polar_moves import SphericalMove as SphericalMove
     from planner.problem import BlendTransition as BlendTransition
     from planner.problem import CartesianMove as CartesianMove
     from planner.problem import CircularMotion as CircularMotion
-    from planner.problem import CylindricalMove as CylindricalMove
+    from planner.problem import FreeMotion as FreeMotion
     from planner.problem import JointMotion as JointMotion
     from planner.problem import JointWaypoint as JointWaypoint
     from planner.problem import LinearMotion as LinearMotion
@@ -115,10 +118,10 @@ if TYPE_CHECKING:
     from planner.problem import PolylineMotion as PolylineMotion
     from planner.problem import PoseWaypoint as PoseWaypoint
     from planner.problem import RelativeWaypoint as RelativeWaypoint
-    from planner.problem import SphericalMove as SphericalMove
     from planner.problem import SplineMotion as SplineMotion
     from planner.problem import StopTransition as StopTransition
     from planner.problem import ThroughTransition as ThroughTransition
+    from planner.problem import ViaWaypoint as ViaWaypoint
     from planner.problem import Waypoint as Waypoint
     from planner.regions import Region as Region
     from planner.result import Plan as Plan
@@ -197,6 +200,7 @@ _NAMES = {
         "JointPositionLimit",
         "LimitsUnsatisfiable",
         "MissingDynamics",
+        "NoPathFound",
         "NearestPose",
         "PathPoint",
         "PlanningError",
@@ -245,11 +249,12 @@ _NAMES = {
     ),
     "planner.paths": ("JointPath",),
     "planner.planning": ("plan",),
+    "planner.polar_moves": ("CylindricalMove", "SphericalMove"),
     "planner.problem": (
         "BlendTransition",
         "CartesianMove",
         "CircularMotion",
-        "CylindricalMove",
+        "FreeMotion",
         "JointMotion",
         "JointWaypoint",
         "LinearMotion",
@@ -257,10 +262,10 @@ _NAMES = {
         "PolylineMotion",
         "PoseWaypoint",
         "RelativeWaypoint",
-        "SphericalMove",
         "SplineMotion",
         "StopTransition",
         "ThroughTransition",
+        "ViaWaypoint",
         "Waypoint",
     ),
     "planner.regions": ("Region",),

@@ -275,6 +275,21 @@ class Collision(PlanningError):
         self.pair, self.depth, self.point = pair, depth, point
 
 
+class NoPathFound(PlanningError):
+    """No way around what is in the way was found; `path_point` is as far as the search came.
+
+    Attributes:
+        checks: The number of motions that were looked at.
+    """
+
+    code = "no_path_found"
+    title = "No way around was found"
+
+    def __init__(self, message: str, *, checks: int, **fields: Any) -> None:
+        super().__init__(message, **fields)
+        self.checks = checks
+
+
 class StartInCollision(Collision):
     """Two things are nearer to each other than their margin allows where the trajectory begins."""
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from planner.backends.splines.cubic import Cubic
 from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration, LimitsUnsatisfiable, PlanningError
+from planner.free_motion.ways import free_waypoints
+from planner.free_planning import plan_around
 from planner.paths import solve_path
 from planner.problem_check import check_problem
 from planner.remedies import remedies_for
@@ -29,6 +31,8 @@ def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
         PlanningError: Of the kind that says why there is no plan, with remedies where there are any.
     """
     check_problem(problem, backend)
+    if free_waypoints(problem):
+        return plan_around(problem, backend)
     try:
         path = solve_path(problem)
     except PlanningError as refusal:

@@ -12,8 +12,8 @@ from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
+from planner.polar_moves import CylindricalMove, SphericalMove
 from planner.robots.tools import with_tools
-from planner.spatial import FloatArray, Pose, rotation_y, rotation_z
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.robots.payload import Payload
     from planner.scene.scene import Scene
+    from planner.spatial import FloatArray, Pose
 
 Frame = Literal["tool", "base"]
 
@@ -50,46 +51,6 @@ class CartesianMove:
         return rotation, np.array(self.translation)
 
 
-@dataclass(frozen=True)
-class CylindricalMove:
-    """A move in cylindrical coordinates, Trans(0, 0, l) Rot(z, alpha) Trans(r, 0, 0): document 001, Section III.A.
-
-    Attributes:
-        r: Radius, m.
-        alpha: Angle about z, rad.
-        l: Height, m.
-    """
-
-    r: float
-    alpha: float
-    l: float  # noqa: E741 - the document's letter, and the contract's
-
-    def transform(self) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and translation (3,) of the move."""
-        rotation = rotation_z(self.alpha)
-        return rotation, np.array([0.0, 0.0, self.l]) + self.r * rotation[:, 0]
-
-
-@dataclass(frozen=True)
-class SphericalMove:
-    """A move in spherical coordinates, Rot(z, gamma) Rot(y, beta) Trans(0, 0, r): document 001, Section III.A, E15.
-
-    Attributes:
-        r: Radius, m.
-        beta: Angle from the z axis, rad.
-        gamma: Angle about the z axis, rad.
-    """
-
-    r: float
-    beta: float
-    gamma: float
-
-    def transform(self) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and translation (3,) of the move."""
-        rotation = rotation_z(self.gamma) @ rotation_y(self.beta)
-        return rotation, self.r * rotation[:, 2]
-
-
 Move = CartesianMove | CylindricalMove | SphericalMove
 
 
@@ -110,6 +71,24 @@ class JointMotion:
     turns: Turns = "nearest"
 
 
+MOST_CHECKS = 20_000
+"""The most motions that the search for a way around looks at, unless told otherwise: some 5 s, and twenty times what
+cells with shelves and boxes take. A number of motions and no time, so that equal requests have equal answers."""
+
+
+@dataclass(frozen=True)
+class FreeMotion(JointMotion):
+    """A motion of the joints around what is in the way: straight if that is free, and else by a way that is found.
+
+    To a pose any of its configurations will do that has room, unless a motion of the tool follows it.
+
+    Attributes:
+        most_checks: The most motions that the search looks at.
+    """
+
+    most_checks: int = MOST_CHECKS
+
+
 Singularity = Literal["refuse", "slow", "deviate"]
 """What a motion of the tool does near a singularity, where a joint would have to go far for a small step of the tool.
 
@@ -126,14 +105,11 @@ class CartesianMotion:
         tolerance_position: How far the tool may be from the curve, m.
         tolerance_orientation: How far it may be from the orientation that belongs there, rad.
         singularity: What it does near a singularity.
-        free: What of the poses between the ends is left open, 0 among it; None: nothing. It is made use of where the
-            joints could not follow the motion otherwise; the ends are as they are asked.
     """
 
     tolerance_position: float = 1e-4
     tolerance_orientation: float = 1e-3
     singularity: Singularity = "refuse"
-    free: Free | None = None
 
 
 @dataclass(frozen=True)
@@ -287,6 +263,11 @@ class JointWaypoint(Waypoint):
             fault = f"{robot.id} has no position called {position_name!r}; it has {names}"
             raise InvalidProblem([(("position_name",), fault)])
         return cls(robot.named_positions[position_name], position_name, **more)
+
+
+@dataclass(frozen=True)
+class ViaWaypoint(JointWaypoint):
+    """A joint position on the way that was found for a free motion."""
 
 
 @dataclass(frozen=True)

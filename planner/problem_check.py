@@ -15,7 +15,7 @@ from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problem import (
     BlendTransition,
-    CartesianMotion,
+    FreeMotion,
     JointMotion,
     JointWaypoint,
     PoseWaypoint,
@@ -98,8 +98,6 @@ def waypoint_faults(
             yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
         if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
             yield from _region_faults(waypoint.free, ("waypoints", i, "free"))
-        if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
-            yield from _region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
     if options.prefer == "near_reference" and options.reference is None:
@@ -167,7 +165,7 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
         )
 
 
-def _region_faults(region: Region, field: FieldPath, *, with_zero: bool = False) -> Iterator[tuple[FieldPath, str]]:
+def _region_faults(region: Region, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
     if not region.ranges:
         yield field, "a region needs a range"
     for name, (lower, upper) in region.ranges.items():
@@ -176,8 +174,6 @@ def _region_faults(region: Region, field: FieldPath, *, with_zero: bool = False)
             yield (*field, name), "the ends of a range are a lower and an upper one"
         elif not -widest <= lower <= upper <= widest:
             yield (*field, name), f"the ends of this range are within {widest:g} rad to either side"
-        elif with_zero and not lower <= 0.0 <= upper:
-            yield (*field, name), "a range along a motion has 0 in it: at its ends nothing is left open"
 
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
@@ -202,8 +198,9 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):
             yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
-    if waypoints and not isinstance(waypoints[0].motion, JointMotion):
+    if waypoints and type(waypoints[0].motion) is not JointMotion:
         yield ("waypoints", 0, "motion"), "the first waypoint ends no segment: there is no motion to it"
+    yield from _free_motion_faults(problem)
     if waypoints and waypoints[0].duration is not None:
         yield ("waypoints", 0, "duration"), "the first waypoint ends no segment: it has no duration"
     if waypoints and waypoints[0].limits is not None:
@@ -226,6 +223,16 @@ def _action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
             dwell = problem.waypoints[at.waypoint].dwell
             if waited[at.waypoint] > dwell * (1.0 + DURATION_TOLERANCE):
                 yield ("actions", i, "duration"), f"the robot rests for {dwell:g} s there, its dwell"
+
+
+def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find free motions that are asked to take a time of their own."""
+    for i, waypoint in enumerate(problem.waypoints):
+        if isinstance(waypoint.motion, FreeMotion) and (
+            waypoint.duration is not None or waypoint.minimum_duration > 0.0
+        ):
+            name = "minimum_duration" if waypoint.duration is None else "duration"
+            yield ("waypoints", i, name), "a way that is yet to be found has no time of its own; the whole may have"
 
 
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.certificate.checks import Certificate
     from planner.certificate.clearance import ClearanceReport
+    from planner.free_motion.ways import FoundWay
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
     from planner.trajectory import Trajectory
@@ -55,6 +56,7 @@ class Plan:
         trajectory: The path with time on it.
         certificate: The check of the trajectory against every limit; satisfied.
         warnings: What the back end has to say, and limits that are asked but not enforced.
+        ways: What was found for the free motions asked; the problem has joint motions along them in their place.
     """
 
     problem: PlanningProblem
@@ -63,6 +65,7 @@ class Plan:
     trajectory: Trajectory
     certificate: Certificate
     warnings: tuple[PlanWarning, ...]
+    ways: tuple[FoundWay, ...] = ()
 
     @cached_property
     def actions(self) -> tuple[TimedAction, ...]:

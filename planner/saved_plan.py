@@ -14,7 +14,9 @@ import ormsgpack
 
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.clearance import ClearanceReport
+from planner.free_motion.ways import FoundWay, with_ways
 from planner.paths import JointPath, dynamics_of, solve_path
+from planner.problem import BlendTransition, StopTransition, ThroughTransition
 from planner.result import Plan
 from planner.spatial import Pose
 from planner.trajectory import PlanWarning, Trajectory
@@ -36,6 +38,9 @@ ARRAYS = ("lengths", "coefficients", "segments", "arrivals", "departures")
 WAYPOINT_FIELDS = ("name", "position_error", "orientation_error", "solutions", "solution", "choice")
 """The fields of a solved waypoint that are saved as they are."""
 
+TRANSITIONS = {kind.__name__: kind for kind in (StopTransition, ThroughTransition, BlendTransition)}
+"""How the corners of a way that was found are passed, by the names that are saved."""
+
 
 def save_plan(plan: Plan) -> bytes:
     """Write a plan for `load_plan`; every number is kept to the last bit."""
@@ -50,6 +55,10 @@ def save_plan(plan: Plan) -> bytes:
         "tool_rotations": [None if rotation is None else rotation.tobytes() for rotation in rotations],
         "certificate": plan.certificate.as_dict(),
         "warnings": [(warning.code, warning.message) for warning in plan.warnings],
+        "ways": [
+            (way.waypoint, _packed(way.positions), type(way.transition).__name__, vars(way.transition))
+            for way in plan.ways
+        ],
     }
     return zlib.compress(ormsgpack.packb(content, option=ormsgpack.OPT_SERIALIZE_NUMPY))
 
@@ -77,8 +86,13 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     report = None if clearance is None else ClearanceReport.from_dict(clearance)
     certificate = Certificate(**saved["certificate"], checks=checks, clearance=report)
     warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
+    ways = tuple(
+        FoundWay(waypoint, _unpacked(positions), TRANSITIONS[kind](**values))
+        for waypoint, positions, kind, values in saved.get("ways", ())
+    )
+    problem = with_ways(problem, ways)
     path = solve_path(problem) if with_runs else _path(saved, problem)
-    return Plan(problem, backend, path, trajectory, certificate, warnings)
+    return Plan(problem, backend, path, trajectory, certificate, warnings, ways)
 
 
 def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:

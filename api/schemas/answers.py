@@ -9,7 +9,7 @@ from pydantic import Field
 from api.schemas.common import Answer
 from api.schemas.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.schemas.problem_documents import ProblemDocument  # noqa: TC001
-from api.schemas.scenes import ClearancesAnswer, CollisionAnswer  # noqa: TC001
+from api.schemas.scenes import ClearancesAnswer  # noqa: TC001
 
 
 class TcpPoses(Answer):
@@ -91,7 +91,8 @@ class PlannedWaypoint(Answer):
     """A waypoint as it was solved and timed."""
 
     index: int
-    """The index of the waypoint in the request, counted from 0."""
+    """The index of the waypoint in the request, counted from 0; of a corner of the way that was found for a free motion
+    (`choice` is `way_around`) that of the waypoint that it leads to."""
     name: str | None
     """The name that the request gave it; null: none."""
     arrival_time: float
@@ -111,10 +112,10 @@ class PlannedWaypoint(Answer):
     solution: int | None
     """The index of the solution that was taken, in the order of their distance in time from the waypoint before: 0 is
     the nearest; null: a joint waypoint, or a continuum."""
-    choice: Literal["given", "only", "shortest_way", "preferred", "continued"]
+    choice: Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
     """Why it was taken: `given`, a joint waypoint; `only`, there is no other solution; `shortest_way`, with it the way
     through the whole list is shortest; `preferred`, it is the best by what the request prefers; `continued`, a motion
-    of the tool ends there."""
+    of the tool ends there; `way_around`, it is a corner of the way that was found for a free motion."""
     configuration: AnsweredConfiguration
     """The configuration of the arm there, by its names."""
     manipulability: float
@@ -169,8 +170,7 @@ class CertificateAnswer(Answer):
     checks: list[Check]
     """The worst of each quantity, one check a quantity."""
     clearance: ClearancesAnswer | None = None
-    """How near the robot comes to itself and to the scene; missing: nothing was held against anything; null: it is not
-    free."""
+    """How near the robot comes to itself and to the scene; missing: nothing was held against anything."""
 
 
 class InterpolationCertificate(CertificateAnswer):
@@ -178,9 +178,6 @@ class InterpolationCertificate(CertificateAnswer):
 
     interpolation: Literal["linear", "cubic", "quintic", "polynomials"]
     """What the controller runs: the interpolation between samples, or the polynomials as they are."""
-    collision: CollisionAnswer | None = None
-    """The pair that does not keep its margin, so that the certificate is not satisfied; null: all do; missing: nothing
-    was asked about collisions."""
 
 
 class JointPolynomials(Answer):
@@ -311,7 +308,8 @@ class PlanAnswer(Answer):
     samples: Samples
     """The trajectory, sampled every `sample_period`."""
     waypoints: list[PlannedWaypoint]
-    """The waypoints as they were solved and timed, in order."""
+    """The waypoints as they were solved and timed, in order, with the corners of ways that were found for free motions;
+    segment i goes from the i-th of them, counted from 0, to the next."""
     certificate: CertificateAnswer
     """What was checked after planning: the peaks of all quantities against their limits."""
     actions: list[TimedAction] | None = None

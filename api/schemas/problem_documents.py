@@ -64,10 +64,11 @@ class NearestToWaypoint(Answer):
 
 
 class PathPoint(Answer):
-    """The point up to which a motion of the tool can be followed."""
+    """The point up to which a motion of the tool can be followed, or up to which a way around was found."""
 
     fraction: float
-    """The share of the motion that lies before it, 0 to 1; its unit is 1."""
+    """The share of the motion that lies before it, 0 to 1; its unit is 1. Of a way around: how much nearer it is to the
+    goal, as the joints go, than the start."""
     pose: PoseOrPosition
     """The pose of the tool there."""
     position: list[float]
@@ -107,6 +108,8 @@ class ProblemDocument(Answer):
     """With a collision: how much nearer than their margin they come, m."""
     point: list[float] | None = None
     """With a collision: a point of the first of the two there, x, y, z in the base frame, m."""
+    checks: int | None = None
+    """With `no_path_found`: the number of motions that the search looked at."""
     remedies: list[RemedyAnswer] | None = None
     """Changes to the request, each of which would make it feasible by itself."""
     hints: list[RemedyAnswer] | None = None

@@ -37,6 +37,22 @@ class JointMotion(Schema):
     whole turns, and is taken as it is given. `as_given`: all are taken so, from 3.1 to -3.1 by 6.2 rad."""
 
 
+class FreeMotion(Schema):
+    """Around what is in the way: straight in joint space if that is free, and else along a way that is found.
+
+    The way consists of straight joint motions that are proved to be free, not sampled, and is then timed by the back
+    end: its corners are passed without stopping, or cut, or stopped at, whatever is the first that the certificate
+    proves free. To a pose any of its configurations will do that has room, unless a motion of the tool follows. The
+    segment has no `duration` of its own. Equal requests find equal ways (`seed`).
+    """
+
+    kind: Literal["free"]
+    """The motion: a way around."""
+    most_checks: Annotated[int, Field(ge=1, le=50_000)] = 20_000
+    """The most motions that the search looks at before it gives up with `no_path_found`: 20000 take some 5 s. A number
+    and no time, so that equal requests have equal answers."""
+
+
 TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]
 ToleranceOrientation = Annotated[float, Field(ge=1e-8, le=1.0)]
 
@@ -56,30 +72,6 @@ Singularity = TypeAliasType(
 )
 
 
-Offsets = Annotated[list[Number], Field(min_length=2, max_length=2)]
-
-
-class Region(Schema):
-    """Ranges of a pose that are left open: lower and upper ends, in the axes of the pose.
-
-    The tool may be at the pose times Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z); what has no range is
-    0. So a turn about z, the last one, is about the tool's own axis.
-    """
-
-    x: Offsets | None = None
-    """The range of the shift along the x axis of the pose, m."""
-    y: Offsets | None = None
-    """The range of the shift along its y axis, m."""
-    z: Offsets | None = None
-    """The range of the shift along its z axis, m."""
-    rotation_x: Offsets | None = None
-    """The range of the turn about its x axis, rad, within a quarter of a turn to either side."""
-    rotation_y: Offsets | None = None
-    """The range of the turn about its y axis as turned so, rad, within a quarter of a turn to either side."""
-    rotation_z: Offsets | None = None
-    """The range of the turn about the tool's own z axis, rad, within half a turn to either side."""
-
-
 class ToolMotion(Schema):
     """What every motion of the tool along a given curve has."""
 
@@ -89,11 +81,6 @@ class ToolMotion(Schema):
     """The angle that the tool may be off the orientation that belongs there, rad."""
     singularity: Singularity = "refuse"
     """What to do near a singularity."""
-    free: Literal["rotation_z"] | Region | None = None
-    """What of the poses between the ends is left open; null or omitted: nothing. `rotation_z`: the turn about the
-    tool's own z axis, as of a torch or a round nozzle; or ranges along the axes of the poses and about them, with 0. It
-    is made use of where the joints could not follow the motion otherwise, as of an arm with five joints; the ends are
-    as they are asked, or chosen by the `free` of their waypoints."""
 
 
 class LinearMotion(ToolMotion):
@@ -147,7 +134,7 @@ class SplineMotion(ToolMotion):
 Motion = TypeAliasType(
     "Motion",
     Annotated[
-        JointMotion | LinearMotion | CircularMotion | PolylineMotion | SplineMotion,
+        JointMotion | FreeMotion | LinearMotion | CircularMotion | PolylineMotion | SplineMotion,
         Field(discriminator="kind", description="How to get to a waypoint."),
     ],
 )
@@ -302,6 +289,30 @@ class ArmConfiguration(Schema):
     wrist: Wrist | None = None
     """`no_flip`: the fifth joint is between 0 and pi; `flip`: between -pi and 0 (KUKA: bit 2 of the status is 1),
     counted from where axes 4, 5 and 6 lie in one plane. Null or omitted: either."""
+
+
+Offsets = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class Region(Schema):
+    """Ranges of a pose that are left open: lower and upper ends, in the axes of the pose.
+
+    The tool may be at the pose times Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z); what has no range is
+    0. So a turn about z, the last one, is about the tool's own axis.
+    """
+
+    x: Offsets | None = None
+    """The range of the shift along the x axis of the pose, m."""
+    y: Offsets | None = None
+    """The range of the shift along its y axis, m."""
+    z: Offsets | None = None
+    """The range of the shift along its z axis, m."""
+    rotation_x: Offsets | None = None
+    """The range of the turn about its x axis, rad, within a quarter of a turn to either side."""
+    rotation_y: Offsets | None = None
+    """The range of the turn about its y axis as turned so, rad, within a quarter of a turn to either side."""
+    rotation_z: Offsets | None = None
+    """The range of the turn about the tool's own z axis, rad, within half a turn to either side."""
 
 
 class PoseWaypoint(WaypointBase):

@@ -24,15 +24,15 @@ KNOWN_FAMILIES = 512
 ROWS = ("waypoints", "poses", "positions", "points")
 """The fields whose length says how much a request asks."""
 
-PATHS_OF_THE_TOOL = ("linear", "circular", "polyline", "spline")
-"""The kinds of motion that have to be followed with the joints, which takes most of the time of their request."""
+SLOW_MOTIONS = ("linear", "circular", "polyline", "spline", "free")
+"""The kinds of motion that have to be followed with the joints, or sought, which takes most of their request's time."""
 
 
 class Kind(NamedTuple):
     """What tells how long a request may take.
 
     Attributes:
-        family: The operation, the back end with the options that are switched on, and whether the tool follows lines.
+        family: The operation, the back end with the options that are switched on, and whether there are slow motions.
         size: The number of binary digits of the number of waypoints, poses or rows.
     """
 
@@ -70,15 +70,15 @@ def kind_of(operation: str, document: Mapping[str, Any], index: int = 0) -> Kind
     if isinstance(backend, dict):
         options = (str(backend.get("kind")), *sorted(name for name, value in backend.items() if value is True))
     waypoints = document.get("waypoints")
-    follows_lines = isinstance(waypoints, list) and any(map(_follows_a_line, waypoints))
+    is_slow = isinstance(waypoints, list) and any(map(_has_slow_motion, waypoints))
     rows = (document.get(name) for name in ROWS)
     size = max((len(values) for values in rows if isinstance(values, list)), default=0)
-    return Kind((operation, options, follows_lines), size.bit_length())
+    return Kind((operation, options, is_slow), size.bit_length())
 
 
-def _follows_a_line(waypoint: Any) -> bool:
+def _has_slow_motion(waypoint: Any) -> bool:
     motion = waypoint.get("motion") if isinstance(waypoint, dict) else None
-    return isinstance(motion, dict) and motion.get("kind") in PATHS_OF_THE_TOOL
+    return isinstance(motion, dict) and motion.get("kind") in SLOW_MOTIONS
 
 
 class Costs:

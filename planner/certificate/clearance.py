@@ -146,13 +146,27 @@ def _collision(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) 
     return Collision(message, **_fields(checker, hit, time), segment=segment)
 
 
+def refuse_collision_at(checker: CollisionChecker, position: FloatArray, waypoint: int) -> None:
+    """Refuse a posture (joints,) of a waypoint that does not keep a margin.
+
+    Raises:
+        StartInCollision: It is that of the first waypoint.
+        Collision: It is that of another one.
+    """
+    hit = clearances(checker, edge(position, position)).hit
+    if hit is not None:
+        kind = StartInCollision if waypoint == 0 else Collision
+        message = f"at waypoint {waypoint}, {_nearness(*checker.names(hit.pair), hit)}"
+        raise kind(message, **_fields(checker, hit, None), waypoint=waypoint)
+
+
 def _nearness(first: str, second: str, hit: Nearest) -> str:
     if hit.distance <= 0.0:
         return f"{first} would be {-hit.distance:.3g} m inside of {second}"
     return f"{first} would come within {hit.distance:.4g} m of {second}, with a margin of {hit.margin:g} m"
 
 
-def _fields(checker: CollisionChecker, hit: Nearest, time: float) -> dict[str, Any]:
+def _fields(checker: CollisionChecker, hit: Nearest, time: float | None) -> dict[str, Any]:
     return {
         "pair": checker.names(hit.pair),
         "depth": hit.missing,

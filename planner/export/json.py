@@ -17,7 +17,7 @@ from planner.kinematics import configurations, manipulability
 from planner.limits import segment_limits
 from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.operations.certified import own_ends
-from planner.problem import PoseWaypoint
+from planner.problem import PoseWaypoint, ViaWaypoint
 from planner.regions import region_of
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
@@ -56,6 +56,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     samples = sample(plan, options)
     poses = poses_as_dicts([waypoint.pose for waypoint in plan.path.waypoints])
     with_tools, rows = SegmentDynamics.of_robots(plan.problem.robots), np.arange(len(plan.path.positions))
+    asked = _asked_indices(plan)
     measured = with_tools.by_robot(lambda *states: (manipulability(*states),), rows, plan.path.positions)
     manipulabilities = measured[0].tolist()
     answer: dict[str, Any] = {
@@ -66,7 +67,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
         "samples": _rows(samples),
         "waypoints": [
             {
-                "index": i,
+                "index": asked[i],
                 "name": waypoint.name,
                 "arrival_time": float(trajectory.arrivals[i]),
                 "departure_time": float(trajectory.departures[i]),
@@ -110,6 +111,13 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
     if options.request_hash is not None:
         answer["request_hash"] = options.request_hash
     return answer
+
+
+def _asked_indices(plan: Plan) -> list[int]:
+    """Return for each waypoint the index of the one asked that it is, or that it is on the way to."""
+    vias = np.array([isinstance(waypoint, ViaWaypoint) for waypoint in plan.problem.waypoints])
+    indices: list[int] = (np.cumsum(~vias) - ~vias).tolist()
+    return indices
 
 
 def operation_as_dict(done: CertifiedTrajectory, time: FloatArray, include: Collection[str]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ STEP = 0.75
 
 
 class Meeting(NamedTuple):
-    """Where two trees have met.
+    """A way that joins two trees which have met.
 
     Attributes:
         positions: (positions, joints), rad or m, from the start to a goal, free between any two neighbours.

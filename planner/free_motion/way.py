@@ -10,6 +10,7 @@ import numpy as np
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
+from planner.problem import MOST_CHECKS
 from planner.scene import is_free
 
 if TYPE_CHECKING:
@@ -18,10 +19,6 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
-
-MOST_CHECKS = 20_000
-"""The most motions that are looked at, unless told otherwise: some 5 s, and twenty times what cells with shelves and
-boxes take. A number of motions and no time, so that equal requests have equal answers on every machine."""
 
 AROUND = np.pi
 """How far beyond the start and the goals the way is sought, rad or m, as far as the limits allow: it may go around the

@@ -163,10 +163,8 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         SingularPath: A motion of the tool meets a singularity.
     """
     dynamics = dynamics_of(problem)
-    robot, robots = dynamics.robots[0], problem.robots
-    waypoints, options = within_limits(robot, problem.waypoints, problem.start_tolerance), problem.inverse_kinematics
-    waypoints = with_chosen_poses(problem.robot, waypoints, options)
-    solved = solve_waypoints(problem.robot, waypoints, options)
+    robots = problem.robots
+    waypoints, solved = solved_waypoints(problem)
     limits = problem.segment_limits()
     dwells = np.array([waypoint.dwell for waypoint in waypoints])
     moving = _moving(solved)
@@ -187,7 +185,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
     if not len(moving) and np.nansum([*durations, *dwells]) == 0.0:
         dwells[-1] = SHORTEST_REST if problem.duration is None else problem.duration
     return JointPath(
-        robot=robot,
+        robot=dynamics.robots[0],
         dynamics=dynamics,
         waypoints=solved,
         limits=limits,
@@ -199,6 +197,18 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         ),
         passed_at=_passed_at(waypoints, moving, transitions),
     )
+
+
+def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...], tuple[SolvedWaypoint, ...]]:
+    """Return the waypoints with what was left open of them chosen, and solved.
+
+    Raises:
+        PlanningError: As `solve_waypoints` does.
+    """
+    options = problem.inverse_kinematics
+    waypoints = within_limits(problem.robot, problem.waypoints, problem.start_tolerance)
+    waypoints = with_chosen_poses(problem.robot, waypoints, options)
+    return waypoints, solve_waypoints(problem.robot, waypoints, options)
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:

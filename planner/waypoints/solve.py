@@ -14,7 +14,7 @@ from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.search import Search, is_isolated, pose_errors, wide_spread
 from planner.kinematics.turns import TURN
-from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from planner.tool_motions.tool_motion import ToolMotion
     from planner.waypoints.choice import Follow, Passage
 
-Choice = Literal["given", "only", "shortest_way", "preferred", "continued"]
+Choice = Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
 
 
 FREE_START_WEIGHT = 0.01
@@ -67,7 +67,8 @@ class SolvedWaypoint:
             nearest; None: a joint waypoint, or a continuum.
         choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
             way through the whole list is shortest), `preferred` (it is the best by what the options prefer),
-            `continued` (a Cartesian motion ends there).
+            `continued` (a Cartesian motion ends there), `way_around` (it is a corner of the way that was found for a
+            free motion).
         tool_motion: The motion of the tool that ends here, followed; None: a joint motion.
     """
 
@@ -253,7 +254,8 @@ class _Sequence:
         if stop.layer.is_given:
             known = wanted.rotation is not None and bool((position == stop.layer.positions[0]).all())
             pose = wanted if known else tool_pose(robot, position)
-            return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, "given", motion)
+            why: Choice = "way_around" if isinstance(waypoint, ViaWaypoint) else "given"
+            return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, why, motion)
         pose = tool_pose(robot, position)
         errors = pose_errors(wanted, pose)
         count, taken = _rank(robot, stop.layer, before, position)

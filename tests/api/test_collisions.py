@@ -60,6 +60,25 @@ def test_a_collision_is_refused_with_what_is_known(service: RunningService) -> N
     assert [result["free"] for result in on_the_way["results"]] == [True, False]
 
 
+def test_a_free_motion_goes_around(service: RunningService) -> None:
+    wall = {"id": "wall", "shape": {"kind": "box", "size": [0.8, 0.1, 1.6]}, "pose": {"position": [1.3, 0.0, 0.8]}}
+    left, right = [0.9, -0.9, 1.2, 0.0, 0.8, 0.0], [-0.9, -0.9, 1.2, 0.0, 0.8, 0.0]
+    request = KUKA | {"waypoints": [joint(*left), joint(*right, motion={"kind": "free"})], "scene": {"objects": [wall]}}
+    answer = checked(service.post(PLAN, request), answers.PlanAnswer)
+    assert [way["choice"] for way in answer["waypoints"]][1:-1] == ["way_around"] * (len(answer["waypoints"]) - 2)
+    assert [way["index"] for way in answer["waypoints"]] == [0] + [1] * (len(answer["waypoints"]) - 1)
+    assert max(answer["samples"]["segment"]) == len(answer["waypoints"]) - 2 > 0
+    assert answer["certificate"]["clearance"]["scene"]["lower"] > -1e-4
+    assert service.post(PLAN, request).content == service.post(PLAN, request).content
+    request["waypoints"][1]["motion"]["most_checks"] = 5
+    lost = service.post(PLAN, request)
+    assert (lost.status_code, lost.json()["code"], lost.json()["segment"]) == (422, "no_path_found", 0)
+    assert lost.json()["checks"] >= 5
+    assert 0.0 <= lost.json()["place"]["fraction"] < 1.0
+    request["waypoints"][1] |= {"duration": 2.0}
+    assert service.post(PLAN, request).json()["errors"][0]["pointer"] == "/waypoints/1/duration"
+
+
 def test_a_way_over_is_offered_in_the_form_of_requests(service: RunningService) -> None:
     down = {"kind": "rpy", "rpy": [0.0, 3.141592653589793, 0.0]}
     waypoints = [{"kind": "pose", "pose": {"position": [1.2, y, 0.7], "orientation": down}} for y in (-0.6, 0.6)]
@@ -134,17 +153,6 @@ def test_scenes_that_make_no_sense_are_refused(service: RunningService, pointer:
 def test_postures_or_a_trajectory_are_needed(service: RunningService) -> None:
     for request in (KUKA, KUKA | {"positions": [HOME], "samples": {"time": [0.0, 1.0], "position": [HOME, ASIDE]}}):
         assert service.post(CHECK, request).json()["code"] == "invalid_request"
-
-
-def test_validating_in_a_scene(service: RunningService) -> None:
-    slow = {"samples": {"time": [0.0, 20.0], "position": [HOME, ASIDE]}}
-    for last, margin, is_free in ((ASIDE, 0.02, True), (ASIDE, 0.5, False), (TOO_LOW, 0.0, False)):
-        slow["samples"]["position"] = [HOME, last]
-        request = KUKA | slow | {"scene": {"objects": [TABLE], "margin": margin}}
-        answer = checked(service.post(f"{PLAN}/validate", request), answers.InterpolationCertificate)
-        assert answer["satisfied"] == is_free
-        assert (answer["clearance"] is None, answer["collision"] is None) == (not is_free, is_free)
-    assert "collision" not in service.post(f"{PLAN}/validate", KUKA | slow).json()
 
 
 def test_comparing_in_a_scene(service: RunningService) -> None:

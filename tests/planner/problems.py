@@ -19,6 +19,7 @@ from planner.problem import (
     AnyWaypoint,
     BlendTransition,
     CircularMotion,
+    FreeMotion,
     JointMotion,
     JointWaypoint,
     LinearMotion,
@@ -133,6 +134,8 @@ def problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
             waypoints[i] = replace(waypoints[i], limits=own)
         if i > 0:
             waypoints[i] = replace(waypoints[i], minimum_duration=draw(st.sampled_from(LEAST_DURATIONS)))
+            if not waypoints[i].minimum_duration and draw(st.sampled_from([False, False, False, True])):
+                waypoints[i] = replace(waypoints[i], motion=FreeMotion())
         if problem.robot.has_dynamics:
             taken = draw(st.sampled_from([None, None, *PARTS_CARRIED]))
             waypoints[i] = replace(waypoints[i], payload=taken, put_down=taken is None and draw(st.booleans()))
@@ -198,7 +201,6 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
                 [
                     JointMotion(),
                     LinearMotion(singularity=near),
-                    LinearMotion(free=REGIONS[k % 2]),
                     CircularMotion(via[0], singularity=near),
                     PolylineMotion(via, 0.1 * reach, singularity=near),
                     SplineMotion(via, singularity=near),

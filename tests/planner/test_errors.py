@@ -52,7 +52,7 @@ def test_a_remedy_of_the_back_end_leaves_the_problem_alone(problem: PlanningProb
 
 
 def test_what_is_not_there_cannot_be_changed(problem: PlanningProblem) -> None:
-    for field in (("waypoints", 7, "duration"), ("waypoints", 1, "colour"), ("scene",)):
+    for field in (("waypoints", 7, "duration"), ("waypoints", 1, "colour"), ("weather",)):
         with pytest.raises((IndexError, AttributeError, TypeError)):
             Remedy(field, 1.0, "").applied_to(problem)
     with pytest.raises((AttributeError, TypeError)):

@@ -110,8 +110,7 @@ def _goes_where_it_should(result: Plan) -> None:
             elif isinstance(waypoint.motion, CircularMotion):
                 assert _from_circle(tool.translation, start, waypoint.motion.via, end) <= 1.001e-4
             else:
-                is_fixed = robot.dof > 3 and not waypoint.motion.free  # type: ignore[union-attr]
-                assert _from_line(tool, start, end, turns=is_fixed)
+                assert _from_line(tool, start, end, turns=robot.dof > 3)
         assert len(handedness) <= 1
 
 

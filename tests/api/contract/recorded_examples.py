@@ -49,6 +49,11 @@ BARELY_BELOW = {
     "margin": 0.05,
     "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0], "offset": -0.087869},
 }
+WALL = {"id": "wall", "shape": {"kind": "box", "size": [0.8, 0.1, 1.6]}, "pose": {"position": [1.3, 0.0, 0.8]}}
+AROUND_A_WALL = [
+    joint(0.9, -0.9, 1.2, 0.0, 0.8, 0.0),
+    joint(-0.9, -0.9, 1.2, 0.0, 0.8, 0.0, motion={"kind": "free", "most_checks": 10}),
+]
 FLOOR = {"id": "floor", "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0]}}
 PROBLEMS: dict[str, tuple[str, str, Any]] = {
     "invalid_request": ("POST", PLAN, plan_request(waypoints=[])),
@@ -89,6 +94,7 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
             "scene": {"objects": [TABLE]},
         },
     ),
+    "no_path_found": ("POST", PLAN, KUKA | {"waypoints": AROUND_A_WALL, "scene": {"objects": [WALL]}}),
     "deadline_exceeded": ("POST", PLAN, plan_request(deadline=1e-6)),
 }
 """A request for each code of a problem that a request alone brings about."""

@@ -10,10 +10,10 @@ import pytest
 from planner.backends import BackEnd, Cubic, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
+from planner.polar_moves import CylindricalMove
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,
-    CylindricalMove,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,

@@ -11,19 +11,13 @@ from planner.free_motion import Way, find_way
 from planner.free_motion.quick_check import QuickCheck
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import inverse_kinematics
-from planner.robots import Robot, load_robot
+from planner.robots import Robot
 from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObject, clearances, edge
 from planner.shapes import Box, Cylinder, Sphere
 from planner.spatial import FloatArray, Pose
+from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
 from tests.planner.scene.brute_force import distances_over_time
 from tests.sizes import SIZE
-
-ARM = load_robot("kuka_kr16_2")
-LEFT = np.array([0.9, -0.9, 1.2, 0.0, 0.8, 0.0])
-RIGHT = np.array([-0.9, *LEFT[1:]])
-
-WALL = SceneObject("wall", [Box([0.8, 0.1, 1.6])], Pose([1.3, 0.0, 0.8]))
-"""What stands between the two, in the plane of their symmetry."""
 
 SAMPLES = 200
 """Number of postures of a leg that is looked at closely: some 5 mm of the tool apart."""

@@ -1,0 +1,161 @@
+"""The ways of a problem's free motions, and the problem with their corners in the place of these motions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.actions import AtWaypoint
+from planner.certificate.clearance import refuse_collision_at
+from planner.errors import NoPathFound, PathPoint
+from planner.free_motion.way import find_way
+from planner.kinematics.configurations import Configuration, in_configuration
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.inverse import all_solutions
+from planner.paths import solved_waypoints
+from planner.problem import FreeMotion, JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
+from planner.scene.checker import checker_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.actions import Action
+    from planner.free_motion.way import Way
+    from planner.problem import AnyWaypoint, PlanningProblem, Transition
+    from planner.scene import CollisionChecker
+    from planner.spatial import FloatArray
+    from planner.waypoints.solve import SolvedWaypoint
+
+AS_GIVEN = JointMotion("as_given")
+"""The motion to a joint position that was found: no other whole turn of a joint will do."""
+
+
+@dataclass(frozen=True, eq=False)
+class FoundWay:
+    """The way that was found for a free motion.
+
+    Attributes:
+        waypoint: Index of the waypoint that the motion leads to.
+        positions: (corners + 1, joints), rad or m: the corners on the way, then where it ends.
+        transition: How the corners are passed.
+    """
+
+    waypoint: int
+    positions: FloatArray
+    transition: Transition
+
+    @property
+    def has_corners(self) -> bool:
+        """Whether the way is none that is straight."""
+        return len(self.positions) > 1
+
+
+def free_waypoints(problem: PlanningProblem) -> list[int]:
+    """Return the indices of the waypoints that free motions lead to."""
+    return [i for i, waypoint in enumerate(problem.waypoints) if isinstance(waypoint.motion, FreeMotion)]
+
+
+def asked_indices(problem: PlanningProblem, ways: Sequence[FoundWay]) -> list[int]:
+    """Return for each waypoint of `with_ways` the index of the one asked that it is, or that it is on the way to."""
+    corners = {way.waypoint: len(way.positions) - 1 for way in ways}
+    return [i for i in range(len(problem.waypoints)) for _ in range(corners.get(i, 0) + 1)]
+
+
+def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningProblem:
+    """Return the problem with joint motions from corner to corner in the place of free motions, where there are any."""
+    if not ways:
+        return problem
+    free = free_waypoints(problem)
+    by_waypoint = {way.waypoint: way for way in ways if way.waypoint in free}
+    waypoints: list[AnyWaypoint] = []
+    last: list[int] = []
+    for i, waypoint in enumerate(problem.waypoints):
+        waypoints += [waypoint] if i not in by_waypoint else _along(waypoint, by_waypoint[i])
+        last.append(len(waypoints) - 1)
+
+    def moved(action: Action) -> Action:
+        return replace(action, at=AtWaypoint(last[action.at.waypoint])) if isinstance(action.at, AtWaypoint) else action
+
+    return replace(problem, waypoints=tuple(waypoints), actions=tuple(map(moved, problem.actions)))
+
+
+def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
+    """Find the ways of all free motions, each from where the one before ends.
+
+    Raises:
+        Collision: There is not enough room at an end of a free motion.
+        NoPathFound: The search looked at as many motions as it may.
+        PlanningError: A waypoint cannot be solved; its index is that of the problem.
+    """
+    itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
+    checker = checker_of(problem.robot, problem.scene, itself)
+    ways: list[FoundWay] = []
+    for index in free_waypoints(problem):
+        so_far = with_ways(problem, ways)
+        number = asked_indices(problem, ways).index(index)
+        _, solved = solved_waypoints(so_far)
+        goals = _goals(problem, index, solved[number - 1], solved[number])
+        start, motion = solved[number - 1].position, problem.waypoints[index].motion
+        most = motion.most_checks if isinstance(motion, FreeMotion) else 0
+        seed = problem.inverse_kinematics.seed
+        way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=seed)
+        if way.status != "found":
+            raise _refusal(problem, checker, index, way, start, goals)
+        ways.append(FoundWay(index, way.positions[1:], StopTransition()))
+    return tuple(ways)
+
+
+def _along(waypoint: AnyWaypoint, way: FoundWay) -> list[AnyWaypoint]:
+    """Return the corners of the way to a waypoint, and that waypoint where the way ends."""
+    *corners, end = way.positions.tolist()
+    vias: list[AnyWaypoint] = [
+        ViaWaypoint(
+            position=corner, motion=AS_GIVEN, transition=way.transition, limits=waypoint.limits, tool=waypoint.tool
+        )
+        for corner in corners
+    ]
+    if isinstance(waypoint, JointWaypoint):
+        return [*vias, replace(waypoint, position=end, motion=AS_GIVEN)]
+    kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
+    return [*vias, JointWaypoint(position=end, **kept | {"motion": AS_GIVEN})]
+
+
+def _goals(problem: PlanningProblem, index: int, before: SolvedWaypoint, chosen: SolvedWaypoint) -> FloatArray:
+    """Return where a free motion may end (goals, joints): in any configuration of a pose, if it does not matter later.
+
+    The one that was chosen comes first.
+    """
+    waypoint = problem.waypoints[index]
+    following = problem.waypoints[index + 1].motion if index + 1 < len(problem.waypoints) else AS_GIVEN
+    if isinstance(waypoint, JointWaypoint) or not isinstance(following, JointMotion):
+        return chosen.position[None]
+    robot = problem.robots[index]
+    wanted = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
+    found = all_solutions(robot, chosen.wanted, problem.inverse_kinematics, before.position)
+    return np.array([chosen.position, *in_configuration(robot, found, wanted)])
+
+
+def _refusal(
+    problem: PlanningProblem, checker: CollisionChecker, index: int, way: Way, start: FloatArray, goals: FloatArray
+) -> NoPathFound:
+    """Return why no way was found, and how far the search came.
+
+    Raises:
+        Collision: There is not enough room at an end of it.
+    """
+    if way.status == "start_not_free":
+        refuse_collision_at(checker, start, index - 1)
+    if way.status == "no_goal_free":
+        refuse_collision_at(checker, goals[0], index)
+    end = way.positions[-1]
+    whole = float(np.linalg.norm(goals[way.goal] - start))
+    fraction = float(np.clip(1.0 - way.left / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
+    return NoPathFound(
+        f"no way was found from waypoint {index - 1} to {index} among {way.checks} motions: the search came within "
+        f"{way.left:.3g} of what leads there, rad or m",
+        checks=way.checks,
+        segment=index - 1,
+        path_point=PathPoint(fraction, tool_pose(problem.robots[index], end), end),
+    )

@@ -1,0 +1,142 @@
+"""Plans with free motions: found, timed on the ladder, certified; or refused with how far the search came."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import planner
+from planner.backends import BACKENDS
+from planner.export.base import ExportOptions
+from planner.export.json import as_dict
+from planner.paths import solve_path
+from planner.result import certified_plan
+from planner.saved_plan import load_plan, save_plan
+from planner.spatial import FloatArray
+from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
+from tests.planner.scene.brute_force import least_distance
+
+SCENE = planner.Scene([WALL], margin=0.01)
+FREE = planner.FreeMotion()
+PROBLEM = planner.PlanningProblem(
+    ARM, [planner.JointWaypoint(LEFT), planner.JointWaypoint(RIGHT, motion=FREE, name="there")], scene=SCENE
+)
+
+
+@pytest.fixture(scope="module")
+def around() -> planner.Plan:
+    return planner.plan(PROBLEM, planner.Toppra())
+
+
+def test_the_plan_is_free_between_its_samples(around: planner.Plan) -> None:
+    assert least_distance(ARM, SCENE, around.trajectory) > 0.01 - 2e-5
+    assert around.certificate.satisfied
+    assert around.certificate.clearance is not None
+    assert (around.path.positions[0] == LEFT).all()
+    assert (around.path.positions[-1] == RIGHT).all()
+
+
+def test_what_was_found_is_said(around: planner.Plan) -> None:
+    (way,) = around.ways
+    assert way.waypoint == 1
+    assert len(around.problem.waypoints) == 1 + len(way.positions) > 2
+    answered = as_dict(around, ExportOptions(0.1, frozenset(), None))["waypoints"]
+    corners = len(way.positions) - 1
+    assert [waypoint["index"] for waypoint in answered] == [0, *[1] * corners, 1]
+    assert [waypoint["choice"] for waypoint in answered] == ["given", *["way_around"] * corners, "given"]
+    assert answered[-1]["name"] == "there"
+
+
+def test_a_joint_motion_would_collide() -> None:
+    straight = replace(PROBLEM, waypoints=[planner.JointWaypoint(LEFT), planner.JointWaypoint(RIGHT)])
+    with pytest.raises(planner.Collision):
+        certified_plan(straight, planner.Quintic(), solve_path(straight))
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "ruckig",
+        *(pytest.param(kind, marks=pytest.mark.large_only) for kind in BACKENDS if kind not in ("ruckig", "toppra")),
+    ],
+)
+def test_every_back_end_keeps_clear(kind: str) -> None:
+    made = planner.plan(PROBLEM, BACKENDS[kind]())
+    assert least_distance(ARM, SCENE, made.trajectory, coarse=0.02) > 0.01 - 2e-5
+
+
+def test_without_anything_in_the_way_it_is_a_joint_motion() -> None:
+    made = planner.plan(replace(PROBLEM, scene=None), planner.Quintic())
+    joint = planner.plan(
+        replace(PROBLEM, scene=None, waypoints=[planner.JointWaypoint(LEFT), planner.JointWaypoint(RIGHT)]),
+        planner.Quintic(),
+    )
+    assert made.trajectory.coefficients.tobytes() == joint.trajectory.coefficients.tobytes()
+
+
+def elbow(position: FloatArray) -> FloatArray:
+    data = ARM.model.createData()
+    pin.forwardKinematics(ARM.model, data, position)
+    return data.oMi[3].translation.copy()
+
+
+def test_a_pose_in_any_configuration_that_has_room() -> None:
+    """A ball is where the elbow would be in the nearest configuration; others have room."""
+    pose = planner.tool_pose(ARM, RIGHT)
+    nearest = planner.inverse_kinematics(ARM, pose, reference=LEFT).position
+    ball = planner.SceneObject("ball", [planner.Sphere(0.1)], planner.Pose(elbow(nearest)))
+    problem = replace(PROBLEM, scene=planner.Scene([ball]))
+    start = planner.JointWaypoint([1.6, *LEFT[1:]])
+    straight = replace(problem, waypoints=[start, planner.PoseWaypoint(pose)])
+    with pytest.raises(planner.Collision):
+        certified_plan(straight, planner.Quintic(), solve_path(straight))
+    made = planner.plan(replace(problem, waypoints=[start, planner.PoseWaypoint(pose, motion=FREE)]))
+    reached = planner.tool_pose(ARM, made.path.positions[-1])
+    assert np.abs(reached.position - pose.position).max() < 1e-5
+    assert np.linalg.norm(elbow(made.path.positions[-1]) - elbow(nearest)) > 0.1
+
+
+def test_lists_go_on_after_a_free_motion_and_actions_move_with_their_waypoints() -> None:
+    lift = planner.RelativeWaypoint(
+        planner.CartesianMove((0.0, 0.0, 0.05)), frame="base", motion=planner.LinearMotion(), dwell=0.2
+    )
+    action = planner.SetOutput(planner.AtWaypoint(1), "grip", True)
+    made = planner.plan(replace(PROBLEM, waypoints=[*PROBLEM.waypoints, lift], actions=[action]), planner.Toppra())
+    number = len(made.problem.waypoints) - 2
+    assert number > 1
+    assert made.actions[0].time == pytest.approx(made.trajectory.arrivals[number])
+
+
+def test_saved_and_loaded(around: planner.Plan) -> None:
+    loaded = load_plan(save_plan(around), PROBLEM, around.backend)
+    assert loaded.certificate == around.certificate
+    assert len(loaded.problem.waypoints) == len(around.problem.waypoints)
+    options = ExportOptions(0.1, frozenset(), None)
+    assert as_dict(loaded, options)["waypoints"][1]["index"] == as_dict(around, options)["waypoints"][1]["index"]
+
+
+def test_refusals_say_where() -> None:
+    block = planner.SceneObject("block", [planner.Box([0.4] * 3)], planner.Pose(planner.tool_pose(ARM, RIGHT).position))
+    with pytest.raises(planner.Collision, match="at waypoint 1") as goal:
+        planner.plan(replace(PROBLEM, scene=planner.Scene([block])))
+    assert goal.value.waypoint == 1
+    turned = [planner.JointWaypoint(RIGHT), planner.JointWaypoint(LEFT, motion=FREE)]
+    with pytest.raises(planner.StartInCollision):
+        planner.plan(replace(PROBLEM, scene=planner.Scene([block]), waypoints=turned))
+    few = replace(PROBLEM.waypoints[1], motion=planner.FreeMotion(most_checks=2))
+    with pytest.raises(planner.NoPathFound) as lost:
+        planner.plan(replace(PROBLEM, waypoints=[PROBLEM.waypoints[0], few]))
+    assert lost.value.segment == 0
+    assert lost.value.checks >= 2
+    assert lost.value.path_point is not None
+    timed = replace(PROBLEM.waypoints[1], duration=3.0)
+    with pytest.raises(planner.InvalidProblem, match="no time of its own"):
+        planner.plan(replace(PROBLEM, waypoints=[PROBLEM.waypoints[0], timed]))
+
+
+def test_a_whole_duration() -> None:
+    made = planner.plan(replace(PROBLEM, duration=12.0), planner.Quintic())
+    assert made.trajectory.duration == pytest.approx(12.0)
