@@ -9,6 +9,7 @@ import { Waypoints } from './panels/Waypoints';
 import { PlotsView } from './plots/PlotsView';
 import { Timeline } from './plots/Timeline';
 import { StageView } from './stage/StageView';
+import { dragging } from './state/dragging';
 import { listenToKeys } from './state/keys';
 import { start } from './state/start';
 
@@ -19,7 +20,7 @@ function Page() {
       <main class="page">
         <Waypoints />
         <div class="middle">
-          <StageView />
+          <StageView dragging={dragging} />
           <Timeline />
           <PlotsView />
         </div>

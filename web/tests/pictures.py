@@ -10,7 +10,7 @@ from playwright.sync_api import sync_playwright
 
 from tests.api.conftest import running_service
 from tests.locations import ROOT
-from web.tests.browser import PHONE, TOO_SHORT, choose_example, launched, opened, planned, use_request
+from web.tests.browser import PHONE, TOO_SHORT, WELDING, choose_example, launched, opened, planned, use_request
 
 FOLDER = ROOT / "docs/images/page"
 VIEW = {"width": 1360, "height": 850}
@@ -33,14 +33,14 @@ def main() -> None:
             print(f"{name}: {what}")
 
         with opened(browser, f"{service.url}/", viewport=VIEW) as page:
-            choose_example(page, "welding")
+            choose_example(page, WELDING)
             page.locator("[data-waypoint='4']").click()
             take("light", "the welding example")
             use_request(page, json.dumps(TOO_SHORT))
             page.get_by_role("alert", name="Refusal").wait_for()
             take("refusal", "a duration that is too short")
         with opened(browser, f"{service.url}/", viewport=VIEW, color_scheme="dark") as page:
-            choose_example(page, "pick_and_place")
+            choose_example(page, "features/pick_and_place")
             page.get_by_role("tab", name="Compare").click()
             page.get_by_role("button", name="Compare all back ends").click()
             page.locator("table.compare").wait_for(timeout=60_000)

@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.locations import ROOT
-from web.tests.browser import PHONE, TOO_SHORT, choose_example, opened, planned, seconds, use_request
+from web.tests.browser import PHONE, TOO_SHORT, WELDING, choose_example, opened, planned, seconds, use_request
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -99,7 +99,7 @@ def behind_a_proxy(service: RunningService) -> Iterator[str]:
 def test_it_works_under_a_prefix(browser: Browser, behind_a_proxy: str) -> None:
     with opened(browser, behind_a_proxy) as page:
         assert "25.29 s" in planned(page)
-        choose_example(page, "welding")
+        choose_example(page, WELDING)
 
 
 def test_on_a_slow_network_the_last_edit_wins(page: Page) -> None:

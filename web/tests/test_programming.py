@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -81,7 +82,7 @@ def test_what_is_out_of_reach_is_said_where(page: Page) -> None:
 
 
 def test_back_ends_are_compared(page: Page) -> None:
-    choose_example(page, "pick_and_place")
+    choose_example(page, "features/pick_and_place")
     page.get_by_role("tab", name="Compare").click()
     page.get_by_role("button", name="Compare all back ends").click()
     rows = page.locator("table.compare tbody tr")
@@ -124,6 +125,44 @@ def test_a_plan_is_saved_and_the_code_copied(page: Page, tmp_path: Path) -> None
     page.get_by_role("button", name="Copy", exact=True).click()
     expect(page.get_by_role("button", name="Copied")).to_be_visible()
     assert "httpx.post(" in page.evaluate("navigator.clipboard.readText()")
+
+
+MARK = """() => {
+  const stage = document.querySelector('.stage canvas');
+  const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
+  const context = copy.getContext('2d');
+  context.drawImage(stage, 0, 0);
+  const { data } = context.getImageData(0, 0, copy.width, copy.height);
+  let [x, y, count] = [0, 0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i] < 230 || data[i + 1] > 40 || data[i + 2] > 40) continue;
+    [x, y, count] = [x + ((i / 4) % copy.width), y + Math.floor(i / 4 / copy.width), count + 1];
+  }
+  const box = stage.getBoundingClientRect();
+  const scale = box.width / stage.width;
+  return [box.left + (scale * x) / count, box.top + (scale * y) / count];
+}"""
+"""The middle of the handles on the screen, by their red arrows: nothing else is as red."""
+
+
+def test_a_pose_is_dragged_and_asked_about_on_the_way(page: Page) -> None:
+    """The handle in the middle moves the pose along the screen."""
+    page.locator("[data-waypoint='4']").click()
+    page.get_by_role("slider", name="Time").press("Home")
+    page.wait_for_timeout(500)
+    fields = [page.get_by_label(name, exact=True) for name in "xyz"]
+    before = [float(field.input_value()) for field in fields]
+    x, y = page.evaluate(MARK)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 12, y + 6, steps=6)
+    expect(page.locator(".reach-note")).to_contain_text(re.compile(r"reached in \d+ way|out of reach"))
+    page.mouse.up()
+    expect(page.locator(".reach-note")).to_have_count(0)
+    after = [float(field.input_value()) for field in fields]
+    assert 1.0 < math.dist(before, after) < 500.0
+    page.get_by_role("button", name="Undo").click()
+    assert [float(field.input_value()) for field in fields] == before
 
 
 def test_what_is_no_request_is_said(page: Page) -> None:

@@ -1,6 +1,6 @@
 // The certificate as a table: what uses how much of its limit, where and when; and the warnings.
 import type { Check, Robot } from '../service/types';
-import { factorOf, seconds, short, unitOf } from '../plan/units';
+import { factorOf, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/limits';
 import { seek } from '../state/playback';
 import { robot, shownPlan } from '../state/store';
@@ -58,7 +58,7 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
       <td>{used === null ? '–' : <Meter used={used} enforced={check.enforced} />}</td>
       <td class="number">{figures(check, arm)}</td>
       <td class="number">
-        <button type="button" class="link" aria-label={texts.result.goTo(seconds(check.time))} onClick={() => seek(check.time)}>
+        <button type="button" class="link" aria-label={texts.result.goTo(`${check.time.toFixed(2)} s`)} onClick={() => seek(check.time)}>
           {check.time.toFixed(2)} s
         </button>
       </td>

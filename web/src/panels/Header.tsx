@@ -38,7 +38,7 @@ export function Header() {
           {GROUPS.map((group) => (
             <optgroup key={group} label={texts.header.groups[group]}>
               {EXAMPLES.filter((example) => example.group === group).map(({ name }) => (
-                <option key={name} value={name}>
+                <option key={name} value={`${group}/${name}`}>
                   {name.replaceAll('_', ' ')}
                 </option>
               ))}
@@ -89,7 +89,7 @@ function robotIds(shown: string | undefined): string[] {
 }
 
 function openExample(select: HTMLSelectElement): void {
-  const example = EXAMPLES.find(({ name }) => name === select.value);
+  const example = EXAMPLES.find(({ group, name }) => `${group}/${name}` === select.value);
   select.value = '';
   if (example) void chooseExample(example);
 }

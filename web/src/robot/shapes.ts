@@ -1,6 +1,6 @@
-// The shapes that a robot is drawn with: those of its model, else a stick from each joint to the next.
+// The shapes that a robot is drawn with: those of its model, those that can collide, or sticks from joint to joint.
 import { Matrix4, Quaternion, Vector3 } from 'three';
-import type { Robot } from '../service/types';
+import type { LinkShape, Robot } from '../service/types';
 import { quaternionOfRpy } from '../request/rotations';
 import type { Vector } from '../request/rotations';
 import { matrixOf } from './chain';
@@ -9,7 +9,8 @@ export type Form =
   | { kind: 'box'; size: Vector }
   | { kind: 'cylinder'; radius: number; length: number }
   | { kind: 'capsule'; radius: number; length: number }
-  | { kind: 'sphere'; radius: number };
+  | { kind: 'sphere'; radius: number }
+  | { kind: 'convex'; vertices: number[][]; faces: number[][] };
 
 // A shape behind so many joints, with its pose there; lengths are along z.
 export interface Shape {
@@ -22,10 +23,13 @@ const ONE = new Vector3(1, 1, 1);
 const THICKNESS = 0.045; // of a stick, as a share of the arm's length
 const SHORTEST = 1e-6; // m; nearer joints are one
 
-export function shapesOf(robot: Robot): Shape[] {
+// `links` are the shapes that can collide, of robots whose description has none to look at.
+export function shapesOf(robot: Robot, links: readonly LinkShape[] = []): Shape[] {
   const given = (robot.geometry ?? []).map((shape) => shapeOf(robot, shape as Record<string, unknown>));
   const drawn = given.filter((shape) => shape !== null);
-  return drawn.length > 0 ? drawn : sticks(robot);
+  if (drawn.length > 0) return drawn;
+  if (links.length === 0) return sticks(robot);
+  return links.map((link) => ({ after: link.after, matrix: matrixOf(link), form: link.shape as Form }));
 }
 
 function shapeOf(robot: Robot, shape: Record<string, unknown>): Shape | null {

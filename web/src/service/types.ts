@@ -23,6 +23,7 @@ export type Remedy = Schemas['RemedyAnswer'];
 export type ComparedBackend = Schemas['ComparedBackend'];
 export type RobotSummary = Schemas['RobotSummary'];
 export type Robot = Schemas['RobotDescription'];
+export type LinkShape = Schemas['LinkShape'];
 export type Joint = Schemas['JointDescription'];
 export type Placement = Schemas['Placement'];
 export type Solution = Schemas['JointSolution'];

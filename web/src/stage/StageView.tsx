@@ -1,19 +1,26 @@
 // The stage on the page: it follows the signals, and brings views and the screenshot.
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { effect, untracked } from '@preact/signals';
+import { effect, signal, untracked } from '@preact/signals';
 import { positionAt, toolSpeeds } from '../plan/samples';
 import { short } from '../plan/units';
 import type { Robot } from '../service/types';
 import { time } from '../state/playback';
-import { compared, problem, request, robot, selected, shownPlan } from '../state/store';
+import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { theme } from '../state/theme';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
+import type { Dragging } from '../state/dragging';
+import type { Reach } from '../state/reaching';
+import type { GizmoMode } from './gizmo';
 import type { Stage, View } from './stage';
 
+const MODES: readonly GizmoMode[] = ['translate', 'rotate'];
 const VIEWS: readonly View[] = ['home', 'front', 'side', 'top'];
 
-export function StageView() {
+const mode = signal<GizmoMode>('translate');
+
+// Without `dragging` nothing can be changed: so it is in a report.
+export function StageView({ dragging }: { dragging?: Dragging }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [stage, setStage] = useState<Stage | null>(null);
   const [failed, setFailed] = useState(false);
@@ -23,7 +30,7 @@ export function StageView() {
       if (!canvas.current) return;
       try {
         const made = new Stage(canvas.current);
-        stop = follow(made);
+        stop = follow(made, dragging);
         setStage(made);
       } catch {
         setFailed(true); // a browser without WebGL: everything else works
@@ -36,6 +43,12 @@ export function StageView() {
       <canvas ref={canvas} tabIndex={0} role="img" aria-label={texts.stage.canvas(robot.value?.id ?? '')} />
       {failed && <p class="stage-failed">{texts.stage.failed}</p>}
       <div class="stage-tools" role="group" aria-label={texts.stage.views}>
+        {dragging?.pose() &&
+          MODES.map((name) => (
+            <button key={name} type="button" aria-pressed={mode.value === name} onClick={() => (mode.value = name)}>
+              {texts.stage.mode[name]}
+            </button>
+          ))}
         {VIEWS.map((view) => (
           <button key={view} type="button" onClick={() => stage?.look(view)}>
             {texts.stage.view[view]}
@@ -46,8 +59,16 @@ export function StageView() {
         </button>
       </div>
       <SpeedKey />
+      {dragging && <ReachNote reach={dragging.reach()} />}
     </section>
   );
+}
+
+// Whether the pose that is dragged can be reached, and in how many ways.
+function ReachNote({ reach }: { reach: Reach | null }) {
+  if (!reach) return null;
+  const text = reach.kind === 'reached' ? texts.stage.reached(reach.solutions) : texts.stage.missed(short(reach.distance * 1000, 3));
+  return <p class={`reach-note ${reach.kind}`}>{text}</p>;
 }
 
 // What the colours of the path mean.
@@ -62,13 +83,15 @@ function SpeedKey() {
   );
 }
 
-function follow(stage: Stage): () => void {
+function follow(stage: Stage, dragging: Dragging | undefined): () => void {
+  stage.gizmo.onDrag = (pose) => dragging?.onDrag(pose);
+  stage.gizmo.onDrop = (pose) => dragging?.onDrop(pose);
   stage.onPick = (waypoint) => (selected.value = waypoint);
   const observer = new ResizeObserver(() => stage.resize());
   observer.observe(stage.canvas);
   const stops = [
     effect(() => {
-      if (robot.value) untracked(() => stage.setRobot(robot.value!, firstPosture(robot.value!)));
+      if (robot.value) untracked(() => stage.setRobot(robot.value!, links.value, firstPosture(robot.value!)));
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
@@ -81,6 +104,14 @@ function follow(stage: Stage): () => void {
     effect(() => {
       theme.value; // drawn anew in other colours
       stage.setWaypoints(shownPlan.value?.answer ?? null, selected.value);
+    }),
+    effect(() => {
+      robot.value;
+      stage.setGizmo(dragging?.pose() ?? null, mode.value);
+    }),
+    effect(() => {
+      const found = dragging?.reach() ?? null;
+      stage.setReach(found?.position ?? null, found?.kind === 'reached');
     }),
     effect(() => stage.setGhosts(compared.value, JOINT_COLOURS)),
     effect(() => {

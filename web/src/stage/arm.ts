@@ -1,18 +1,19 @@
 // The robot as a tree of shapes that follow its joints.
 import {
   BoxGeometry,
+  BufferGeometry,
   CapsuleGeometry,
   CylinderGeometry,
+  Float32BufferAttribute,
   Group,
   Mesh,
   MeshStandardMaterial,
   SphereGeometry,
 } from 'three';
-import type { BufferGeometry, ColorRepresentation, Object3D } from 'three';
+import type { ColorRepresentation, Object3D } from 'three';
 import type { Robot } from '../service/types';
 import { jointMatrices } from '../robot/chain';
-import { shapesOf } from '../robot/shapes';
-import type { Form } from '../robot/shapes';
+import type { Form, Shape } from '../robot/shapes';
 
 export class Arm {
   readonly object = new Group();
@@ -21,6 +22,7 @@ export class Arm {
   // With a colour and an opacity it is a ghost.
   constructor(
     private readonly robot: Robot,
+    shapes: readonly Shape[],
     ghost?: { colour: ColorRepresentation; opacity: number },
   ) {
     this.links = Array.from({ length: robot.chain.length + 1 }, () => new Group());
@@ -28,7 +30,7 @@ export class Arm {
       link.matrixAutoUpdate = false;
       this.object.add(link);
     }
-    shapesOf(robot).forEach((shape) => {
+    shapes.forEach((shape) => {
       const mesh = new Mesh(geometryOf(shape.form), ghost ? ghostly(ghost) : materialOf(shape.after));
       mesh.matrixAutoUpdate = false;
       mesh.matrix.copy(shape.matrix);
@@ -67,7 +69,18 @@ function geometryOf(form: Form): BufferGeometry {
       return new CapsuleGeometry(form.radius, form.length, 6, 20);
     case 'sphere':
       return new SphereGeometry(form.radius, 28, 18);
+    case 'convex':
+      return hull(form.vertices, form.faces);
   }
+}
+
+// Each triangle has corners of its own, so that its edges are seen.
+function hull(vertices: readonly (readonly number[])[], faces: readonly (readonly number[])[]): BufferGeometry {
+  const geometry = new BufferGeometry();
+  const corners = faces.flatMap((face) => face.flatMap((corner) => [...vertices[corner]!]));
+  geometry.setAttribute('position', new Float32BufferAttribute(corners, 3));
+  geometry.computeVertexNormals();
+  return geometry;
 }
 
 const BODY = new MeshStandardMaterial({ color: '#e8833a', roughness: 0.5, metalness: 0.1 });

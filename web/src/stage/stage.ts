@@ -15,11 +15,14 @@ import {
 } from 'three';
 import type { Object3D, Vector3Tuple } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import type { ComparedBackend, PlanAnswer, Problem, Robot } from '../service/types';
+import type { ComparedBackend, LinkShape, PlanAnswer, Pose, Problem, Robot } from '../service/types';
 import { matrixOf } from '../robot/chain';
-import { reach } from '../robot/shapes';
+import { reach, shapesOf } from '../robot/shapes';
+import type { Shape } from '../robot/shapes';
 import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
+import { Gizmo } from './gizmo';
+import type { GizmoMode } from './gizmo';
 import { axes, ball, disposeOf, ghostLine, pathLine, waypointMarks } from './marks';
 
 export type View = 'home' | 'front' | 'side' | 'top';
@@ -31,10 +34,12 @@ export class Stage {
   readonly camera = new PerspectiveCamera(38, 1, 0.01, 100);
   readonly world = new Group(); // in the base frame; the mounting turns it
   readonly controls: OrbitControls;
+  readonly gizmo: Gizmo;
   private readonly renderer: WebGLRenderer;
   private arm?: Arm;
   private robot?: Robot;
-  private drawn: Partial<Record<'path' | 'waypoints' | 'ghosts' | 'place' | 'grid' | 'ghost', Object3D>> = {};
+  private shapes: readonly Shape[] = [];
+  private drawn: Partial<Record<'path' | 'waypoints' | 'ghosts' | 'place' | 'grid' | 'ghost' | 'reach', Object3D>> = {};
   private waiting = false;
   private extent = 1;
   private isFitted = false; // the view has been fitted to the first path of this robot
@@ -50,6 +55,9 @@ export class Stage {
     }
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.draw());
+    this.gizmo = new Gizmo(this.camera, canvas, this.world, this.scene, 0.7);
+    this.gizmo.onChange = () => this.draw();
+    this.gizmo.onHold = (isHeld) => (this.controls.enabled = !isHeld);
     canvas.addEventListener('pointerdown', (down) => this.remember(down));
   }
 
@@ -72,11 +80,12 @@ export class Stage {
     if (hit?.instanceId !== undefined) this.onPick(hit.instanceId);
   }
 
-  setRobot(robot: Robot, posture: readonly number[]): void {
+  setRobot(robot: Robot, links: readonly LinkShape[], posture: readonly number[]): void {
     this.arm?.dispose();
     this.robot = robot;
+    this.shapes = shapesOf(robot, links);
     this.extent = Math.max(0.3, reach(robot));
-    this.arm = new Arm(robot);
+    this.arm = new Arm(robot, this.shapes);
     const tip = robot.placements.find((placement) => placement.frame === robot.tip_frame);
     if (tip) {
       const tool = axes(this.extent * 0.09);
@@ -125,17 +134,28 @@ export class Stage {
     const [place, nearest] = [problem?.place, problem?.nearest];
     const posture = place?.position ?? (nearest && 'position' in nearest ? nearest.position : undefined);
     const colour = styleColour('--bad');
-    let ghost: Object3D | undefined;
-    if (posture && this.robot && posture.length === this.robot.chain.length) {
-      const arm = new Arm(this.robot, { colour, opacity: 0.32 });
-      arm.pose(posture);
-      ghost = arm.object;
-    }
-    this.replace('ghost', ghost);
+    this.replace('ghost', posture && this.ghost(posture, colour));
     const at = place?.pose.position ?? nearest?.pose.position;
     const mark = at ? ball(this.extent * 0.016, colour) : undefined;
     if (at) mark?.position.fromArray(at);
     this.replace('place', mark);
+  }
+
+  // Shows where the arm would stand for a pose that is dragged: in red where it does not get there.
+  setReach(posture: readonly number[] | null, isReached: boolean): void {
+    this.replace('reach', posture ? this.ghost(posture, styleColour(isReached ? '--accent' : '--bad')) : undefined);
+  }
+
+  setGizmo(pose: Pose | null, mode: GizmoMode): void {
+    this.gizmo.show(pose, mode);
+    this.draw();
+  }
+
+  private ghost(posture: readonly number[], colour: string): Object3D | undefined {
+    if (posture.length !== this.robot?.chain.length) return undefined;
+    const arm = new Arm(this.robot, this.shapes, { colour, opacity: 0.32 });
+    arm.pose(posture);
+    return arm.object;
   }
 
   // The ground under the robot, in the colours of the theme.
@@ -193,7 +213,7 @@ export class Stage {
     });
   }
 
-  private replace(name: 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost', object: Object3D | undefined): void {
+  private replace(name: 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach', object: Object3D | undefined): void {
     disposeOf(this.drawn[name]);
     this.drawn[name] = object;
     if (object) this.world.add(object);

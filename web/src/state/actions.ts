@@ -1,11 +1,11 @@
 // What people do: each changes the request, and a changed request is planned.
 import { batch } from '@preact/signals';
-import type { PlanRequest, Robot, Waypoint } from '../service/types';
+import type { LinkShape, PlanRequest, Robot, Waypoint } from '../service/types';
 import { jointWaypoint } from '../request/edits';
 import type { Example } from '../request/examples';
 import { edited, redone, undone } from '../request/history';
 import { client, outcome } from '../service/client';
-import { compared, history, notice, problem, request, robot, selected } from './store';
+import { compared, history, links, notice, problem, request, robot, selected } from './store';
 import { planSoon } from './planning';
 import { playing, time } from './playback';
 import { texts } from '../texts';
@@ -56,13 +56,23 @@ async function settle(): Promise<void> {
       problem.value = found.problem;
       return;
     }
+    const shapes = await shapesOf(found.answer);
+    if (request.value !== shown) return;
     batch(() => {
       playing.value = false;
       if (robot.value) time.value = 0;
       robot.value = found.answer;
+      links.value = shapes;
     });
   }
   planSoon();
+}
+
+// The shapes that can collide, of a robot that has none to look at; without any it is drawn as sticks.
+async function shapesOf(arm: Robot): Promise<readonly LinkShape[]> {
+  if (arm.geometry?.length) return [];
+  const found = await outcome(client.GET('/v1/robots/{id}/geometry', { params: { path: { id: arm.id } } }));
+  return found.answer?.shapes ?? [];
 }
 
 export async function chooseExample(example: Example): Promise<void> {

@@ -3,6 +3,7 @@ import { computed, signal } from '@preact/signals';
 import type {
   BackendDescription,
   ComparedBackend,
+  LinkShape,
   PlanAnswer,
   PlanRequest,
   Problem,
@@ -23,6 +24,7 @@ export const backends = signal<readonly BackendDescription[]>([]);
 export const request = signal<PlanRequest | null>(null);
 export const history = signal<History<PlanRequest>>(NO_HISTORY);
 export const robot = signal<Robot | null>(null);
+export const links = signal<readonly LinkShape[]>([]); // shapes of a robot whose description has none
 export const plan = signal<Planned | null>(null);
 export const problem = signal<Problem | null>(null);
 export const planning = signal(false);

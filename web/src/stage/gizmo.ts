@@ -1,0 +1,58 @@
+// The chosen pose as something to drag; while it is dragged, whoever listens hears where it is.
+import { Group, Matrix4 } from 'three';
+import type { Camera, Object3D } from 'three';
+import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
+import type { Pose } from '../service/types';
+import { quaternionOf } from '../request/rotations';
+
+export type GizmoMode = 'translate' | 'rotate';
+
+export class Gizmo {
+  private readonly handle = new Group(); // in the base frame
+  private readonly controls: TransformControls;
+  private begun = new Matrix4();
+  private pose: Pose | null = null;
+
+  constructor(camera: Camera, canvas: HTMLCanvasElement, base: Object3D, scene: Object3D, size: number) {
+    this.controls = new TransformControls(camera, canvas);
+    this.controls.setSize(size);
+    base.add(this.handle);
+    scene.add(this.controls.getHelper());
+    this.controls.addEventListener('change', () => this.onChange());
+    this.controls.addEventListener('objectChange', () => this.pose && this.onDrag(this.dragged(this.pose)));
+    this.controls.addEventListener('dragging-changed', ({ value }) => this.turn(value as boolean));
+  }
+
+  onChange: () => void = () => undefined;
+  onHold: (isHeld: boolean) => void = () => undefined;
+  onDrag: (pose: Pose) => void = () => undefined;
+  onDrop: (pose: Pose) => void = () => undefined;
+
+  // Shows the handles at a pose; null: none.
+  show(pose: Pose | null, mode: GizmoMode): void {
+    this.pose = pose;
+    if (!pose) {
+      this.controls.detach();
+      return;
+    }
+    const turn = quaternionOf(pose.orientation);
+    this.handle.position.fromArray(pose.position);
+    this.handle.quaternion.set(...(turn ?? [0, 0, 0, 1]));
+    this.controls.setMode(turn ? mode : 'translate');
+    this.controls.setSpace(mode === 'rotate' ? 'local' : 'world');
+    this.controls.attach(this.handle);
+  }
+
+  private turn(isHeld: boolean): void {
+    this.onHold(isHeld);
+    this.handle.updateMatrix();
+    if (isHeld) this.begun = this.handle.matrix.clone();
+    else if (this.pose && !this.handle.matrix.equals(this.begun)) this.onDrop(this.dragged(this.pose));
+  }
+
+  private dragged(pose: Pose): Pose {
+    const { x, y, z, w } = this.handle.quaternion;
+    const position = this.handle.position.toArray().map((value) => Number(value.toFixed(6)));
+    return { position, orientation: pose.orientation ? { kind: 'quaternion', xyzw: [x, y, z, w] } : null };
+  }
+}

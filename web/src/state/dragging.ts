@@ -1,0 +1,28 @@
+// The chosen pose may be dragged: it is asked about on the way, and put into the request where it is let go.
+import type { Pose } from '../service/types';
+import { withWaypoint } from '../request/edits';
+import { show } from './actions';
+import { askReach, endReach, reach } from './reaching';
+import type { Reach } from './reaching';
+import { request, selected } from './store';
+
+export interface Dragging {
+  pose: () => Pose | null; // reads signals
+  reach: () => Reach | null; // reads signals
+  onDrag: (pose: Pose) => void;
+  onDrop: (pose: Pose) => void;
+}
+
+export const dragging: Dragging = {
+  // Only poses in the base frame have handles.
+  pose: () => {
+    const waypoint = request.value?.waypoints[selected.value];
+    return waypoint?.kind === 'pose' && !waypoint.frame ? waypoint.pose : null;
+  },
+  reach: () => reach.value,
+  onDrag: askReach,
+  onDrop: (pose) => {
+    endReach();
+    if (request.value) show(withWaypoint(request.value, selected.value, { pose }));
+  },
+};
