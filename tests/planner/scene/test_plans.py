@@ -14,11 +14,12 @@ from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.problem import BlendTransition, PolylineMotion
 from planner.robots import load_robot
 from planner.saved_plan import load_plan, save_plan
-from planner.scene import CollisionChecker, Scene, SceneObject
+from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import Pose
 from tests.planner.problems import backend_of
 from tests.planner.scene.brute_force import distances_over_time, least_distance
+from tests.sizes import SIZE
 
 KUKA = load_robot("kuka_kr16_2")
 TABLE = SceneObject("table", [Box([1.0, 2.0, 0.05])], Pose([1.3, 0.0, 0.3]))
@@ -143,3 +144,26 @@ def test_an_arm_that_meets_itself_is_refused_where_that_is_asked() -> None:
     assert clearance is not None
     assert clearance.itself is not None
     assert clearance.scene is None
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize("kind", [kind for kind in BACKENDS if kind != "min_effort"])
+def test_random_plans_are_clear_or_refused(kind: str) -> None:
+    """Waypoints passed, blended or stopped at, among balls: dense samples of what is returned keep every margin."""
+    rng, robot = np.random.default_rng(len(kind)), load_robot("date_sorting_arm")
+    lower, upper = robot.limit("lower").clip(-1.5, None), robot.limit("upper").clip(None, 1.5)
+    planned = 0
+    for _ in range(max(4, SIZE.requests // 36)):
+        centers = rng.uniform([-1.0, -1.0, 0.2], [1.0, 1.0, 1.5], (4, 3))
+        balls = [SceneObject(f"ball_{k}", [Sphere(0.1)], Pose(center)) for k, center in enumerate(centers)]
+        scene = Scene(balls, margin=float(rng.choice([0.0, 0.01, 0.05])))
+        corner = rng.choice([planner.StopTransition(), planner.ThroughTransition(), BlendTransition(0.05)])
+        first, middle, last = (planner.JointWaypoint(q) for q in rng.uniform(lower, upper, (3, robot.dof)))
+        waypoints = (first, replace(middle, transition=corner), last)
+        try:
+            plan = planner.plan(planner.PlanningProblem(robot, waypoints, scene=scene), backend_of(kind))
+        except (Collision, ClearanceUnproved):
+            continue
+        planned += 1
+        assert least_distance(robot, scene, plan.trajectory) > scene.margin - CONTACT_TOLERANCE
+    assert planned
