@@ -62,7 +62,9 @@ class SegmentDynamics:
         self, function: Callable[..., tuple[FloatArray, ...]], segments: np.ndarray, *states: FloatArray
     ) -> tuple[FloatArray, ...]:
         """Put together what a function makes of each robot and the states (N, joints) on its segments (N,)."""
-        indices = np.broadcast_to(self.indices[segments] if len(self.robots) > 1 else 0, states[0].shape[:1])
+        if len(self.robots) == 1:
+            return function(self.robots[0], *states)
+        indices = np.broadcast_to(self.indices[segments], states[0].shape[:1])
         used = np.unique(indices).tolist()
         if len(used) <= 1:
             return function(self.robots[used[0] if used else 0], *states)
