@@ -36,7 +36,8 @@ class Limits:
         tcp_angular_velocity: Angular speed of the tool, rad/s.
         tcp_linear_acceleration: Magnitude of the acceleration of the tool centre point, m/s^2, without gravity.
         tcp_angular_acceleration: Magnitude of the angular acceleration of the tool, rad/s^2.
-        tcp_centripetal_acceleration: The part of the acceleration of the tool centre point across its path, m/s^2.
+        tcp_centripetal_acceleration: The part of the acceleration of the tool centre point across its path, m/s^2;
+            bends tighter than 0.1 mm count as if they were that wide.
         tcp_linear_jerk: Magnitude of the jerk of the tool centre point, m/s^3.
         tcp_angular_jerk: Magnitude of the angular jerk of the tool, rad/s^3: the second derivative of its angular
             velocity.

@@ -17,16 +17,22 @@ class Size(NamedTuple):
         requests: Random requests a back end that its promises are held against, a tenth of them along paths.
         examples: Cases of every other property, unless the test names a number of its own.
         http: Made-up HTTP requests an operation.
+        over_fields: Random HTTP requests over the fields of plans and operations, whose answers are judged.
         one_in: Of how many jobs of the corpus' suite, and cases of long tables, one is tried.
     """
 
     requests: int
     examples: int
     http: int
+    over_fields: int
     one_in: int
 
 
-SIZES = {"quick": Size(20, 30, 3, 10), "large": Size(720, 500, 40, 1), "soak": Size(5_000, 2_000, 150, 1)}
+SIZES = {
+    "quick": Size(20, 30, 3, 12, 10),
+    "large": Size(720, 500, 40, 600, 1),
+    "soak": Size(5_000, 2_000, 150, 6_000, 1),
+}
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
 LARGER = "hypothesis or sized or long_table or large_only"

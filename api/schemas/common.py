@@ -164,8 +164,8 @@ class Limits(Schema):
     tcp_angular_acceleration: Limit | None = None
     """The largest angular acceleration of the tool, rad/s^2; omitted: none."""
     tcp_centripetal_acceleration: Limit | None = None
-    """The largest acceleration of the tool centre point across its path, m/s^2: it goes slower where its path bends;
-    omitted: none."""
+    """The largest acceleration of the tool centre point across its path, m/s^2: it goes slower where its path bends.
+    Bends tighter than 0.1 mm, as where it turns almost at rest, count as if they were that wide. Omitted: none."""
     tcp_linear_jerk: Limit | None = None
     """The largest jerk of the tool centre point, m/s^3; `cubic`, `trapezoidal` and `toppra` without `jerk_limited`,
     whose accelerations jump, only report it; omitted: none."""

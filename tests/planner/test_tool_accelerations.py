@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.backends import BACKENDS, BackEnd, Quintic, Toppra, Trapezoidal
-from planner.certificate import certify_samples
+from planner.certificate import certify, certify_samples
 from planner.errors import InfeasibleDuration
 from planner.kinematics import forward_kinematics, tool_accelerations
 from planner.limits import Limits
@@ -23,7 +23,9 @@ from planner.problem import (
     RelativeWaypoint,
 )
 from planner.result import Plan
+from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
+from planner.trajectory import Trajectory
 from tests.planner.problems import backend_of
 from tests.planner.tool_problems import CORNER, JOINTS, LINE, ROBOT, START
 
@@ -138,3 +140,21 @@ def test_samples_whose_velocity_jumps_have_no_bounded_acceleration_of_the_tool()
     ]
     assert not check.bounded
     assert not check.enforced
+
+
+@pytest.mark.parametrize("sideways", [0.0, 1e-6, 1e-4, 3e-3, 0.03, 0.2])
+def test_a_tool_that_turns_almost_at_rest_is_no_matter_of_luck(sideways: float) -> None:
+    """It goes back and forth at 1 m/s^2 on one slide, and at an even speed on the other, across it."""
+    robot = load_robot("date_sorting_arm")
+    coefficients = np.zeros((1, robot.dof, 3))
+    coefficients[0, :, 0] = robot.limit("lower") + 0.4 * (robot.limit("upper") - robot.limit("lower"))
+    coefficients[0, 1, 1], coefficients[0, 2, 1:] = sideways, (-0.15, 0.5)
+    ends = np.array([0.0, 0.3])
+    trajectory = Trajectory(np.array([0.3]), coefficients, np.zeros(1, dtype=int), ends, ends)
+    limits = Limits(tcp_centripetal_acceleration=10.0)
+    found = certify(robot, trajectory, limits=limits, enforced=["position"])
+    (peak,) = [check.peak for check in found.checks if check.quantity == "tcp_centripetal_acceleration"]
+    time = np.linspace(-0.15, 0.15, 300_001)
+    speed = np.hypot(sideways, time)
+    across = np.divide(sideways, speed, out=np.zeros_like(speed), where=speed > 0.0)
+    assert peak == pytest.approx(np.minimum(across, speed**2 / 1e-4).max(), rel=1e-2, abs=1e-6)

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from planner.backends import BACKENDS
+from planner.backends import BACKENDS, Ruckig
 from planner.backends.min_effort.program import Program
 from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError, Remedy
 from planner.limits import Limits
@@ -28,6 +28,7 @@ from planner.problem import (
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems import backend_of, problem_of
+from tests.planner.tool_problems import JOINTS, ROBOT
 
 START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)
 
@@ -214,3 +215,11 @@ def test_every_remedy_works(kind: str, data: st.DataObject) -> None:
             others = ways["limits"][:omitted] + ways["limits"][omitted + 1 :]
             with pytest.raises(PlanningError):
                 plan(applied(applied(problem, others), [ways["limits"][omitted]], 1.0 - 1e-3), backend_of(kind))
+
+
+def test_durations_that_leave_no_time_for_a_segment_are_refused_without_limits_that_would_do() -> None:
+    """The whole is asked to take as long as its first segment alone: no limit is high enough for the second."""
+    waypoints = [JOINTS[0], replace(JOINTS[2], duration=0.15), JointWaypoint(JOINTS[1].position)]
+    with pytest.raises(InfeasibleDuration) as refusal:
+        plan(PlanningProblem(ROBOT, waypoints, duration=0.15), Ruckig())
+    assert not any("limits" in remedy.field for remedy in refusal.value.remedies)

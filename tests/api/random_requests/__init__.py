@@ -1,0 +1,1 @@
+"""Random requests over what callers may ask for, and the answers held against it."""
