@@ -176,7 +176,7 @@ def _stop(robot: Robot, state: JointState, limits: SegmentLimits, share: float) 
             )
         bounds = float(limits.lower[joint]), float(limits.upper[joint])
         motions.append(_within(robot, joint, (float(q), float(v), float(a)), most, bounds) if moves else [])
-    return _together(state.position, motions)
+    return joined_phases(state.position, motions)
 
 
 def _within(
@@ -186,7 +186,7 @@ def _within(
 
     It brakes for so long that the farthest place is the limit, and comes back from there.
     """
-    stop = _fastest(state, most)
+    stop = fastest_stop(state, most)
     lower, upper = bounds
     lowest, highest = _range(stop)
     if lowest >= lower - LIMIT_TOLERANCE and highest <= upper + LIMIT_TOLERANCE:
@@ -197,7 +197,7 @@ def _within(
     def after(time: float) -> list[Phase]:
         """Return the stop that brakes for a time first, away from the limit; in the direction of it positions count."""
         braking = _braking(mirrored, most, time)
-        return [*braking, *_fastest(braking[-1].at(braking[-1].duration), most)]
+        return [*braking, *fastest_stop(braking[-1].at(braking[-1].duration), most)]
 
     mirrored = side * state[0], side * state[1], side * state[2]
     low, high = 0.0, _time_to_turn(mirrored, most)
@@ -213,7 +213,7 @@ def _within(
     ]
 
 
-def _fastest(state: tuple[float, float, float], most: Braking) -> list[Phase]:
+def fastest_stop(state: tuple[float, float, float], most: Braking) -> list[Phase]:
     """Return the fastest way to velocity and acceleration 0: acceleration to a peak, constant, and back to 0."""
     _, v, a = state
     peak_limit = max(most.acceleration, abs(a))
@@ -281,7 +281,7 @@ def _range(phases: Sequence[Phase]) -> tuple[float, float]:
     return (min(found), max(found)) if found else (np.inf, -np.inf)
 
 
-def _together(position: FloatArray, motions: Sequence[list[Phase]]) -> Trajectory:
+def joined_phases(position: FloatArray, motions: Sequence[list[Phase]]) -> Trajectory:
     """Return the motions of all joints on common breakpoints; a joint that has stopped rests."""
     starts = [np.cumsum([0.0, *(phase.duration for phase in phases)]) for phases in motions]
     end = max(float(times[-1]) for times in starts)

@@ -28,12 +28,14 @@ from planner.guarantees import EndStates
 from planner.limits import Limits, segment_limits
 from planner.operations.certified import (
     CertifiedTrajectory,
+    JointState,
     bounded_quantities,
     certified,
     refuse_other_joints,
 )
 from planner.operations.editing import slice_trajectory
 from planner.operations.stop_limits import INTERVALS, PROBES, Law, StopLimits
+from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE, Run
 from planner.polynomials import PiecewisePolynomial
 from planner.trajectory import PlanWarning, Trajectory
@@ -74,7 +76,7 @@ def stop_on_path(
     limits: Limits = Limits(),
     enforced: Collection[str] | None = None,
 ) -> CertifiedTrajectory:
-    """Stop a trajectory on its own path, as fast as the limits let it but for some percent.
+    """Stop a trajectory on its own path, as fast as the limits let it; where that bends, but for some percent.
 
     The answer begins in the trajectory's state at that time. Where no faster one is found, the stop is that at the end
     of the trajectory, and the warning `stops_at_the_end` says so: where one joint after the other uses all of its jerk
@@ -100,6 +102,10 @@ def stop_on_path(
     own = segment_limits(robot, limits, (None,))
     v, a = rest.evaluate(0.0, [1, 2])
     ends = EndStates(v, a, np.zeros(robot.dof))
+    state = JointState(*(values[0] for values in rest.evaluate(np.zeros(1), [0, 1, 2])))
+    line = stop_on_line(state, rest, own, limits_jerk="jerk" in kept)
+    if line is not None and certify(robot, line, limits=limits, enforced=kept, ends=ends).satisfied:
+        return certified(robot, line, limits, kept, ends=ends)
     for margin in MARGINS:
         stop = _fastest(robot, rest, own, kept, margin)
         if stop is None:

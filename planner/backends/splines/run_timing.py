@@ -41,6 +41,9 @@ BACKWARDS = 1e-9
 MOST_LENGTHENINGS = 30
 """Number of times that segments without a duration are lengthened, at most, beside such with one."""
 
+LONGEST = 1e6
+"""Multiple of the first durations beyond which those without one asked are not lengthened: it would not end."""
+
 UNHURRIED = 1.0005
 """Factor by which they are lengthened beyond their need, so that a few times are enough."""
 
@@ -77,6 +80,7 @@ class _Timing(ABC):
     def time(self) -> SegmentedPolynomial:
         """Time the run so that it keeps the limits."""
         durations, free = self.first_durations(), np.isnan(self.asked)
+        longest = LONGEST * durations.sum()
         for _ in range(MOST_LENGTHENINGS):
             pieces = self.pieces(durations)
             needed = time_scalings(self.path, pieces, self.enforced)
@@ -91,6 +95,8 @@ class _Timing(ABC):
             if not (free & (excess > 1.0)).any():
                 break
             durations = np.where(free, durations * np.maximum(excess, 1.0) * UNHURRIED, durations)
+            if durations.sum() > longest:
+                break
         raise self._infeasible_error(needed)
 
     @abstractmethod

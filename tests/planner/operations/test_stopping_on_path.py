@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import ruckig
 
-from planner.backends import Ruckig
+from planner.backends import BackEnd, Quintic, Ruckig, Toppra
 from planner.errors import InvalidProblem, LimitsUnsatisfiable
-from planner.operations import slice_trajectory, stop_joints, stop_on_path
+from planner.limits import Limits
+from planner.operations import JointState, slice_trajectory, stop_joints, stop_on_path
 from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem
 from planner.spatial import FloatArray
 from planner.trajectory import Trajectory
-from tests.planner.operations.curves import by_scipy, fastest_by_ruckig, inner_times, kuka, planned
+from tests.planner.operations.curves import by_scipy, inner_times, kuka, planned
+from tests.planner.tool_problems import CORNER
 
 
 def distance_from(trajectory: Trajectory, positions: FloatArray) -> float:
@@ -47,17 +50,46 @@ def test_the_stop_keeps_to_the_path_and_to_all_limits(kind: str, share: float) -
         assert stop.trajectory.duration >= stop_joints(kuka(), begin).trajectory.duration
 
 
-def test_on_a_straight_line_at_full_speed_it_is_as_fast_as_ruckig() -> None:
-    ends = (0.0, -1.5, 1.5, 0.0, 0.5, 0.0), (2.5, -1.5, 1.5, 0.0, 0.5, 0.0)
-    given = plan(PlanningProblem(kuka(), tuple(map(JointWaypoint, ends))), Ruckig()).trajectory
-    stop = stop_on_path(kuka(), given, 0.45 * given.duration)
-    expected = max(fastest_by_ruckig(kuka(), stop.initial))
-    assert expected <= stop.trajectory.duration * (1 + 1e-9)
-    assert stop.trajectory.duration <= 1.04 * expected
+LINE = (0.0, -1.5, 1.5, 0.0, 0.5, 0.0), (2.5, -1.2, 1.9, 0.1, 0.5, -0.4)
+
+
+def least_on_line(state: JointState, share: float) -> float:
+    """By Ruckig's velocity interface, for the way along the line, with this share of the limits."""
+    speed = float(np.linalg.norm(state.velocity))
+    direction = np.maximum(np.abs(state.velocity / speed), 1e-12)
+    asked, found = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    asked.control_interface = ruckig.ControlInterface.Velocity
+    asked.current_velocity = [speed]
+    asked.current_acceleration = [float(state.acceleration @ state.velocity) / speed]
+    asked.target_velocity = asked.target_acceleration = [0.0]
+    asked.max_acceleration, asked.max_jerk = (
+        [float((share * kuka().limit(quantity) / direction).min())] for quantity in ("acceleration", "jerk")
+    )
+    ruckig.Ruckig(1).calculate(asked, found)
+    return float(found.duration)
+
+
+@pytest.mark.parametrize(("share", "at"), [(1.0, 0.02), (1.0, 0.45), (1.0, 0.7), (0.5, 0.1), (0.5, 0.45)])
+@pytest.mark.parametrize(
+    "backend", [Ruckig(), Quintic(), Toppra(jerk_limited=True)], ids=["ruckig", "quintic", "toppra"]
+)
+def test_on_a_straight_line_it_is_as_fast_as_ruckig(backend: BackEnd, share: float, at: float) -> None:
+    """Also with half of the limits of acceleration and jerk, as long as these are kept when the stop begins."""
+    given = plan(PlanningProblem(kuka(), tuple(map(JointWaypoint, LINE)), Limits(acceleration_scale=0.4)), backend)
+    limits = Limits(acceleration=tuple(share * kuka().limit("acceleration")), jerk=tuple(share * kuka().limit("jerk")))
+    time = at * given.trajectory.duration
+    stop = stop_on_path(kuka(), given.trajectory, time, limits=limits)
+    assert stop.trajectory.duration == pytest.approx(least_on_line(stop.initial, share), rel=1e-6)
+    (way,) = stop.trajectory.evaluate(np.linspace(0.0, stop.trajectory.duration, 200), [0])
+    since, direction = way - np.array(LINE[0]), np.diff(LINE, axis=0)[0]
+    along = since @ direction / (direction @ direction)
+    assert np.abs(since - along[:, None] * direction).max() < 1e-9
+    assert (np.diff(along) >= -1e-12).all()
 
 
 def test_where_no_faster_stop_is_found_the_end_is_the_stop() -> None:
-    given = planned("trapezoidal")
+    """Along a curve where at every instant some joint uses all of its limit."""
+    given = plan(PlanningProblem(kuka(), CORNER), Toppra()).trajectory
     stop = stop_on_path(kuka(), given, 0.97 * given.duration)
     assert [warning.code for warning in stop.warnings][-1] == "stops_at_the_end"
     assert stop.trajectory.duration == pytest.approx(0.03 * given.duration)

@@ -12,16 +12,18 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from planner.backends import BACKENDS, Ruckig
+from planner.backends import BACKENDS, Auto, Ruckig
 from planner.backends.min_effort.program import Program
 from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError, Remedy
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problem import (
+    CartesianMove,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,
     PoseWaypoint,
+    RelativeWaypoint,
     StopTransition,
     ThroughTransition,
 )
@@ -223,3 +225,19 @@ def test_durations_that_leave_no_time_for_a_segment_are_refused_without_limits_t
     with pytest.raises(InfeasibleDuration) as refusal:
         plan(PlanningProblem(ROBOT, waypoints, duration=0.15), Ruckig())
     assert not any("limits" in remedy.field for remedy in refusal.value.remedies)
+
+
+def test_splines_whose_free_durations_would_grow_without_end_are_refused() -> None:
+    """Beside a duration of 0.16 s that its limits do not allow, the other one grew to more than a number can be."""
+    robot = load_robot("three_dof_arm")
+    start = JointWaypoint((0.31953069095795916, 0.03688619503611301, 1.1314518954641293))
+    step = CartesianMove((-0.011159561774841509, 0.005470352103030239, -0.04318230500155012))
+    passed = RelativeWaypoint(step, "base", transition=ThroughTransition(), duration=0.15590580163346132)
+    end = JointWaypoint((0.3235434349890596, 0.04178959256154402, 1.1321295645753966))
+    limits = Limits(
+        velocity=(2.005080322938322, 1.5974414823152285, 2.868386814322588),
+        jerk=(101.31918647878649, 102.65299667527043, 143.14415791380762),
+        tcp_linear_velocity=0.05864771024737503,
+    )
+    with pytest.raises(InfeasibleDuration):
+        plan(PlanningProblem(robot, (start, passed, end), limits), Auto())
