@@ -296,7 +296,8 @@ def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
 
 def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:
     """Return the fields that say how closely the joints follow a motion of the tool."""
-    return {name: getattr(motion, name) for name in waypoints.ToolMotion.model_fields}
+    fields = {name: getattr(motion, name) for name in waypoints.ToolMotion.model_fields}
+    return fields | {"free": _to_free(motion.free)}
 
 
 def _to_transition(transition: waypoints.Transition) -> problem.Transition:

@@ -105,11 +105,14 @@ class CartesianMotion:
         tolerance_position: How far the tool may be from the curve, m.
         tolerance_orientation: How far it may be from the orientation that belongs there, rad.
         singularity: What it does near a singularity.
+        free: What of the poses between the ends is left open, 0 among it; None: nothing. It is made use of where the
+            joints could not follow the motion otherwise; the ends are as they are asked.
     """
 
     tolerance_position: float = 1e-4
     tolerance_orientation: float = 1e-3
     singularity: Singularity = "refuse"
+    free: Free | None = None
 
 
 @dataclass(frozen=True)

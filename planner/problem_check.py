@@ -15,6 +15,7 @@ from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problem import (
     BlendTransition,
+    CartesianMotion,
     FreeMotion,
     JointMotion,
     JointWaypoint,
@@ -98,6 +99,8 @@ def waypoint_faults(
             yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
         if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
             yield from _region_faults(waypoint.free, ("waypoints", i, "free"))
+        if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
+            yield from _region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
     if options.prefer == "near_reference" and options.reference is None:
@@ -165,7 +168,7 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
         )
 
 
-def _region_faults(region: Region, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+def _region_faults(region: Region, field: FieldPath, *, with_zero: bool = False) -> Iterator[tuple[FieldPath, str]]:
     if not region.ranges:
         yield field, "a region needs a range"
     for name, (lower, upper) in region.ranges.items():
@@ -174,6 +177,8 @@ def _region_faults(region: Region, field: FieldPath) -> Iterator[tuple[FieldPath
             yield (*field, name), "the ends of a range are a lower and an upper one"
         elif not -widest <= lower <= upper <= widest:
             yield (*field, name), f"the ends of this range are within {widest:g} rad to either side"
+        elif with_zero and not lower <= 0.0 <= upper:
+            yield (*field, name), "a range along a motion has 0 in it: at its ends nothing is left open"
 
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

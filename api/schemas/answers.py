@@ -9,7 +9,7 @@ from pydantic import Field
 from api.schemas.common import Answer
 from api.schemas.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.schemas.problem_documents import ProblemDocument  # noqa: TC001
-from api.schemas.scenes import ClearancesAnswer  # noqa: TC001
+from api.schemas.scenes import ClearancesAnswer, CollisionAnswer  # noqa: TC001
 
 
 class TcpPoses(Answer):
@@ -170,7 +170,8 @@ class CertificateAnswer(Answer):
     checks: list[Check]
     """The worst of each quantity, one check a quantity."""
     clearance: ClearancesAnswer | None = None
-    """How near the robot comes to itself and to the scene; missing: nothing was held against anything."""
+    """How near the robot comes to itself and to the scene; missing: nothing was held against anything; null: it is not
+    free."""
 
 
 class InterpolationCertificate(CertificateAnswer):
@@ -178,6 +179,9 @@ class InterpolationCertificate(CertificateAnswer):
 
     interpolation: Literal["linear", "cubic", "quintic", "polynomials"]
     """What the controller runs: the interpolation between samples, or the polynomials as they are."""
+    collision: CollisionAnswer | None = None
+    """The pair that does not keep its margin, so that the certificate is not satisfied; null: all do; missing: nothing
+    was asked about collisions."""
 
 
 class JointPolynomials(Answer):

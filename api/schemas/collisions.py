@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from api.schemas.common import DEFAULT_DEADLINE, Answer, Deadline, FrameName, Pose, RobotId
 from api.schemas.requests import GivenTrajectory, Rows
-from api.schemas.scenes import ClearancesAnswer, Scene  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.scenes import ClearancesAnswer, CollisionAnswer, Scene  # noqa: TC001 - pydantic evaluates the annotations
 
 
 class CollisionCheckRequest(GivenTrajectory):
@@ -33,23 +33,6 @@ class CollisionCheckRequest(GivenTrajectory):
     """The pose of the base in the world (m); omitted: the robot's own."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""
-
-
-class CollisionAnswer(Answer):
-    """A pair that is nearer than its margin, or could not be proved not to be."""
-
-    code: Literal["start_in_collision", "collision", "clearance_unproved"]
-    """What it is; `start_in_collision` of single postures, too."""
-    pair: Annotated[list[str], Field(min_length=2, max_length=2)]
-    """The names of the links or objects."""
-    time: float | None
-    """When it is first nearer, s."""
-    depth: float | None
-    """How much nearer than its margin it comes, m; null: that could not be proved."""
-    point: list[float] | None
-    """A point of the first of the two there, x, y, z in the base frame, m; null: unknown."""
-    detail: str
-    """What happens, for a person."""
 
 
 class CollisionResult(Answer):

@@ -238,5 +238,10 @@ class ValidateRequest(GivenTrajectory):
     """The joint accelerations before the trajectory, rad/s^2 or m/s^2; omitted: none."""
     final_velocity: JointVector | None = None
     """The joint velocities after the trajectory, rad/s or m/s; omitted: rest."""
+    scene: Scene | None = None
+    """What is around the robot, in the world or its base; it is held against that, too. Omitted: nothing is known."""
+    self_collision: bool | None = None
+    """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;
+    omitted: in a scene, as far as the shapes of its links are those of its description."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""

@@ -194,3 +194,20 @@ class ClearancesAnswer(Answer):
     """Between parts of the arm and what it carries; null: none are held against each other."""
     scene: ClearanceAnswer | None
     """Between those and objects; null: none are."""
+
+
+class CollisionAnswer(Answer):
+    """A pair that is nearer than its margin, or could not be proved not to be."""
+
+    code: Literal["start_in_collision", "collision", "clearance_unproved"]
+    """What it is; `start_in_collision` of single postures, too."""
+    pair: Annotated[list[str], Field(min_length=2, max_length=2)]
+    """The names of the links or objects."""
+    time: float | None
+    """When it is first nearer, s."""
+    depth: float | None
+    """How much nearer than its margin it comes, m; null: that could not be proved."""
+    point: list[float] | None
+    """A point of the first of the two there, x, y, z in the base frame, m; null: unknown."""
+    detail: str
+    """What happens, for a person."""

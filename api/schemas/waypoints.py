@@ -72,6 +72,30 @@ Singularity = TypeAliasType(
 )
 
 
+Offsets = Annotated[list[Number], Field(min_length=2, max_length=2)]
+
+
+class Region(Schema):
+    """Ranges of a pose that are left open: lower and upper ends, in the axes of the pose.
+
+    The tool may be at the pose times Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z); what has no range is
+    0. So a turn about z, the last one, is about the tool's own axis.
+    """
+
+    x: Offsets | None = None
+    """The range of the shift along the x axis of the pose, m."""
+    y: Offsets | None = None
+    """The range of the shift along its y axis, m."""
+    z: Offsets | None = None
+    """The range of the shift along its z axis, m."""
+    rotation_x: Offsets | None = None
+    """The range of the turn about its x axis, rad, within a quarter of a turn to either side."""
+    rotation_y: Offsets | None = None
+    """The range of the turn about its y axis as turned so, rad, within a quarter of a turn to either side."""
+    rotation_z: Offsets | None = None
+    """The range of the turn about the tool's own z axis, rad, within half a turn to either side."""
+
+
 class ToolMotion(Schema):
     """What every motion of the tool along a given curve has."""
 
@@ -81,6 +105,11 @@ class ToolMotion(Schema):
     """The angle that the tool may be off the orientation that belongs there, rad."""
     singularity: Singularity = "refuse"
     """What to do near a singularity."""
+    free: Literal["rotation_z"] | Region | None = None
+    """What of the poses between the ends is left open; null or omitted: nothing. `rotation_z`: the turn about the
+    tool's own z axis, as of a torch or a round nozzle; or ranges along the axes of the poses and about them, with 0. It
+    is made use of where the joints could not follow the motion otherwise, as of an arm with five joints; the ends are
+    as they are asked, or chosen by the `free` of their waypoints."""
 
 
 class LinearMotion(ToolMotion):
@@ -289,30 +318,6 @@ class ArmConfiguration(Schema):
     wrist: Wrist | None = None
     """`no_flip`: the fifth joint is between 0 and pi; `flip`: between -pi and 0 (KUKA: bit 2 of the status is 1),
     counted from where axes 4, 5 and 6 lie in one plane. Null or omitted: either."""
-
-
-Offsets = Annotated[list[Number], Field(min_length=2, max_length=2)]
-
-
-class Region(Schema):
-    """Ranges of a pose that are left open: lower and upper ends, in the axes of the pose.
-
-    The tool may be at the pose times Trans(x, y, z) Rx(rotation_x) Ry(rotation_y) Rz(rotation_z); what has no range is
-    0. So a turn about z, the last one, is about the tool's own axis.
-    """
-
-    x: Offsets | None = None
-    """The range of the shift along the x axis of the pose, m."""
-    y: Offsets | None = None
-    """The range of the shift along its y axis, m."""
-    z: Offsets | None = None
-    """The range of the shift along its z axis, m."""
-    rotation_x: Offsets | None = None
-    """The range of the turn about its x axis, rad, within a quarter of a turn to either side."""
-    rotation_y: Offsets | None = None
-    """The range of the turn about its y axis as turned so, rad, within a quarter of a turn to either side."""
-    rotation_z: Offsets | None = None
-    """The range of the turn about the tool's own z axis, rad, within half a turn to either side."""
 
 
 class PoseWaypoint(WaypointBase):

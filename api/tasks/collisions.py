@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from api.errors import invalid
 from api.schemas import collisions as schemas
@@ -11,14 +11,13 @@ from api.tasks.operation import BODY_CODES, Operation
 if TYPE_CHECKING:
     from api.messages import Reply
     from api.tasks.work import Work
-    from planner.scene import CollisionChecker
-    from planner.trajectory import Trajectory
 
 
 def check_collisions(work: Work) -> Reply:
     """Answer POST /v1/collisions/check."""
     import numpy as np
 
+    from api.clearance_answers import clearance_answer
     from api.conversion import frames_in_world, mounted, to_matrix, with_tool
     from api.given_trajectories import to_trajectory
     from api.scene_conversion import to_scene
@@ -38,22 +37,8 @@ def check_collisions(work: Work) -> Reply:
         scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
         checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
     with work.stage("plan"):
-        results = [_result(checker, motion, request.tolerance) for motion in motions]
+        results = [clearance_answer(checker, motion, request.tolerance) for motion in motions]
     return work.reply({"free": all(result["free"] for result in results), "results": results})
-
-
-def _result(checker: CollisionChecker, motion: Trajectory, tolerance: float) -> dict[str, Any]:
-    from planner.certificate.clearance import certify_clearance
-    from planner.errors import ClearanceUnproved, Collision
-
-    try:
-        report = certify_clearance(checker, motion, tolerance)
-    except (Collision, ClearanceUnproved) as refusal:
-        depth, point = (refusal.depth, refusal.point) if isinstance(refusal, Collision) else (None, None)
-        found = {"code": refusal.code, "pair": refusal.pair, "time": refusal.time, "depth": depth, "point": point}
-        found["detail"] = refusal.message
-        return {"free": False, "clearance": None, "collision": found}
-    return {"free": True, "clearance": None if report is None else report.as_dict(), "collision": None}
 
 
 TABLE = {

@@ -103,7 +103,25 @@ def validate_trajectory(work: Work) -> Reply:
         robot = work.robot(request)
     with work.stage("plan"):
         interpolation, certificate = certified(request, robot)
-    return work.reply({"interpolation": interpolation, **certificate.as_dict()})
+        answer = {"interpolation": interpolation, **certificate.as_dict()}
+        if request.scene is not None or request.self_collision:
+            answer |= _kept_clear(request, robot, certificate.satisfied)
+    return work.reply(answer)
+
+
+def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool) -> dict[str, Any]:
+    """Hold the trajectory of a request against its scene: what of the answer that changes."""
+    from api.clearance_answers import clearance_answer
+    from api.conversion import frames_in_world
+    from api.given_trajectories import to_trajectory
+    from api.scene_conversion import to_scene
+    from planner.certificate.clearance import CLEARANCE_TOLERANCE
+    from planner.scene import CollisionChecker
+
+    scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
+    checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
+    found = clearance_answer(checker, to_trajectory(request, robot)[1], CLEARANCE_TOLERANCE)
+    return {"satisfied": satisfied and found["free"], "clearance": found["clearance"], "collision": found["collision"]}
 
 
 def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests.Interpolation, Certificate]:

@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from planner.certificate.checks import Check
+from planner.certificate.goal_regions import misses_of_region
 from planner.certificate.lines_and_circles import Circle, Line, angles_of, rotation_vectors_of
 from planner.certificate.on_curve import parameters_on
 from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import tool_poses_on
 from planner.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
+from planner.regions import region_of
 from planner.spatial import Pose
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
@@ -136,14 +138,27 @@ def _deviations(
     kinds: dict[tuple[type, bool], dict[int, Line | Circle]] = {}
     for segment in with_tool:
         pieces = np.flatnonzero(trajectory.segments == segment)
-        motion = solved[segment + 1].tool_motion
-        if motion and isinstance(motion.path, Polyline | PoseSpline):
+        motion, asked = solved[segment + 1].tool_motion, waypoints[segment + 1].motion
+        free = asked.free if isinstance(asked, CartesianMotion) else None
+        if motion and (free or isinstance(motion.path, Polyline | PoseSpline)):
             of_curve = sampled(pieces, SAMPLES)
             if len(of_curve.times):
                 u = parameters_on(motion.curve, of_curve.joints)
-                found = _misses(*motion.path.poses(u), of_curve.positions, of_curve.rotations)
+                if isinstance(motion.path, Polyline | PoseSpline):
+                    points, axes = motion.path.poses(u)
+                else:
+                    start = _start(solved[segment], *robots[segment : segment + 2])
+                    path = _path(waypoints[segment + 1], start, solved[segment + 1])
+                    points, axes = _of_samples([path], np.zeros(len(u), dtype=int)).poses(u)
                 allowed = np.broadcast_to(tolerances[segment + 1], (len(u), 2))
-                yield from _path_deviations(*found, allowed, of_curve.times)
+                if free and axes is not None:
+                    region, reached = region_of(free), (of_curve.positions, of_curve.rotations)
+                    yield from _path_deviations(
+                        *misses_of_region(region, points, axes, *reached), allowed, of_curve.times
+                    )
+                else:
+                    found = _misses(points, axes, of_curve.positions, of_curve.rotations)
+                    yield from _path_deviations(*found, allowed, of_curve.times)
         elif len(pieces):
             start = _start(solved[segment], *robots[segment : segment + 2])
             path = _path(waypoints[segment + 1], start, solved[segment + 1])

@@ -11,24 +11,26 @@ import numpy as np
 from planner.errors import (
     ConfigurationChange,
     InvalidProblem,
-    JointPositionLimit,
     PathPoint,
     PlanningError,
-    SingularPath,
     UnreachableWaypoint,
 )
-from planner.kinematics.configurations import Configuration, configurations
-from planner.kinematics.forward import jacobian, tool_pose
-from planner.kinematics.inverse import inverse_kinematics
+from planner.kinematics.configurations import Configuration, configurations, in_configuration
+from planner.kinematics.forward import tool_pose
+from planner.kinematics.inverse import all_solutions
 from planner.kinematics.search import pose_errors
 from planner.kinematics.turns import TURN
 from planner.polynomials import PiecewisePolynomial, joined
 from planner.problem import CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
+from planner.regions import region_of
+from planner.robots.freedoms import with_freedoms
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
 from planner.tool_motions.deviations import through_singular_wrist
+from planner.tool_motions.errors import configuration_error, limit_error, lost_error
 from planner.tool_motions.follow import GENTLE, STEEP, STEEPEST, Lost, follow
 from planner.tool_motions.follow_many import follow_lines
+from planner.tool_motions.freedoms import by_freedoms
 from planner.tool_motions.pose_paths import Line, NoPath, Reversed
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.self_motions import follow_by_self_motions
@@ -42,12 +44,10 @@ if TYPE_CHECKING:
 
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problem import AnyWaypoint
+    from planner.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
-
-LOOK_AHEAD = 2e-3
-"""The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
 
 WORTH_A_WARNING = 100.0
 """How far a joint goes, rad or m, where the tool goes 1 m or rad, if that is worth a warning: at 3 rad/s of the joint
@@ -59,8 +59,8 @@ SLOWEST = 1e-9
 SHARE_OF_DEVIATION = 0.9
 """The share of the tolerance of the orientation that a path through a singular wrist may use up."""
 
-LOOKS_AHEAD = 8
-"""The number of poses on the rest of the way that are tried for it, too."""
+MOST_ENDS = 4
+"""The most solutions at the end of a motion, the nearest ones, that it is tried to lead to by its freedoms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,8 @@ class RefusedMotion:
     def is_out_of_reach(self) -> bool:
         """Whether the path leads out of the arm's reach, so that it can be followed from no other start either."""
         depends_on_start = self.asked.before.rotation is None and self.asked.after.rotation is not None
-        return isinstance(self.error, UnreachableWaypoint) and not depends_on_start
+        is_free = self.asked.motion.free is not None
+        return isinstance(self.error, UnreachableWaypoint) and not (depends_on_start or is_free)
 
 
 def follow_motion(asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
@@ -184,10 +185,15 @@ def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: Float
     idle = robot.dof - (3 if free else 6)
     lines: list[Line] = []
     for one in asked if idle >= 0 else ():
-        is_line = isinstance(one.waypoint.motion, LinearMotion) and {
-            one.before.rotation is None,
-            one.after.rotation is None,
-        } == {free}
+        is_line = (
+            isinstance(one.waypoint.motion, LinearMotion)
+            and not one.waypoint.motion.free
+            and {
+                one.before.rotation is None,
+                one.after.rotation is None,
+            }
+            == {free}
+        )
         line = Line(one.before, one.after)
         if not is_line or _stands_still(line) or (idle and isinstance(one.waypoint, JointWaypoint)):
             break
@@ -210,6 +216,49 @@ def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: Float
 
 
 def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
+    """Follow the path of the tool from a joint position (joints,) at its start, by its freedoms where it has to be."""
+    result = _follow_as_written(asked, start, path)
+    if isinstance(result, ToolMotion) or asked.motion.free is None or path.pose(0.0).rotation is None:
+        return result
+    return _follow_by_freedoms(asked, start, path, region_of(asked.motion.free)) or result
+
+
+def _follow_by_freedoms(asked: AskedMotion, start: FloatArray, path: PosePath, region: Region) -> ToolMotion | None:
+    """Follow the path with an arm that has the freedoms as joints behind its tool; None: not to any end that is tried.
+
+    Args:
+        asked: The motion.
+        start: (joints,), at its start.
+        path: The path as it is written, which the tool is on at both ends.
+        region: What is left open in between.
+    """
+    robot, waypoint = asked.robot, asked.waypoint
+    if isinstance(waypoint, JointWaypoint):
+        ends: Sequence[FloatArray] = [_turned_to(robot, waypoint.position, start)]
+    else:
+        solutions = all_solutions(robot, path.pose(1.0), asked.options, start)
+        ends = in_configuration(robot, [_turned_to(robot, q, start) for q in solutions], asked.configuration)
+    free, at_ends = with_freedoms(robot, region.ranges), np.zeros(len(region.ranges))
+    for end in sorted(ends, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]:
+        arm, first, last = robot, start, end
+        to_follow: PosePath | None = path
+        if free.dof > len(path.twist(0.0)):
+            to_follow = by_freedoms(robot, path, region, start, end, asked.options)
+        else:  # the joints alone say where in the region the tool is
+            arm, first, last = free, np.append(start, at_ends), np.append(end, at_ends)
+        if to_follow is None:
+            continue
+        curve, deviation = _followed(arm, to_follow, first, last, asked.motion)
+        if isinstance(curve, Lost) or first_beyond(arm, curve) is not None:
+            continue
+        reached = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
+        if np.abs(reached - last).max() <= SAME_CONFIGURATION:
+            own = PiecewisePolynomial(curve.lengths, curve.coefficients[:, : robot.dof])
+            return ToolMotion(path, own, end, _warning(asked, path, own, deviation))
+    return None
+
+
+def _follow_as_written(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
     """Follow the path of the tool from a joint position (joints,) at its start."""
     robot, waypoint = asked.robot, asked.waypoint
     given = _turned_to(robot, waypoint.position, start) if isinstance(waypoint, JointWaypoint) else None
@@ -219,10 +268,10 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
     curve = result.curve if isinstance(result, Lost) else result
     if (beyond := first_beyond(robot, curve)) is not None:
         u, position, joint = beyond
-        error: PlanningError = _limit_error(asked, u, position, joint)
+        error: PlanningError = limit_error(asked.name, robot, u, position, joint)
     elif isinstance(result, Lost):
         u, position = result.u, result.position
-        error = _lost_error(asked, path, result)
+        error = lost_error(asked.name, robot, path, result, asked.options, asked.motion.singularity)
     else:
         end: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
         if given is None and np.abs(end - start).max() <= POSITION_TOLERANCE:
@@ -231,7 +280,7 @@ def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMo
         given = None if given is None else _turned_to(robot, given, end)
         u, position = 1.0, end
         if given is not None and np.abs(end - given).max() > SAME_CONFIGURATION:
-            error = _configuration_error(asked, end, given)
+            error = configuration_error(asked.name, robot, end, given)
         elif not asked.configuration.allows(reached):
             error = ConfigurationChange(f"{asked.name} ends with {reached}, not with {asked.configuration}")
         else:
@@ -318,47 +367,3 @@ def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
         return None
     start: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
     return start
-
-
-def _limit_error(asked: AskedMotion, u: float, position: FloatArray, joint: int) -> JointPositionLimit:
-    robot = asked.robot
-    lower, upper = robot.limit("lower")[joint], robot.limit("upper")[joint]
-    value, name = float(position[joint]), robot.joint_names[joint]
-    limit = float(lower if value < (lower + upper) / 2.0 else upper)
-    return JointPositionLimit(
-        f"{asked.name} takes {name} beyond its limit {limit:.6g} after {u:.1%} of the way",
-        joint=name,
-        value=value,
-        limit=limit,
-    )
-
-
-def _lost_error(asked: AskedMotion, path: PosePath, lost: Lost) -> PlanningError:
-    robot = asked.robot
-    where = f"after {lost.u:.1%} of the way" if lost.u > 0.0 else "at its start"
-    ahead = min(1.0, lost.u + LOOK_AHEAD)
-    for u in (ahead, *np.linspace(ahead, 1.0, LOOKS_AHEAD + 1)[1:].tolist()):
-        if inverse_kinematics(robot, path.pose(u), asked.options, lost.position).status == "unreachable_waypoint":
-            where = where if u == ahead else f"before {u:.1%} of the way"
-            return UnreachableWaypoint(f"{asked.name} leaves what {robot.id} can reach {where}")
-    joint = robot.joint_names[_idle_joint(robot, lost.position)]
-    steepest = STEEPEST if asked.motion.singularity == "slow" else STEEP
-    far = f"would have to jump, or go further than {steepest:g} rad (or m) for 1 m or 1 rad of the tool"
-    return SingularPath(f"{asked.name} meets a singularity {where}, where {joint} {far}", joint=joint)
-
-
-def _configuration_error(asked: AskedMotion, reached: FloatArray, given: FloatArray) -> ConfigurationChange:
-    joint = int(np.argmax(np.abs(reached - given)))
-    name = asked.robot.joint_names[joint]
-    return ConfigurationChange(
-        f"{asked.name} ends in another configuration than the one asked: "
-        f"{name} at {reached[joint]:.6g} instead of {given[joint]:.6g}",
-        joint=name,
-        value=float(reached[joint]),
-    )
-
-
-def _idle_joint(robot: Robot, position: FloatArray) -> int:
-    """Return the joint with the largest share in the motion that, at a singularity, does not move the tool."""
-    directions = np.linalg.svd(jacobian(robot, position))[2]
-    return int(np.argmax(np.abs(directions[min(robot.dof, 6) - 1])))

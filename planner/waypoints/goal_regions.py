@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.kinematics.configurations import configurations, in_configuration
+from planner.kinematics.configurations import configurations
 from planner.kinematics.inverse import inverse_kinematics, solution_layers
 from planner.kinematics.search import QUICK, Search
 from planner.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.regions import region_of
 from planner.robots.freedoms import with_freedoms
 from planner.robots.tools import with_tools
+from planner.tool_motions.least_cost import least_cost
 from planner.waypoints.choice import MOTION_PENALTY, joint_times
-from planner.waypoints.least_cost import least_cost
 from planner.waypoints.preferences import costs_of
 from planner.waypoints.targets import wanted_poses
 
@@ -94,27 +94,36 @@ def _chosen(
             found[[not wanted.allows(other) for other in configurations(robot, own)]] = np.inf
         return found
 
+    free = with_freedoms(robot, region.ranges)
+    if robot.dof >= 6:
+        found = _in_spread(robot, asked, region, near, options)
+    else:  # few poses of the region can be reached: those that the freedoms lead to
+        found = list(solution_layers(free, [asked], options, np.append(near, np.zeros(len(region.ranges))))[0])
+    found = [q for q in found if np.isfinite(costs(q[None])[0])] if wanted.names else found
+    if not found:
+        return region.pose(waypoint.pose, np.array([np.clip(0.0, *ends) for ends in region.ranges.values()]))
+    postures = np.array(found)
+    best = postures[costs(postures).argsort(kind="stable")[:REFINED]]
+    search = Search(free, asked, options)
+    refined = np.array([least_cost(search, q, costs) for q in best])
+    taken = refined[int(costs(refined).argmin())]
+    return region.pose(waypoint.pose, taken[robot.dof :][::-1])
+
+
+def _in_spread(
+    robot: Robot, asked: Pose, region: Region, near: FloatArray, options: InverseKinematicsOptions
+) -> list[FloatArray]:
+    """Return postures (joints and freedoms,) at poses all over a region."""
     offsets = _spread(region)
     poses = [region.pose(asked, row) for row in offsets]
     layers = solution_layers(robot, poses, options, near)
-    found = [
-        np.concatenate([q, row[::-1]])
-        for row, layer in zip(offsets, layers, strict=True)
-        for q in in_configuration(robot, layer, wanted)
-    ]
+    found = [np.concatenate([q, row[::-1]]) for row, layer in zip(offsets, layers, strict=True) for q in layer]
     if robot.dof > 6:  # what is known of a continuum is a spread: these are the solutions nearby
         start = np.clip(near, robot.limit("lower"), robot.limit("upper"))
         nearby = (Search(robot, pose, options).solve(start, **QUICK) for pose in poses)
         solved = zip(offsets, nearby, strict=True)
         found += [np.concatenate([q, row[::-1]]) for row, q in solved if q is not None]
-    if not found:
-        return region.pose(waypoint.pose, np.array([np.clip(0.0, *ends) for ends in region.ranges.values()]))
-    postures = np.array(found)
-    best = postures[costs(postures).argsort(kind="stable")[:REFINED]]
-    search = Search(with_freedoms(robot, region.ranges), asked, options)
-    refined = np.array([least_cost(search, q, costs) for q in best])
-    taken = refined[int(costs(refined).argmin())]
-    return region.pose(waypoint.pose, taken[robot.dof :][::-1])
+    return found
 
 
 def _spread(region: Region) -> FloatArray:

@@ -11,8 +11,8 @@ from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import manipulability
 from planner.kinematics.search import Search, wide_spread
 from planner.limits import counted_velocity
+from planner.tool_motions.least_cost import least_cost
 from planner.tool_motions.position_limits import shares_of_range
-from planner.waypoints.least_cost import least_cost
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -155,6 +155,17 @@ def test_postures_or_a_trajectory_are_needed(service: RunningService) -> None:
         assert service.post(CHECK, request).json()["code"] == "invalid_request"
 
 
+def test_validating_in_a_scene(service: RunningService) -> None:
+    slow = {"samples": {"time": [0.0, 20.0], "position": [HOME, ASIDE]}}
+    for last, margin, is_free in ((ASIDE, 0.02, True), (ASIDE, 0.5, False), (TOO_LOW, 0.0, False)):
+        slow["samples"]["position"] = [HOME, last]
+        request = KUKA | slow | {"scene": {"objects": [TABLE], "margin": margin}}
+        answer = checked(service.post(f"{PLAN}/validate", request), answers.InterpolationCertificate)
+        assert answer["satisfied"] == is_free
+        assert (answer["clearance"] is None, answer["collision"] is None) == (not is_free, is_free)
+    assert "collision" not in service.post(f"{PLAN}/validate", KUKA | slow).json()
+
+
 def test_comparing_in_a_scene(service: RunningService) -> None:
     shared = plan_request(backends=[{"kind": "cubic"}, {"kind": "ruckig"}])
     del shared["backend"]

@@ -57,3 +57,23 @@ def test_the_preferred_posture_is_taken(service: RunningService) -> None:
     assert [waypoint["choice"] for waypoint in plan["waypoints"]] == ["given", "shortest_way", "shortest_way"]
     refused = service.post("/v1/trajectories", {**request, "ik": {"prefer": "near_reference"}})
     assert refused.json()["errors"][0]["pointer"] == "/ik/reference"
+
+
+def test_an_arm_with_five_joints_drives_a_line_whose_turn_is_free(service: RunningService) -> None:
+    """The axis of the tool by the poses of the answer; with a fixed orientation there is no plan."""
+    derived = {"kind": "derived", "id": "five_axes", "from": "kuka_kr16_2", "locked": {"joint_a6": 0.0}}
+    assert service.post("/v1/robots", derived).status_code == 201
+    start = [0.0, -1.5, 1.5, 0.3, 0.5]
+    (pose,) = service.post("/v1/kinematics/forward", {"robot": "five_axes", "positions": [start]}).json()["poses"]
+    pose["position"] = [pose["position"][0], pose["position"][1] - 0.2, pose["position"][2] + 0.1]
+    line = {"kind": "pose", "pose": pose, "free": "rotation_z", "motion": {"kind": "linear"}}
+    request = {"robot": "five_axes", "waypoints": [{"kind": "joint", "position": start}, line], "include": ["tcp_pose"]}
+    assert service.post("/v1/trajectories", request).status_code == 422
+    line["motion"]["free"] = "rotation_z"
+    plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+    written = rotation_from_quaternion(np.array(pose["orientation"]["xyzw"]))[:, 2]
+    for xyzw in plan["samples"]["tcp_pose"]["quaternion_xyzw"]:
+        assert rotation_from_quaternion(np.array(xyzw))[:, 2] @ written > 1.0 - 1e-6
+    line["motion"]["free"] = {"rotation_z": [0.1, 0.2]}
+    refused = service.post("/v1/trajectories", request)
+    assert refused.json()["errors"][0]["pointer"] == "/waypoints/1/motion/free/rotation_z"

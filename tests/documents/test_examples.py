@@ -51,6 +51,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "refuelling_case_1.json": (6, 25.29),
     "refuelling_case_1_poses.json": (6, 25.29),
     "refuelling_case_2.json": (5, 37.60),
+    "round_torch.json": (4, None),
     "three_joint_arm_first.json": (3, 30.0),
     "three_joint_arm_second.json": (3, 30.0),
     "three_joint_arm_third.json": (3, 30.0),

@@ -201,6 +201,7 @@ def path_problems(draw: st.DrawFn, kind: str) -> PlanningProblem:
                 [
                     JointMotion(),
                     LinearMotion(singularity=near),
+                    LinearMotion(free=REGIONS[k % 2]),
                     CircularMotion(via[0], singularity=near),
                     PolylineMotion(via, 0.1 * reach, singularity=near),
                     SplineMotion(via, singularity=near),

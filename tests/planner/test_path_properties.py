@@ -110,7 +110,8 @@ def _goes_where_it_should(result: Plan) -> None:
             elif isinstance(waypoint.motion, CircularMotion):
                 assert _from_circle(tool.translation, start, waypoint.motion.via, end) <= 1.001e-4
             else:
-                assert _from_line(tool, start, end, turns=robot.dof > 3)
+                is_fixed = robot.dof > 3 and not waypoint.motion.free  # type: ignore[union-attr]
+                assert _from_line(tool, start, end, turns=is_fixed)
         assert len(handedness) <= 1
 
 

@@ -24,6 +24,7 @@ MOST_FILES = 14
 """Number of modules that a folder may have."""
 
 LARGER_FOLDERS = {
+    "planner/tool_motions": "a module for each kind of path, and for each way in which the joints follow it",
     "planner": "the modules that are no part of a group: problem, plan, result, trajectory, and what all others share",
 }
 """Folders with more modules, and why."""

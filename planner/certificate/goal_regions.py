@@ -1,0 +1,59 @@
+"""How far poses of the tool are outside of the region that a motion leaves open: geometry of the certificate's own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.lines_and_circles import angles_of
+
+if TYPE_CHECKING:
+    from planner.regions import Region
+    from planner.spatial import FloatArray
+
+NAMES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+"""The freedoms of a region, shifts before turns."""
+
+
+def misses_of_region(
+    region: Region, points: FloatArray, axes: FloatArray, positions: FloatArray, rotations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distances (N,), m, and angles (N,), rad, of the tool from the poses of a region.
+
+    The angles of R = Rx(a) Ry(b) Rz(c) that lie outside of their ranges are put to their ends; what is left is the
+    angle from there.
+
+    Args:
+        region: What is left open.
+        points: Positions (N, 3) that are asked, m.
+        axes: Rotations (N, 3, 3) that are asked.
+        positions: Positions (N, 3) of the tool, m.
+        rotations: Rotations (N, 3, 3) of the tool.
+    """
+    lower, upper = np.array([region.ranges.get(name, (0.0, 0.0)) for name in NAMES]).T
+    shifts = np.einsum("nji,nj->ni", axes, positions - points)
+    distances = np.linalg.norm(shifts - np.clip(shifts, lower[:3], upper[:3]), axis=1)
+    turns = axes.transpose(0, 2, 1) @ rotations
+    angles = np.stack(
+        [
+            np.arctan2(-turns[:, 1, 2], turns[:, 2, 2]),
+            np.arcsin(np.clip(turns[:, 0, 2], -1.0, 1.0)),
+            np.arctan2(-turns[:, 0, 1], turns[:, 0, 0]),
+        ],
+        axis=1,
+    )
+    nearest = _turned(np.clip(angles, lower[3:], upper[3:]))
+    return distances, angles_of(nearest.transpose(0, 2, 1) @ turns)
+
+
+def _turned(angles: FloatArray) -> FloatArray:
+    """Return the rotations Rx(a) Ry(b) Rz(c) (N, 3, 3) of angles (N, 3), written out."""
+    (a, b, c), (d, e, f) = np.cos(angles).T, np.sin(angles).T
+    rows = [
+        [b * c, -b * f, e],
+        [a * f + d * e * c, a * c - d * e * f, -d * b],
+        [d * f - a * e * c, d * c + a * e * f, a * b],
+    ]
+    rotations: FloatArray = np.array(rows).transpose(2, 0, 1)
+    return rotations

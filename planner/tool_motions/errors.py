@@ -1,0 +1,78 @@
+"""Why a motion of the tool cannot be followed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import ConfigurationChange, JointPositionLimit, PlanningError, SingularPath, UnreachableWaypoint
+from planner.kinematics.forward import jacobian
+from planner.kinematics.inverse import inverse_kinematics
+from planner.tool_motions.follow import STEEP, STEEPEST
+
+if TYPE_CHECKING:
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.problem import Singularity
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+    from planner.tool_motions.follow import Lost
+    from planner.tool_motions.pose_paths import PosePath
+
+LOOK_AHEAD = 2e-3
+"""The share of the way behind the point where the arm got stuck, at which the path is tried for reachability."""
+
+LOOKS_AHEAD = 8
+"""The number of poses on the rest of the way that are tried for it, too."""
+
+
+def limit_error(name: str, robot: Robot, u: float, position: FloatArray, joint: int) -> JointPositionLimit:
+    """Why a motion ends at a position limit of a joint, after u of the way at a position (joints,)."""
+    lower, upper = robot.limit("lower")[joint], robot.limit("upper")[joint]
+    value, limited = float(position[joint]), robot.joint_names[joint]
+    limit = float(lower if value < (lower + upper) / 2.0 else upper)
+    return JointPositionLimit(
+        f"{name} takes {limited} beyond its limit {limit:.6g} after {u:.1%} of the way",
+        joint=limited,
+        value=value,
+        limit=limit,
+    )
+
+
+def lost_error(
+    name: str,
+    robot: Robot,
+    path: PosePath,
+    lost: Lost,
+    options: InverseKinematicsOptions,
+    singularity: Singularity,
+) -> PlanningError:
+    """Why the joints cannot follow a motion along its path any further: out of reach, or a singularity."""
+    where = f"after {lost.u:.1%} of the way" if lost.u > 0.0 else "at its start"
+    ahead = min(1.0, lost.u + LOOK_AHEAD)
+    for u in (ahead, *np.linspace(ahead, 1.0, LOOKS_AHEAD + 1)[1:].tolist()):
+        if inverse_kinematics(robot, path.pose(u), options, lost.position).status == "unreachable_waypoint":
+            where = where if u == ahead else f"before {u:.1%} of the way"
+            return UnreachableWaypoint(f"{name} leaves what {robot.id} can reach {where}")
+    joint = robot.joint_names[_idle_joint(robot, lost.position)]
+    steepest = STEEPEST if singularity == "slow" else STEEP
+    far = f"would have to jump, or go further than {steepest:g} rad (or m) for 1 m or 1 rad of the tool"
+    return SingularPath(f"{name} meets a singularity {where}, where {joint} {far}", joint=joint)
+
+
+def configuration_error(name: str, robot: Robot, reached: FloatArray, given: FloatArray) -> ConfigurationChange:
+    """Why a motion that reaches a position (joints,) does not end at the one given (joints,)."""
+    joint = int(np.argmax(np.abs(reached - given)))
+    turned = robot.joint_names[joint]
+    return ConfigurationChange(
+        f"{name} ends in another configuration than the one asked: "
+        f"{turned} at {reached[joint]:.6g} instead of {given[joint]:.6g}",
+        joint=turned,
+        value=float(reached[joint]),
+    )
+
+
+def _idle_joint(robot: Robot, position: FloatArray) -> int:
+    """Return the joint with the largest share in the motion that, at a singularity, does not move the tool."""
+    directions = np.linalg.svd(jacobian(robot, position))[2]
+    return int(np.argmax(np.abs(directions[min(robot.dof, 6) - 1])))

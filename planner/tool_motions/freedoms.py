@@ -1,0 +1,164 @@
+"""Motions of the tool whose poses are partly free: the offsets by which the joints get from one end to the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.kinematics.search import STEADY, Search
+from planner.polynomials import PiecewisePolynomial, quintic_hermite
+from planner.regions import TURNS
+from planner.robots.freedoms import with_freedoms
+from planner.tool_motions.least_cost import least_cost
+
+if TYPE_CHECKING:
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.regions import Region
+    from planner.robots import Robot
+    from planner.spatial import FloatArray, Pose
+    from planner.tool_motions.pose_paths import PosePath
+
+NODES = 13
+"""Number of points of the path at which offsets are sought, the ends among them."""
+
+STEEPEST = 1.25
+"""Slope at a node, as a multiple of the mean slopes beside it, up to which offsets do not overshoot between nodes."""
+
+ROOM = 0.05
+"""The share of its range by which a joint keeps off its limits at nodes: between nodes it is nearly where they have
+it."""
+
+RAMP = 0.2
+"""The part of the way at either end, in u, on which that room grows from nothing: the ends may be at a limit."""
+
+LOOKS = 201
+"""Number of points of the path at which offsets are compared with their ranges."""
+
+BARE = 1e-3
+"""The weight of offsets beside joint positions: they stay at nought where the joints do not mind."""
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetPath:
+    """A path whose poses are off those of another one, by offsets that are nought at its ends.
+
+    Attributes:
+        path: The other path, with a rotation.
+        region: What may be off.
+        offsets: (pieces, freedoms, 6), over u from 0 to 1, m or rad.
+    """
+
+    path: PosePath
+    region: Region
+    offsets: PiecewisePolynomial
+
+    @property
+    def breakpoints(self) -> FloatArray:
+        """Those of the other path, and those of the offsets."""
+        return np.union1d(self.path.breakpoints, self.offsets.breakpoints[1:-1])
+
+    def pose(self, u: float) -> Pose:
+        """Return the pose at u."""
+        return self.region.pose(self.path.pose(u), self.offsets.evaluate(np.array([u]), [0])[0][0])
+
+    def twist(self, u: float) -> FloatArray:
+        """Return the linear over the angular velocity (6,) by u, in the base's axes."""
+        here, twist = self.path.pose(u), self.path.twist(u)
+        values, rates = (rows[0] for rows in self.offsets.evaluate(np.array([u]), [0, 1]))
+        assert here.rotation is not None  # noqa: S101 - there is no freedom without rotations
+        shift, linear, angular, turned = np.zeros(3), np.zeros(3), np.zeros(3), np.eye(3)
+        for name, value, rate in zip(self.region.ranges, values.tolist(), rates.tolist(), strict=True):
+            axis = np.eye(3)["xyz".index(name[-1])]
+            if name in TURNS:
+                angular = angular + rate * turned @ axis
+                turned = turned @ TURNS[name](value)
+            else:
+                shift, linear = shift + value * axis, linear + rate * axis
+        moved = twist[:3] + np.cross(twist[3:], here.rotation @ shift) + here.rotation @ linear
+        return np.concatenate([moved, twist[3:] + here.rotation @ angular])
+
+
+def by_freedoms(
+    robot: Robot,
+    path: PosePath,
+    region: Region,
+    start: FloatArray,
+    end: FloatArray,
+    options: InverseKinematicsOptions,
+) -> OffsetPath | None:
+    """Return the path with the offsets at which the joints are nearest to the straight way from start to end.
+
+    They are sought at some nodes one after the other, within the position limits: of the postures there the one that is
+    nearest to the straight way, by the ranges of the joints and in the sense of least squares.
+
+    Args:
+        robot: The robot, with its tool; with its freedoms it has more joints than the tool has directions.
+        path: The path as it is written.
+        region: What is left open of its poses.
+        start: (joints,), at its start.
+        end: (joints,), at its end.
+        options: How poses are solved.
+
+    Returns:
+        None: no posture was found at a node.
+    """
+    free = with_freedoms(robot, region.ranges)
+    span = robot.limit("upper") - robot.limit("lower")
+    span = np.where(np.isfinite(span), span, 0.0)
+    scales = np.where(span > 0.0, span, 2.0 * np.pi)
+    at_ends = np.zeros(len(region.ranges))
+    offsets = np.zeros((NODES, len(at_ends)))
+    posture = np.concatenate([start, at_ends])
+    for node in range(1, NODES - 1):
+        u = node / (NODES - 1)
+        straight = start + u * (end - start)
+
+        def costs(postures: FloatArray, straight: FloatArray = straight) -> FloatArray:
+            away = (postures[:, : robot.dof] - straight) / scales
+            found: FloatArray = (away**2).sum(axis=1) + BARE * (postures[:, robot.dof :] ** 2).sum(axis=1)
+            return found
+
+        search = Search(free, path.pose(u), options)
+        room = np.append(ROOM * min(1.0, u / RAMP, (1.0 - u) / RAMP) * span, at_ends)
+        search.lower, search.upper = search.lower + room, search.upper - room
+        guesses = np.concatenate([straight, offsets[node - 1][::-1]]), posture
+        solved = next((q for guess in guesses if (q := search.solve(guess, **STEADY)) is not None), None)
+        if solved is None:
+            return None
+        posture = least_cost(search, solved, costs)
+        offsets[node] = posture[robot.dof :][::-1]
+    lower, upper = np.array(list(region.ranges.values())).T
+    smooth = _smooth(offsets)
+    (values,) = smooth.evaluate(np.linspace(0.0, 1.0, LOOKS), [0])
+    is_in = ((values >= lower) & (values <= upper)).all()
+    return OffsetPath(path, region, smooth if is_in else _without_overshoot(offsets))
+
+
+def _smooth(offsets: FloatArray) -> PiecewisePolynomial:
+    """Return quintics through offsets (nodes, freedoms) at even u, whose derivatives at nodes are by differences."""
+    step = 1.0 / (len(offsets) - 1)
+    slopes = np.gradient(offsets, step, axis=0, edge_order=2)
+    bends = np.diff(offsets, 2, axis=0) / step**2
+    bends = np.vstack([bends[:1], bends, bends[-1:]])
+    lengths, values = np.full(len(offsets) - 1, step), (offsets, slopes, bends)
+    starts, ends = tuple(rows[:-1] for rows in values), tuple(rows[1:] for rows in values)
+    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
+
+
+def _without_overshoot(offsets: FloatArray) -> PiecewisePolynomial:
+    """Return quintics through offsets (nodes, freedoms) at even u, without curvature at the nodes.
+
+    Their slopes there are the harmonic means of those beside them (Fritsch and Butland 1984).
+    """
+    lengths = np.full(len(offsets) - 1, 1.0 / (len(offsets) - 1))
+    means = np.diff(offsets, axis=0) / lengths[:, None]
+    before, after = means[:-1], means[1:]
+    same = before * after > 0.0
+    harmonic = np.where(same, 2.0 * before * after / np.where(same, before + after, 1.0), 0.0)
+    steepest = STEEPEST * np.minimum(np.abs(before), np.abs(after))
+    slopes = np.vstack([means[:1], np.clip(harmonic, -steepest, steepest), means[-1:]])
+    flat = np.zeros_like(offsets)
+    starts, ends = (offsets[:-1], slopes[:-1], flat[:-1]), (offsets[1:], slopes[1:], flat[1:])
+    return PiecewisePolynomial(lengths, quintic_hermite(lengths, starts, ends))
