@@ -205,7 +205,6 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
             yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
     if waypoints and type(waypoints[0].motion) is not JointMotion:
         yield ("waypoints", 0, "motion"), "the first waypoint ends no segment: there is no motion to it"
-    yield from _free_motion_faults(problem)
     if waypoints and waypoints[0].duration is not None:
         yield ("waypoints", 0, "duration"), "the first waypoint ends no segment: it has no duration"
     if waypoints and waypoints[0].limits is not None:
@@ -230,16 +229,6 @@ def _action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
                 yield ("actions", i, "duration"), f"the robot rests for {dwell:g} s there, its dwell"
 
 
-def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find free motions that are asked to take a time of their own."""
-    for i, waypoint in enumerate(problem.waypoints):
-        if isinstance(waypoint.motion, FreeMotion) and (
-            waypoint.duration is not None or waypoint.minimum_duration > 0.0
-        ):
-            name = "minimum_duration" if waypoint.duration is None else "duration"
-            yield ("waypoints", i, name), "a way that is yet to be found has no time of its own; the whole may have"
-
-
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     """Find durations that contradict each other."""
     waypoints, whole = problem.waypoints, problem.duration
@@ -247,6 +236,9 @@ def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]
         yield ("waypoints", 0, "minimum_duration"), "the first waypoint ends no segment: it has no duration"
     least = 0.0
     for i, waypoint in enumerate(waypoints):
+        if isinstance(waypoint.motion, FreeMotion) and (waypoint.duration or waypoint.minimum_duration):
+            timed = "duration" if waypoint.duration else "minimum_duration"
+            yield ("waypoints", i, timed), "a way that is yet to be found has no time of its own; the whole may have"
         if not 0.0 <= waypoint.minimum_duration < np.inf:
             yield ("waypoints", i, "minimum_duration"), "a duration cannot be negative, nor without end"
         elif waypoint.duration is not None and waypoint.duration < waypoint.minimum_duration:
