@@ -214,6 +214,9 @@ def _success(operation: Operation, status: int) -> dict[str, Any]:
         for view in VIEWS.values():
             content[view.media_type] = _schema_of_text_or_bytes(view.media_type)
     response: dict[str, Any] = {"description": "Success.", "content": content}
+    if operation.leads_to:
+        parameters = {"id": "$response.body#/id"}
+        response["links"] = {name: {"operationId": name, "parameters": parameters} for name in operation.leads_to}
     if operation.status in {HTTPStatus.CREATED, HTTPStatus.ACCEPTED}:
         response["headers"] = {"Location": {"description": "Where it is.", "schema": {"type": "string"}}}
     if operation.file:

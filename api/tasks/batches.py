@@ -296,6 +296,7 @@ OPERATIONS = (
             "Idempotency-Key": "A text of your own. The same key and body again is answered with the same batch, "
             "another body with `conflict`."
         },
+        leads_to=("get_batch", "get_batch_results", "stream_batch_results", "stream_batch_events", "cancel_batch"),
         lines=True,
     ),
     Operation(

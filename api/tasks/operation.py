@@ -58,6 +58,7 @@ class Operation:
         also_as: Media types of files that `Accept` chooses in place of it.
         shared: Whether the answer follows from the request, the robot that it names and the version of the service
             alone. It is computed once for all who ask the same, kept for a while, and has an `ETag`.
+        leads_to: The ids of operations whose path has the `id` of the answer.
         lines: Whether the body may also be newline-delimited JSON, an entry of its only list a line.
     """
 
@@ -83,4 +84,5 @@ class Operation:
     media_type: str = "application/json"
     also_as: tuple[str, ...] = ()
     shared: bool = False
+    leads_to: tuple[str, ...] = ()
     lines: bool = False

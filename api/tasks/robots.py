@@ -229,6 +229,7 @@ OPERATIONS = (
         request=schemas.RobotDefinition,
         answer=schemas.AddedRobot,
         status=201,
+        leads_to=("get_robot", "delete_robot"),
         also={200: "The same robot was there already."},
         codes=(
             *BODY_CODES,

@@ -88,6 +88,15 @@ def test_every_reference_leads_somewhere(document: dict[str, Any]) -> None:
     assert named == defined
 
 
+def test_links_lead_to_operations_that_take_an_id(document: dict[str, Any]) -> None:
+    by_id = {operation["operationId"]: operation for operation in operations(document).values()}
+    links = [link for node in nodes(document["paths"]) for link in node.get("links", {}).values()]
+    assert {link["operationId"] for link in links} >= {"get_batch", "cancel_batch", "get_robot", "delete_robot"}
+    for link in links:
+        names = {parameter["name"] for parameter in by_id[link["operationId"]]["parameters"]}
+        assert link["parameters"].keys() <= names
+
+
 def test_unions_are_discriminated_by_a_required_kind(document: dict[str, Any]) -> None:
     schemas = document["components"]["schemas"]
     unions = [node for node in nodes(schemas) if "oneOf" in node]

@@ -13,15 +13,21 @@ from api.operations import OPERATIONS
 from api.schemas.common import LARGEST
 from api.tasks.operation import Operation
 from tests.api.conftest import running_service
-from tests.sizes import SIZE
+from tests.sizes import HTTP
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 VALID, INVALID = schemathesis.GenerationMode.POSITIVE, schemathesis.GenerationMode.NEGATIVE
 CASES = [(operation, VALID) for operation in OPERATIONS] + [(op, INVALID) for op in OPERATIONS if op.request]
+OF_A_TIME = ["use_after_free", "ensure_resource_availability"]
+"""Checks that hold one answer against another: a cancelled batch is still there, and so is its robot's content."""
+
+STEPS = 6
+"""The requests of a chain, each of which may use what one before it has answered."""
+
 BUDGET = settings(
-    max_examples=SIZE.http,
+    max_examples=HTTP,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
@@ -33,6 +39,13 @@ def openapi(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Of a service of its own: the robots that are made up stay there."""
     with running_service(tmp_path_factory.mktemp("made_up") / "log.jsonl") as service:
         yield schemathesis.openapi.from_url(f"{service.url}/openapi.json")
+
+
+def with_a_patient_deadline(case: schemathesis.Case) -> None:
+    """A nanosecond is a valid deadline, too, and its 504 says nothing."""
+    deadline = case.body.get("deadline") if isinstance(case.body, dict) else None
+    if isinstance(deadline, int | float) and 0.0 < deadline <= LARGEST:
+        case.body["deadline"] = 10.0
 
 
 @pytest.mark.sized
@@ -48,9 +61,26 @@ def test_made_up_requests(openapi: Any, operation: Operation, mode: schemathesis
     @BUDGET
     @given(case=openapi[operation.path][operation.method].as_strategy(generation_mode=mode))
     def check(case: schemathesis.Case) -> None:
-        deadline = case.body.get("deadline") if isinstance(case.body, dict) else None
-        if isinstance(deadline, int | float) and 0.0 < deadline <= LARGEST:
-            case.body["deadline"] = 10.0  # a nanosecond is valid too, and its 504 says nothing
+        with_a_patient_deadline(case)
         case.call_and_validate(excluded_checks=excluded, timeout=30)
 
     check()
+
+
+@pytest.mark.large_only
+def test_chains_of_made_up_requests(openapi: Any) -> None:
+    """Robots and batches are made, looked at, used and deleted, in any order, by the links of the document."""
+    machine = openapi.as_state_machine()
+    excluded = ["positive_data_acceptance", "negative_data_rejection", *OF_A_TIME]
+    # OpenAPI 3.1 has no words for a stream of events: the schema of the whole, a text, is held against each.
+    of_events = [*excluded, "response_schema_conformance"]
+
+    class Chains(machine):  # type: ignore[misc]
+        def before_call(self, case: schemathesis.Case) -> None:
+            with_a_patient_deadline(case)
+
+        def validate_response(self, response: Any, case: schemathesis.Case, **options: Any) -> None:
+            names = of_events if case.path.endswith("/events") else excluded
+            case.validate_response(response, excluded_checks=CHECKS.get_by_names(names))
+
+    Chains.run(settings=settings(BUDGET, max_examples=HTTP, stateful_step_count=STEPS))
