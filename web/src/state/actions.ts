@@ -72,7 +72,7 @@ async function settle(): Promise<void> {
 async function shapesOf(arm: Robot): Promise<readonly LinkShape[]> {
   if (arm.geometry?.length) return [];
   const found = await outcome(client.GET('/v1/robots/{id}/geometry', { params: { path: { id: arm.id } } }));
-  return found.answer?.shapes ?? [];
+  return typeof found.answer === 'object' ? found.answer.shapes : []; // it could be glTF, had we asked for it
 }
 
 export async function chooseExample(example: Example): Promise<void> {
