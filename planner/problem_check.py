@@ -24,7 +24,7 @@ from planner.problem import (
     StopTransition,
     ThroughTransition,
 )
-from planner.regions import Region
+from planner.regions import Region, region_faults
 from planner.robots.description import RANGED_QUANTITIES
 from planner.scene.faults import scene_faults
 from planner.tolerances import DURATION_TOLERANCE
@@ -42,9 +42,6 @@ if TYPE_CHECKING:
 SMALLEST = 1e-9
 """The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
 reciprocals of the smallest numbers that a computer has are none."""
-
-WIDEST = {"rotation_x": 1.5708, "rotation_y": 1.5708, "rotation_z": 3.1416}
-"""The largest angles of a region, rad: a quarter of a turn and half a turn, rounded up as people write them."""
 
 TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
 """The message of a fault where a number is smaller."""
@@ -98,9 +95,9 @@ def waypoint_faults(
         if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and waypoint.pose.rotation is None:
             yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
         if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
-            yield from _region_faults(waypoint.free, ("waypoints", i, "free"))
+            yield from region_faults(waypoint.free, ("waypoints", i, "free"))
         if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
-            yield from _region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
+            yield from region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
         yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
     if options.prefer == "near_reference" and options.reference is None:
@@ -166,19 +163,6 @@ def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
         raise MissingDynamics(
             f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
         )
-
-
-def _region_faults(region: Region, field: FieldPath, *, with_zero: bool = False) -> Iterator[tuple[FieldPath, str]]:
-    if not region.ranges:
-        yield field, "a region needs a range"
-    for name, (lower, upper) in region.ranges.items():
-        widest = WIDEST.get(name, np.inf)
-        if not -np.inf < lower <= upper < np.inf:
-            yield (*field, name), "the ends of a range are a lower and an upper one"
-        elif not -widest <= lower <= upper <= widest:
-            yield (*field, name), f"the ends of this range are within {widest:g} rad to either side"
-        elif with_zero and not lower <= 0.0 <= upper:
-            yield (*field, name), "a range along a motion has 0 in it: at its ends nothing is left open"
 
 
 def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from planner.spatial import FloatArray, Pose, rotation_x, rotation_y, rotation_z
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.fields import FieldPath
 
 Range = tuple[float, float]
 """The lower and the upper end of a range, m or rad."""
 
 TURNS = {"rotation_x": rotation_x, "rotation_y": rotation_y, "rotation_z": rotation_z}
 """The rotation by an angle that each freedom about an axis is."""
+
+
+WIDEST = {"rotation_x": 1.5708, "rotation_y": 1.5708, "rotation_z": 3.1416}
+"""The largest angles of a region, rad: a quarter of a turn and half a turn, rounded up as people write them."""
 
 
 @dataclass(frozen=True)
@@ -81,3 +90,23 @@ ANY_TURN = Region(rotation_z=(-np.pi, np.pi))
 def region_of(free: Free) -> Region:
     """Return the region that is left open."""
     return ANY_TURN if free == "rotation_z" else free
+
+
+def region_faults(region: Region, field: FieldPath, *, with_zero: bool = False) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of a region in a field.
+
+    Args:
+        region: What is left open.
+        field: Path of the field that has it.
+        with_zero: Whether 0 has to be in its ranges.
+    """
+    if not region.ranges:
+        yield field, "a region needs a range"
+    for name, (lower, upper) in region.ranges.items():
+        widest = WIDEST.get(name, np.inf)
+        if not -np.inf < lower <= upper < np.inf:
+            yield (*field, name), "the ends of a range are a lower and an upper one"
+        elif not -widest <= lower <= upper <= widest:
+            yield (*field, name), f"the ends of this range are within {widest:g} rad to either side"
+        elif with_zero and not lower <= 0.0 <= upper:
+            yield (*field, name), "a range along a motion has 0 in it: at its ends nothing is left open"
