@@ -72,7 +72,7 @@ class JointMotion:
 
 
 MOST_CHECKS = 20_000
-"""The most motions that the search for a way around looks at, unless told otherwise: some 5 s, and twenty times what
+"""The most motions that the search for a way around looks at, unless told otherwise: 5 to 20 s, and twenty times what
 cells with shelves and boxes take. A number of motions and no time, so that equal requests have equal answers."""
 
 

@@ -49,7 +49,7 @@ class FreeMotion(Schema):
     kind: Literal["free"]
     """The motion: a way around."""
     most_checks: Annotated[int, Field(ge=1, le=50_000)] = 20_000
-    """The most motions that the search looks at before it gives up with `no_path_found`: 20000 take some 5 s. A number
+    """The most motions that the search looks at before it gives up with `no_path_found`: 20000 take 5 to 20 s. A number
     and no time, so that equal requests have equal answers."""
 
 
