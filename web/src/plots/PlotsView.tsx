@@ -2,7 +2,7 @@
 import { useEffect, useRef } from 'preact/hooks';
 import { effect, signal } from '@preact/signals';
 import 'uplot/dist/uPlot.min.css';
-import { time } from '../state/playback';
+import { playing, time } from '../state/playback';
 import type { Planned } from '../state/store';
 import { robot, shownPlan } from '../state/store';
 import { theme } from '../state/theme';
@@ -89,10 +89,10 @@ function PlotView({ quantity, planned, arm, joint, share }: PlotProps) {
 
 function draw(host: HTMLElement, curves: Curves, planned: Planned): () => void {
   const plot = new Plot(host, curves, planned.answer);
-  const stop = effect(() => plot.setTime(time.value));
+  const stop = effect(() => plot.setTime(time.value, !playing.value));
   const observer = new ResizeObserver(() => {
     plot.resize(host.clientWidth);
-    plot.setTime(time.peek());
+    plot.setTime(time.peek(), true);
   });
   observer.observe(host);
   return () => {

@@ -51,12 +51,14 @@ export class Plot {
     if (left !== undefined && left >= 0 && this.chart.select.width === 0) seek(this.chart.posToVal(left, 'x'));
   }
 
-  setTime(time: number): void {
+  // Moves the line; the values there are written while nothing is played, since nobody reads them on the way.
+  setTime(time: number, withValues: boolean): void {
     const at = this.chart.valToPos(time, 'x');
     this.line.hidden = at < 0 || at > this.chart.over.clientWidth;
     this.line.style.transform = `translateX(${at}px)`;
+    if (!withValues || (this.chart.cursor.left ?? -1) >= 0) return;
     const [index, share] = locate(this.chart.data[0] as number[], time);
-    if ((this.chart.cursor.left ?? -1) < 0) this.chart.setLegend({ idx: index + Math.round(share) });
+    this.chart.setLegend({ idx: index + Math.round(share) });
   }
 
   resize(width: number): void {
