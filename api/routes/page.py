@@ -77,9 +77,10 @@ def built_page() -> Traversable:
 
 
 def _names() -> frozenset[str]:
-    """List the files beside the document, without their compressed copies."""
+    """List the files beside the document, without their compressed copies; none where the page was not built."""
     assets = built_page() / "assets"
-    return frozenset(file.name for file in assets.iterdir() if _suffix(file.name) in MEDIA_TYPES)
+    files_there = assets.iterdir() if assets.is_dir() else ()
+    return frozenset(file.name for file in files_there if _suffix(file.name) in MEDIA_TYPES)
 
 
 def _suffix(name: str) -> str:

@@ -96,7 +96,7 @@ def test_a_million_empty_rows_are_refused_before_they_are_parsed(
 
 def test_unknown_paths_and_methods_are_problems(service: RunningService) -> None:
     for method, path, status, code in (
-        ("GET", "/", 404, "not_found"),
+        ("GET", "/assets/none.js", 404, "not_found"),
         ("GET", "/v1/robot", 404, "not_found"),
         ("GET", "/v1/robots/", 404, "not_found"),
         ("GET", "/v1/robots/nobody", 404, "unknown_robot"),
