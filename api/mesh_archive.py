@@ -64,6 +64,8 @@ def unpacked(meshes: str) -> dict[str, bytes]:
     entries = [entry for entry in archive.infolist() if not entry.is_dir()]
     if len(entries) > MOST_FILES:
         raise _refused(f"it has {len(entries)} files, more than {MOST_FILES}")
+    if sum(entry.file_size for entry in entries) > MOST_BYTES:  # what it says of itself: nothing is unpacked for it
+        raise _too_large()
     files: dict[str, bytes] = {}
     left = MOST_BYTES
     for entry in entries:
@@ -99,8 +101,12 @@ def _content(archive: ZipFile, entry: ZipInfo, left: int) -> bytes:
     except BROKEN:
         raise _refused(f"its file {_shown(entry.orig_filename)} is broken") from None
     if len(content) > left:
-        raise _refused(f"its files have more than {MOST_BYTES} bytes once they are unpacked")
+        raise _too_large()
     return content
+
+
+def _too_large() -> InvalidRequest:
+    return _refused(f"its files have more than {MOST_BYTES} bytes once they are unpacked")
 
 
 def _shown(name: str) -> str:

@@ -172,7 +172,7 @@ def test_hostile_archives_are_refused(name: str) -> None:
 def test_a_bomb_over_http_does_no_harm(service: RunningService) -> None:
     before = {worker.pid for worker in service.workers()}
     refused = service.post(ROBOTS, robot("bomb", BOMB))
-    assert refused.status_code == 422
+    assert (refused.status_code, refused.json()["code"]) == (422, "invalid_request")
     assert refused.json()["errors"][0]["pointer"] == "/meshes"
     assert {worker.pid for worker in service.workers()} == before
 
