@@ -59,7 +59,8 @@ def opened(browser: Browser, url: str, may_fail: tuple[str, ...] = (), **options
 def planned(page: Page) -> str:
     """Wait for a plan of what is shown; return what the page says of it."""
     page.locator(".verdict:not(.stale)").wait_for()
-    return page.locator(".verdict").inner_text()
+    verdict: str = page.locator(".verdict").inner_text()
+    return verdict
 
 
 def choose_example(page: Page, name: str) -> None:
