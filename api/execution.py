@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api import errors
-from api.batches.items import PLAN_ITEM, PLAN_ITEMS
+from api.batches.items import CHUNK_SECONDS, PLAN_ITEM, PLAN_ITEMS
 from api.failures import where_from
 from api.messages import Reply, Task
 from api.openapi import get_openapi
@@ -28,12 +28,14 @@ if TYPE_CHECKING:
 def plan_items(work: Work) -> Reply:
     """Plan requests of a batch one after the other; the result is a list of replies.
 
-    They are fewer than the requests, the argument `items`, where one left the worker unfit for the next.
+    They are fewer than the requests, the argument `items`, where one left the worker unfit for the next, or where they
+    took longer than those that are planned together should.
     """
+    end = time.monotonic() + CHUNK_SECONDS
     replies: list[Reply] = []
     for body, arguments in work.arguments["items"]:
         replies.append(execute(replace(work.task, operation=PLAN_ITEM, body=body, arguments=arguments), work.caps))
-        if not replies[-1].worker_is_fit:
+        if not replies[-1].worker_is_fit or time.monotonic() > end:
             break
     return Reply(200, "application/octet-stream", b"", result=replies, worker_is_fit=replies[-1].worker_is_fit)
 

@@ -57,7 +57,9 @@ async def plan_chunk(version: str, chunk: Chunk) -> tuple[float, list[Reply]]:
         raise OtherVersion(f"the service has version {version}, this machine {service_version()}")
     planners: PoolPlanners = get_worker().plugins[PLUGIN].planners
     started = time.monotonic()
-    replies = await planners.plan(chunk)
+    replies: list[Reply] = []
+    while len(replies) < len(chunk.items):
+        replies += await planners.plan(chunk._replace(items=chunk.items[len(replies) :]))
     return time.monotonic() - started, replies
 
 

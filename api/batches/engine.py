@@ -162,7 +162,7 @@ class Engine:
         self._change.set()
 
     async def _plan(self, items: list[Claimed]) -> None:
-        """Plan items; whatever happens, something comes of each."""
+        """Plan items; whatever happens, something comes of each, or it is at hand again."""
         definitions = {item.robot: await self._definition(item.robot) for item in items if item.robot is not None}
         try:
             replies = await self._planners.plan(Chunk(items, definitions))
@@ -171,7 +171,8 @@ class Engine:
             failed = InternalError("the service failed on this request")
             status, document = problem_document(failed, f"/v1/batches/{items[0].batch_id}")
             replies = [Reply(status, MEDIA_TYPE, document, code=failed.code)] * len(items)
-        self._done += [self._outcome(item, reply) for item, reply in zip(items, replies, strict=True)]
+        self._done += [self._outcome(item, reply) for item, reply in zip(items, replies, strict=False)]
+        self._claimed.extendleft(reversed(items[len(replies) :]))
 
     def _outcome(self, item: Claimed, reply: Reply) -> Outcome:
         """Take note of what came of an item."""

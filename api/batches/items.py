@@ -14,6 +14,9 @@ READ_ITEMS, RENDER_RESULTS = "create_batch", "get_batch_results"
 PLAN_ITEM, PLAN_ITEMS = "plan_batch_item", "plan_batch_items"
 """The names of the tasks of workers that plan one request, and several one after the other."""
 
+CHUNK_SECONDS = 0.03
+"""The time that requests should take that go to a worker of the service together, s: many times what handing them over
+costs, and nobody who wants the worker minds."""
 
 PLANNED = "planned"
 """The outcome of an item that has a plan; all others are codes of problems."""

@@ -6,7 +6,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from api.batches.items import PLAN_ITEM, PLAN_ITEMS
+from api.batches.items import CHUNK_SECONDS, PLAN_ITEM, PLAN_ITEMS
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
 from api.messages import Reply, Task
 from api.server.costs import Kind
@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from api.server.pool import WorkerPool
     from api.settings import Settings
 
-
-CHUNK_SECONDS = 0.03
-"""The time that requests should take that go to a worker of the service together, s: many times what handing them over
-costs, and nobody who wants the worker minds."""
 
 MOST_CHUNKED = 20
 """The most requests that go to a worker of the service together, however quick they are."""
@@ -62,7 +58,10 @@ class Planners(Protocol):
         """Give up what is under way."""
 
     async def plan(self, chunk: Chunk) -> list[Reply]:
-        """Plan the requests of a chunk; whatever happens to one, it has a reply. Cancelling it gives the rest up."""
+        """Plan the requests of a chunk; whatever happens to one, it has a reply. Cancelling it gives the rest up.
+
+        There may be fewer replies than requests, at least one: the rest took longer than was expected, and comes again.
+        """
 
 
 class ChunkSize:
@@ -110,14 +109,12 @@ class PoolPlanners:
         """See `Planners`; what is under way is cancelled by whoever waits for it."""
 
     async def plan(self, chunk: Chunk) -> list[Reply]:
-        """See `Planners`; it may be larger than a chunk of its own."""
-        replies: list[Reply] = []
-        while len(replies) < len(chunk.items):
-            items = chunk.items[len(replies) : len(replies) + self.chunk_size]
-            together = await self._planned_together(items, chunk.definitions) if len(items) > 1 else []
-            replies += together or [await self._planned(item, chunk.definitions) for item in items]
-            if replies[-1].timings:
-                self.chunk_size = self._size.learn(_seconds(replies[-1]))
+        """See `Planners`."""
+        items = chunk.items[: self.chunk_size]
+        together = await self._planned_together(items, chunk.definitions) if len(items) > 1 else []
+        replies = together or [await self._planned(item, chunk.definitions) for item in items]
+        if replies[-1].timings:
+            self.chunk_size = self._size.learn(_seconds(replies[-1]))
         return replies
 
     async def _planned_together(self, items: Sequence[Claimed], definitions: Mapping[str, bytes]) -> list[Reply]:

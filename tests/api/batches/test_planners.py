@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from typing import TYPE_CHECKING, Any
 
 import orjson
 import pytest
 
+from api import execution
 from api.batches import planners as planners_module
 from api.batches.items import PLAN_ITEM, PLAN_ITEMS, compressed
 from api.batches.planners import Chunk, PoolPlanners
@@ -55,7 +57,15 @@ def plan(bodies: list[bytes], at_once: int = 1, deadlines: list[float] | None = 
     planners.chunk_size = at_once
     asked = zip(bodies, deadlines or [10.0] * len(bodies), strict=True)
     items = [Claimed(1, "1", k, body, None, deadline) for k, (body, deadline) in enumerate(asked)]
-    return pool, asyncio.run(planners.plan(Chunk(items, {})))
+    return pool, asyncio.run(plan_all(planners, items))
+
+
+async def plan_all(planners: PoolPlanners, items: list[Claimed]) -> list[Reply]:
+    """What is left comes again."""
+    replies: list[Reply] = []
+    while len(replies) < len(items):
+        replies += await planners.plan(Chunk(items[len(replies) :], {}))
+    return replies
 
 
 def test_what_is_quick_goes_together_and_what_is_slow_does_not() -> None:
@@ -88,7 +98,8 @@ def test_several_together_keep_the_deadline_of_each() -> None:
     assert pool.limits == [Settings().max_deadline]
 
 
-def test_a_worker_answers_each_as_if_it_were_alone() -> None:
+def test_a_worker_answers_each_as_if_it_were_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(execution, "CHUNK_SECONDS", 60.0)
     asked = [plan_request(), plan_request(robot="nobody"), plan_request(seed=1)]
     bodies = [compressed(orjson.dumps(request)) for request in asked]
     together, *alone = (
@@ -99,6 +110,13 @@ def test_a_worker_answers_each_as_if_it_were_alone() -> None:
     assert [reply.code for reply in replies] == [None, "unknown_robot", None]
     assert [reply.body for reply in replies] == [answer[0].body for answer in alone]
     assert [reply.result for reply in replies] == [answer[0].result for answer in alone]
+
+
+def test_what_is_slow_among_what_is_quick_holds_up_nothing_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(RUN, PLAN_ITEM, lambda work: time.sleep(float(work.task.body)) or Reply(200, "", b""))
+    items = [(body, {}) for body in (b"0.001", b"0.05", b"0.001")]
+    [reply] = answers([(PLAN_ITEMS, b"", {"items": items})])
+    assert len(reply.result) == 2 and reply.worker_is_fit
 
 
 def answers(tasks: list[tuple[str, bytes, dict[str, Any]]]) -> list[Reply]:
