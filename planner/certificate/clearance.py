@@ -185,7 +185,8 @@ def _first_contact(checker: CollisionChecker, trajectory: Trajectory, hit: Neare
     def is_near(distance: float) -> bool:
         return hit.margin - distance > CONTACT_TOLERANCE
 
-    near = next(k for k in range(1, len(times)) if is_near(checker.separate(postures, k, hit.pair).distance))
+    seen = (k for k in range(1, len(times)) if is_near(checker.separate(postures, k, hit.pair).distance))
+    near = next(seen, len(times) - 1)  # rounding may put a pair on the other side of the tolerance there
     low, high = times[near - 1], times[near]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2.0

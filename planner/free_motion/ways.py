@@ -38,7 +38,7 @@ class FoundWay:
 
     Attributes:
         waypoint: Index of the waypoint that the motion leads to.
-        positions: (corners + 1, joints), rad or m: the corners on the way, then where it ends.
+        positions: (corners + 2, joints), rad or m: where it begins, the corners on the way, and where it ends.
         transition: How the corners are passed.
     """
 
@@ -49,7 +49,7 @@ class FoundWay:
     @property
     def has_corners(self) -> bool:
         """Whether the way is none that is straight."""
-        return len(self.positions) > 1
+        return len(self.positions) > 2
 
 
 def free_waypoints(problem: PlanningProblem) -> list[int]:
@@ -59,12 +59,16 @@ def free_waypoints(problem: PlanningProblem) -> list[int]:
 
 def asked_indices(problem: PlanningProblem, ways: Sequence[FoundWay]) -> list[int]:
     """Return for each waypoint of `with_ways` the index of the one asked that it is, or that it is on the way to."""
-    corners = {way.waypoint: len(way.positions) - 1 for way in ways}
+    corners = {way.waypoint: len(way.positions) - 2 for way in ways}
     return [i for i in range(len(problem.waypoints)) for _ in range(corners.get(i, 0) + 1)]
 
 
 def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningProblem:
-    """Return the problem with joint motions from corner to corner in the place of free motions, where there are any."""
+    """Return the problem with joint motions from corner to corner in the place of free motions, where there are any.
+
+    What a way begins and ends with is asked as the joint position that was found: nothing may choose another
+    configuration there.
+    """
     if not ways:
         return problem
     free = free_waypoints(problem)
@@ -72,7 +76,12 @@ def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningPro
     waypoints: list[AnyWaypoint] = []
     last: list[int] = []
     for i, waypoint in enumerate(problem.waypoints):
-        waypoints += [waypoint] if i not in by_waypoint else _along(waypoint, by_waypoint[i])
+        if i in by_waypoint:
+            if i > 1 or not isinstance(waypoints[-1], JointWaypoint):
+                waypoints[-1] = _held_at(waypoints[-1], by_waypoint[i].positions[0])
+            waypoints += _along(waypoint, by_waypoint[i])
+        else:
+            waypoints.append(waypoint)
         last.append(len(waypoints) - 1)
 
     def moved(action: Action) -> Action:
@@ -103,23 +112,28 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
         way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=seed)
         if way.status != "found":
             raise _refusal(problem, checker, index, way, start, goals)
-        ways.append(FoundWay(index, way.positions[1:], StopTransition()))
+        ways.append(FoundWay(index, way.positions, StopTransition()))
     return tuple(ways)
 
 
 def _along(waypoint: AnyWaypoint, way: FoundWay) -> list[AnyWaypoint]:
     """Return the corners of the way to a waypoint, and that waypoint where the way ends."""
-    *corners, end = way.positions.tolist()
     vias: list[AnyWaypoint] = [
         ViaWaypoint(
             position=corner, motion=AS_GIVEN, transition=way.transition, limits=waypoint.limits, tool=waypoint.tool
         )
-        for corner in corners
+        for corner in way.positions[1:-1].tolist()
     ]
+    return [*vias, _held_at(waypoint, way.positions[-1])]
+
+
+def _held_at(waypoint: AnyWaypoint, position: FloatArray) -> JointWaypoint:
+    """Return a waypoint at joint positions (joints,) that were found for it."""
+    motion = AS_GIVEN if isinstance(waypoint.motion, JointMotion) else waypoint.motion
     if isinstance(waypoint, JointWaypoint):
-        return [*vias, replace(waypoint, position=end, motion=AS_GIVEN)]
+        return replace(waypoint, position=position.tolist(), motion=motion)
     kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
-    return [*vias, JointWaypoint(position=end, **kept | {"motion": AS_GIVEN})]
+    return JointWaypoint(position=position.tolist(), **kept | {"motion": motion})
 
 
 def _goals(problem: PlanningProblem, index: int, before: SolvedWaypoint, chosen: SolvedWaypoint) -> FloatArray:

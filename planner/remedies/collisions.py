@@ -1,4 +1,4 @@
-"""What helps where a robot would collide: to stop, a smaller blend, another configuration, a way over it, a margin."""
+"""What helps where a robot would collide: to stop, a smaller blend, a way around or over it, another configuration."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from planner.errors import Collision, PlanningError, Remedy, StartInCollision
 from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
 from planner.problem import (
     BlendTransition,
+    FreeMotion,
     JointMotion,
     PolylineMotion,
     PoseWaypoint,
@@ -38,6 +39,9 @@ HEIGHTS = (0.1, 0.25, 0.5)
 
 CORNERS = 0.3
 """Share of the height by which the corners of that way are cut."""
+
+CHECKS_OF_WAY_AROUND = 1000
+"""Motions that the search for a way around looks at: most ways take less, and refusals are not to take long."""
 
 MOST_TRIED = 10
 """Number of changes that are tried, each of which is a whole plan."""
@@ -82,7 +86,7 @@ def _candidates(refusal: Collision | ClearanceUnproved, problem: PlanningProblem
                 yield Remedy(field, smaller, "a smaller blend cuts less of the corner")
         if isinstance(transition, BlendTransition | ThroughTransition):
             yield Remedy(field, StopTransition(), "with a stop the robot goes straight to the waypoint")
-    yield from _ways_over(problem, path, refusal.segment)
+    yield from _other_ways(problem, path, refusal.segment)
     yield from _other_configurations(problem, ends)
 
 
@@ -99,12 +103,18 @@ def _other_configurations(problem: PlanningProblem, ends: tuple[int, int]) -> It
             yield Remedy(("waypoints", i, "configuration"), named, "the arm goes another way in this configuration")
 
 
-def _ways_over(problem: PlanningProblem, path: JointPath, segment: int) -> Iterator[Remedy]:
-    """Yield motions of the tool that lead up, across and down again, where a joint motion was asked between stops."""
+def _other_ways(problem: PlanningProblem, path: JointPath, segment: int) -> Iterator[Remedy]:
+    """Yield a way around by search, and motions of the tool that lead up, across and down again.
+
+    Only a joint motion between stops gives way to them.
+    """
     first, second = problem.waypoints[segment], problem.waypoints[segment + 1]
     stops = isinstance(first.transition, StopTransition) and isinstance(second.transition, StopTransition)
     if not stops or not isinstance(second.motion, JointMotion):
         return
+    field = ("waypoints", segment + 1, "motion")
+    if not (second.duration or second.minimum_duration):
+        yield Remedy(field, FreeMotion(most_checks=CHECKS_OF_WAY_AROUND), "a way around what is in the way")
     mounting = problem.robot.mounting
     up = np.array([0.0, 0.0, 1.0]) if mounting is None or mounting.rotation is None else mounting.rotation[2]
     start, end = path.waypoints[segment].pose, path.waypoints[segment + 1].pose
@@ -113,7 +123,7 @@ def _ways_over(problem: PlanningProblem, path: JointPath, segment: int) -> Itera
         poses = [Pose(p.position + (top + height - float(p.position @ up)) * up, p.rotation) for p in (start, end)]
         motion = PolylineMotion(poses, CORNERS * height)
         explanation = f"a higher approach: the tool goes over it, {height:g} m above the higher end"
-        yield Remedy(("waypoints", segment + 1, "motion"), motion, explanation)
+        yield Remedy(field, motion, explanation)
 
 
 def _smaller_margin(refusal: Collision | ClearanceUnproved, problem: PlanningProblem, backend: BackEnd) -> list[Remedy]:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from planner.backends.base import Searching
 from planner.errors import PlanningError
+from planner.free_motion.ways import free_waypoints
+from planner.free_planning import plan_around
 from planner.paths import solve_path
 from planner.result import certified_plan
 
@@ -28,6 +30,8 @@ def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: Bac
     for remedy in remedies:
         problem = remedy.applied_to(problem)
     at_once = backend.without_search() if isinstance(backend, Searching) else backend
+    if free_waypoints(problem):
+        return plan_around(problem, at_once)
     return certified_plan(problem, at_once, solve_path(problem))
 
 

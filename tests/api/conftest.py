@@ -24,7 +24,7 @@ from tests.locations import ROOT
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-WORKER_MEMORY_MIB = 512
+WORKER_MEMORY_MIB = 640
 SETTINGS = {"workers": 2, "express_workers": 0, "worker_niceness": 0, "worker_memory_mib": WORKER_MEMORY_MIB}
 """The settings of a service unless a test asks for others: as few processes as can be."""
 

@@ -42,9 +42,9 @@ def test_the_plan_is_free_between_its_samples(around: planner.Plan) -> None:
 def test_what_was_found_is_said(around: planner.Plan) -> None:
     (way,) = around.ways
     assert way.waypoint == 1
-    assert len(around.problem.waypoints) == 1 + len(way.positions) > 2
+    assert len(around.problem.waypoints) == len(way.positions) > 2
     answered = as_dict(around, ExportOptions(0.1, frozenset(), None))["waypoints"]
-    corners = len(way.positions) - 1
+    corners = len(way.positions) - 2
     assert [waypoint["index"] for waypoint in answered] == [0, *[1] * corners, 1]
     assert [waypoint["choice"] for waypoint in answered] == ["given", *["way_around"] * corners, "given"]
     assert answered[-1]["name"] == "there"
@@ -97,6 +97,18 @@ def test_a_pose_in_any_configuration_that_has_room() -> None:
     reached = planner.tool_pose(ARM, made.path.positions[-1])
     assert np.abs(reached.position - pose.position).max() < 1e-5
     assert np.linalg.norm(elbow(made.path.positions[-1]) - elbow(nearest)) > 0.1
+
+
+def test_a_way_begins_in_the_configuration_that_it_was_found_for() -> None:
+    """Between two poses a thin wall: the way to another configuration was free from one start only, and it was lost."""
+    ends = [planner.Pose.from_rpy([1.2, y, 0.7], [0.0, np.pi, 0.0]) for y in (-0.6, 0.6)]
+    thin = planner.SceneObject("wall", [planner.Box([0.3, 0.05, 0.4])], planner.Pose([1.2, 0.0, 0.5]))
+    scene = planner.Scene([thin])
+    waypoints = [planner.PoseWaypoint(ends[0]), planner.PoseWaypoint(ends[1], motion=FREE)]
+    made = planner.plan(planner.PlanningProblem(ARM, waypoints, scene=scene), planner.Toppra())
+    assert least_distance(ARM, scene, made.trajectory) > -2e-5
+    for end, position in zip(ends, made.path.positions[[0, -1]], strict=True):
+        assert np.abs(planner.tool_pose(ARM, position).position - end.position).max() < 1e-5
 
 
 def test_lists_go_on_after_a_free_motion_and_actions_move_with_their_waypoints() -> None:

@@ -71,13 +71,14 @@ def test_a_collision_says_when_and_where() -> None:
     assert error.depth > 0.0
 
 
-def test_a_higher_approach_is_offered_that_works() -> None:
+@pytest.mark.parametrize("motion", [PolylineMotion, planner.FreeMotion])
+def test_a_higher_approach_and_a_way_around_are_offered_that_work(motion: type) -> None:
     problem = in_scene(TABLE, WALL)
     with pytest.raises(Collision) as refusal:
         planner.plan(problem)
-    higher = [remedy for remedy in refusal.value.remedies if isinstance(remedy.value, PolylineMotion)]
-    assert higher
-    plan = planner.plan(higher[0].applied_to(problem))
+    other = [remedy for remedy in refusal.value.remedies if isinstance(remedy.value, motion)]
+    assert other
+    plan = planner.plan(other[0].applied_to(problem))
     assert problem.scene is not None
     assert least_distance(KUKA, problem.scene, plan.trajectory) > 0.0
 
