@@ -40,14 +40,14 @@ TCP_ORDERS = {
 QUANTITIES = (*JOINT_DERIVATIVES, "torque", *TCP_ORDERS)
 """Everything that a limit can be put on, in the order of the certificate."""
 
+JERKS = frozenset({"jerk", *(name for name, order in TCP_ORDERS.items() if order > 2)})
+"""The quantities that have no bound where an acceleration jumps."""
+
 ALL_HARD: Mapping[str, Guarantee] = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 """The guarantees of a back end that keeps every limit."""
 
-ALL_BUT_JERK: Mapping[str, Guarantee] = {
-    **ALL_HARD,
-    **dict.fromkeys(("jerk", *(name for name, order in TCP_ORDERS.items() if order > 2)), Guarantee.REPORTED),
-}
-"""The guarantees of a back end whose accelerations may jump: its jerk, and that of the tool, has no bound there."""
+ALL_BUT_JERK: Mapping[str, Guarantee] = {**ALL_HARD, **dict.fromkeys(JERKS, Guarantee.REPORTED)}
+"""The guarantees of a back end whose accelerations may jump."""
 
 
 @dataclass(frozen=True, eq=False)

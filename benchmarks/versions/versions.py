@@ -45,6 +45,8 @@ SLOWER = 1.05
 CHANGED = 1e-6
 """Relative difference of costs above which an answer counts as changed."""
 
+HEADERS = {"Content-Type": "application/json", "Cache-Control": "no-cache"}
+
 
 class Version:
     """The service of one checkout, with one worker."""
@@ -70,9 +72,12 @@ class Version:
         return spent, answer if status == 200 else None
 
     def _post(self, path: str, body: bytes) -> tuple[int, bytes]:
-        """Each request has a connection of its own: the service ends one that is idle while the other version works."""
+        """Each request has a connection of its own: the service ends one that is idle while the other version works.
+
+        Its answer is computed, however often it is asked for.
+        """
         with closing(self._connection):
-            self._connection.request("POST", path, body, {"Content-Type": "application/json"})
+            self._connection.request("POST", path, body, HEADERS)
             response = self._connection.getresponse()
             return response.status, response.read()
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.certificate.limits import certificate_of
 from planner.errors import InvalidProblem
-from planner.guarantees import QUANTITIES, TCP_ORDERS, Guarantee
+from planner.guarantees import JERKS, QUANTITIES, TCP_ORDERS, Guarantee
 from planner.limits import Limits, segment_limits
 from planner.polynomials import quintic_hermite
 from planner.problem_check import limit_faults, refuse_unknown_torques
@@ -38,7 +38,7 @@ COLUMNS_OF: Mapping[Interpolation, int] = {law: order for order, law in enumerat
 
 REPORTED_OF: Mapping[Interpolation, frozenset[str]] = {
     "linear": frozenset({"acceleration", "jerk", "torque", *(name for name, order in TCP_ORDERS.items() if order > 1)}),
-    "cubic": frozenset({"jerk", *(name for name, order in TCP_ORDERS.items() if order > 2)}),
+    "cubic": JERKS,
     "quintic": frozenset(),
 }
 """The quantities that have impulses where samples meet, so that no limit can be enforced: straight lines make positions

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.certificate.limits import certificate_of
 from planner.errors import InvalidProblem
-from planner.guarantees import QUANTITIES, Guarantee
+from planner.guarantees import JERKS, QUANTITIES, Guarantee
 from planner.limits import Limits, segment_limits
 from planner.problem_check import limit_faults, refuse_unknown_torques
 
@@ -74,7 +74,7 @@ def certify(
 def certify_polynomials(
     robot: Robot, trajectory: Trajectory, *, limits: Limits = Limits(), ends: EndStates | None = None
 ) -> Certificate:
-    """Check a trajectory of unknown origin: all limits have to be kept, that of jerk where accelerations never jump.
+    """Check a trajectory of unknown origin: all limits have to be kept, those of jerk where accelerations never jump.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
@@ -89,7 +89,7 @@ def certify_polynomials(
     """
     certificate = certify(robot, trajectory, limits=limits, ends=ends)
     checks = tuple(
-        replace(check, enforced=False) if check.quantity == "jerk" and not check.bounded else check
+        replace(check, enforced=False) if check.quantity in JERKS and not check.bounded else check
         for check in certificate.checks
     )
     satisfied = all(check.satisfied for check in checks if check.enforced)

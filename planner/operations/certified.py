@@ -11,7 +11,7 @@ from planner.certificate import certify
 from planner.certificate.limits import continuity
 from planner.errors import InvalidProblem
 from planner.extrema import derivatives_on_unit_time
-from planner.guarantees import QUANTITIES, EndStates
+from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
 from planner.polynomials import differentiate, powers
 from planner.result import refuse_unless_satisfied
 from planner.sampled_peaks import DERIVATIVES
@@ -27,9 +27,10 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
-LEAST_CONTINUITY = {"velocity": 0, "acceleration": 1, "torque": 1, "jerk": 2}
-"""Order of the derivative that has to be continuous for a quantity to be bounded; a quantity without an entry needs no
-more than a trajectory."""
+LEAST_CONTINUITY = {"torque": 1} | {
+    quantity: order - 1 for quantity, order in (*zip(JOINT_DERIVATIVES, range(4), strict=True), *TCP_ORDERS.items())
+}
+"""Order of the derivative that has to be continuous for a quantity to be bounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,7 @@ def bounded_quantities(trajectories: Sequence[Trajectory]) -> frozenset[str]:
     smooth = min(map(own_continuity, trajectories))
     if smooth < 0:
         raise InvalidProblem([(("trajectory",), "the position of a joint jumps where two pieces meet")])
-    return frozenset(quantity for quantity in QUANTITIES if LEAST_CONTINUITY.get(quantity, 0) <= smooth)
+    return frozenset(quantity for quantity in QUANTITIES if LEAST_CONTINUITY[quantity] <= smooth)
 
 
 def own_continuity(trajectory: Trajectory) -> int:

@@ -101,7 +101,9 @@ def test_limits_that_change_give_the_profile_of_one_linear_program(
     optimum = largest(problem)
     size = max(float(optimum.max()), 1.0)
     assert (x <= optimum * (1.0 + 1e-6) + 1e-6 * size).all()
-    assert (x >= optimum * (1.0 - 1e-6) - LOST * len(lengths) * size).all()
+    # Where the rows bound x far below its bounds, those make the unit, and steep rows pass on what is taken off.
+    lost = LOST * (len(lengths) * size + 10.0 * float(most.max()))
+    assert (x >= optimum * (1.0 - 1e-6) - lost).all()
 
 
 @settings(max_examples=settings.default.max_examples // 2)
