@@ -38,12 +38,12 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def test_the_readme_has_its_examples() -> None:
-    assert len(CURL) == 3
+    assert len(CURL) == 4
     assert len(COMMANDS) == 6
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
-@pytest.mark.parametrize("example", CURL, ids=["plan", "problem", "batch"])
+@pytest.mark.parametrize("example", CURL, ids=["plan", "collision", "problem", "batch"])
 def test_curl_gets_the_answer_shown(example: str, address: str) -> None:
     command, answer = re.fullmatch(r"\$ (curl .*?')\n(\{.*)", example, flags=re.DOTALL).groups()  # type: ignore[union-attr]
     assert "http://127.0.0.1:8000" in command

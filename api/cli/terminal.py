@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from planner.certificate.checks import Certificate, Check
+    from planner.certificate.clearance import Clearance
     from planner.kinematics import FloatArray
     from planner.result import Plan
     from planner.robots import Joint, Robot
@@ -230,7 +232,18 @@ def certificate_table(certificate: Certificate, robot: Robot) -> Table:
             f"{check.time:.3f}",
             check.method if check.enforced else Text("not enforced", style="dim"),
         )
+    if certificate.clearance is not None:
+        parts = (certificate.clearance.scene, certificate.clearance.itself)
+        table.caption = "\n".join(_clearance(part) for part in parts if part is not None)
+        table.caption_justify = "left"
     return table
+
+
+def _clearance(clearance: Clearance) -> str:
+    nearest = "" if clearance.time is None else f", nearest at {clearance.time:.3f} s"
+    pair = "" if clearance.pair is None else " between {} and {}".format(*clearance.pair)
+    least = math.floor(clearance.lower * 1e4) / 10.0  # mm; no more than is proved
+    return f"clear by {least} mm at all times{pair}{nearest}"
 
 
 def _unit(check: Check, robot: Robot) -> str:

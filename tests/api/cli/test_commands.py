@@ -208,6 +208,15 @@ def test_a_plan_is_written_to_stdout(request_file: Path) -> None:
     assert "every enforced limit is kept" in result.stderr
 
 
+def test_the_clearance_is_told_that_was_proved() -> None:
+    result = planner("plan", EXAMPLES / "welding_on_the_table.json", "-o", "-", "--format", "json")
+    assert result.exit_code == 0
+    proved = json.loads(result.stdout)["certificate"]["clearance"]["scene"]
+    [told] = re.findall(r"clear by ([\d.]+) mm at all times between (\S+) and (\S+), nearest", result.stderr)
+    assert 0.0 <= proved["lower"] - float(told[0]) * 1e-3 < 1.1e-4
+    assert list(told[1:]) == proved["pair"]
+
+
 def test_a_robot_of_a_file_is_planned_for(tmp_path: Path) -> None:
     """The catalogue's KUKA is a URDF file with limits of its own: the plan takes the same time with either."""
     urdf = tmp_path / "my arm (left).urdf"
