@@ -11,7 +11,7 @@ from api.action_conversion import to_actions, with_waits
 from api.kept_meshes import kept_pieces
 from api.pose_conversion import to_pose, to_rotation
 from api.scene_conversion import to_scene
-from api.schemas import common, requests, robots, waypoints
+from api.schemas import common, external_axes, requests, robots, waypoints
 from planner import polar_moves, problem
 from planner.backends import BACKENDS, BackEnd
 from planner.errors import InvalidProblem
@@ -20,7 +20,7 @@ from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.regions import Free, Region
-from planner.robots import DHJoint, Robot, load_robot
+from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
 from planner.robots.collision.mesh_files import kept_meshes
 from planner.robots.payload import Payload
 from planner.spatial import (
@@ -196,8 +196,15 @@ def _to_derived_robot(model: robots.DerivedModel, robot_id: str) -> Robot:
         tool=None if model.tool is None else to_pose(model.tool),
         mounting=None if model.mounting is None else to_pose(model.mounting),
         named_positions=model.named_positions,
+        external_axes=[_to_external_axis(axis) for axis in model.external_axes],
+        arm_origin=None if model.arm_origin is None else to_pose(model.arm_origin),
     )
     return replace(robot, source=f"derived from {base.id}: {base.source}")
+
+
+def _to_external_axis(axis: external_axes.ExternalAxis) -> ExternalAxis:
+    """Make an external axis."""
+    return ExternalAxis(**axis.model_dump() | {"origin": None if axis.origin is None else to_pose(axis.origin)})
 
 
 def to_end_states(request: requests.ValidateRequest, joints: int) -> EndStates:

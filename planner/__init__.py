@@ -126,6 +126,7 @@ if TYPE_CHECKING:
     from planner.regions import Region as Region
     from planner.result import Plan as Plan
     from planner.robots import DHJoint as DHJoint
+    from planner.robots import ExternalAxis as ExternalAxis
     from planner.robots import Joint as Joint
     from planner.robots import Robot as Robot
     from planner.robots import catalogue_ids as catalogue_ids
@@ -270,7 +271,7 @@ _NAMES = {
     ),
     "planner.regions": ("Region",),
     "planner.result": ("Plan",),
-    "planner.robots": ("DHJoint", "Joint", "Robot", "catalogue_ids", "load_robot"),
+    "planner.robots": ("DHJoint", "ExternalAxis", "Joint", "Robot", "catalogue_ids", "load_robot"),
     "planner.robots.collision.geometry": ("LinkShape",),
     "planner.robots.collision.pairs": ("CollisionPair",),
     "planner.robots.payload": ("Payload",),

@@ -22,9 +22,8 @@ from api.schemas.common import (
     Schema,
     Vector3,
 )
+from api.schemas.external_axes import ExternalAxis, JointName  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.problem_documents import ModelFinding  # noqa: TC001 - pydantic evaluates the annotations
-
-JointName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-/ ]*$", max_length=100)]
 
 
 class Shown(Schema):
@@ -194,7 +193,15 @@ class Changes(Schema):
     """The pose of the base in the world (m), whose z axis points up: gravity follows it, poses stay in the base frame.
     Omitted: the other robot's."""
     named_positions: Annotated[dict[FrameName, JointVector], Field(max_length=64)] = Field(default_factory=dict)
-    """Joint positions by name, one value for each joint that is not locked, rad or m, beside the other robot's."""
+    """Joint positions by name, one value for each joint that is not locked, rad or m, those of `external_axes` first,
+    beside the other robot's; these have the external axes at 0, or at the limit nearest to it."""
+    external_axes: Annotated[list[ExternalAxis], Field(max_length=8)] = Field(default_factory=list)
+    """Axes in front of the arm that carry its base, from the ground on: a rail, a gantry, a turntable. They are the
+    first joints of the robot, whose base frame is that in which the first axis stands: poses are in it, and its z axis
+    points up unless there is a `mounting`. An axis that carries the workpiece in place of the arm is none of these."""
+    arm_origin: Pose | None = None
+    """The pose of the arm's base in the link that the last of the `external_axes` moves (m); omitted: the same
+    frame."""
 
 
 class DerivedRobot(Changes, Shown):
@@ -341,6 +348,8 @@ class RobotDescription(RobotSummary):
     """The tool centre point in the tip frame, for requests that name no tool."""
     mounting: Placement | None
     """The base in the world, whose z axis points up; null: gravity is as the model has it."""
+    external_axes: list[str]
+    """The names of the first joints, those in front of the arm that carry its base; none: that stands still."""
     named_positions: dict[str, list[float]]
     """Joint positions by name, one value a joint in the order of `joint_names`, rad or m; a waypoint may go to one."""
     geometry: list[Any] = Field(

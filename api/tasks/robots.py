@@ -257,6 +257,24 @@ OPERATIONS = (
                 "tool": {"position": [0.0, 0.0, 0.2]},
                 "named_positions": {"home": [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]},
             },
+            "on_a_rail": {
+                "kind": "derived",
+                "id": "kuka_on_rail",
+                "from": "kuka_kr16_2",
+                "external_axes": [
+                    {
+                        "name": "rail",
+                        "kind": "prismatic",
+                        "axis": [1.0, 0.0, 0.0],
+                        "lower": 0.0,
+                        "upper": 4.0,
+                        "velocity": 1.5,
+                        "acceleration": 2.0,
+                        "mass": 120.0,
+                    }
+                ],
+                "arm_origin": {"position": [0.0, 0.0, 0.5]},
+            },
         },
     ),
     Operation(

@@ -1,6 +1,7 @@
 """Robots: what they are, how they are read from URDF and Denavit-Hartenberg tables, and those that ship."""
 
 from planner.robots.catalogue import catalogue_ids, load_robot
+from planner.robots.derived.external_axes import ExternalAxis
 from planner.robots.describe import describe
 from planner.robots.description import Joint
 from planner.robots.dh import DHJoint
@@ -8,6 +9,7 @@ from planner.robots.robot import Robot
 
 __all__ = [
     "DHJoint",
+    "ExternalAxis",
     "Joint",
     "Robot",
     "catalogue_ids",

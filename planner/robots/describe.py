@@ -40,6 +40,7 @@ def describe(robot: Robot) -> dict[str, Any]:
         "mounting": None
         if mounting is None
         else _describe_pose(mounting.position, np.eye(3) if mounting.rotation is None else mounting.rotation),
+        "external_axes": list(robot.external_axes),
         "named_positions": {name: list(position) for name, position in robot.named_positions.items()},
         "mass": robot.mass,
         "geometry": [dict(shape) for shape in robot.geometry],

@@ -112,4 +112,5 @@ class RobotDescription:
     groups: tuple[JointGroup, ...] = ()
     disabled_collisions: tuple[DisabledCollision, ...] = ()
     collision: CollisionGeometry | None = None
+    external_axes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from planner.robots.build import model_with_locked
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
+from planner.robots.derived.changes import FREE_FALL, held_by_group, on_external_axes, with_locked
+from planner.robots.derived.own_limits import checked_positions, is_within, with_own_limits
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
-from planner.robots.findings import Findings, shown
-from planner.robots.own_limits import checked_positions, is_within, with_own_limits
+from planner.robots.findings import Findings
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
 
@@ -28,16 +28,14 @@ if TYPE_CHECKING:
     from planner.robots.collision.geometry import LinkShape
     from planner.robots.collision.mesh_files import FindPieces
     from planner.robots.collision.pairs import CollisionPair
+    from planner.robots.derived.external_axes import ExternalAxis
+    from planner.robots.derived.own_limits import OwnLimits
     from planner.robots.dh import Convention, DHJoint
-    from planner.robots.own_limits import OwnLimits
     from planner.robots.payload import Payload
     from planner.spatial import FloatArray, Pose
 
 TOOL_FRAME = "tool"
 """Name of the frame that carries the tool, when there is one."""
-
-STANDARD_GRAVITY = 9.81
-"""The acceleration of free fall that all models have, m/s^2: Pinocchio's own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +59,7 @@ class Robot(RobotDescription):
         groups: Joints that belong together, as an SRDF has them.
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
         collision: What the description says about the shapes of the links, see `collision_shapes`.
+        external_axes: Names of the first joints that carry the base of the arm, such as a rail; none: it stands still.
         findings: Warnings and remarks about the model, by its reader.
     """
 
@@ -154,6 +153,8 @@ class Robot(RobotDescription):
         tool: Pose | None = None,
         mounting: Pose | None = None,
         named_positions: Mapping[str, Sequence[float]] | None = None,
+        external_axes: Sequence[ExternalAxis] = (),
+        arm_origin: Pose | None = None,
     ) -> Robot:
         """Make the robot that an owner has of this one: with limits, a tool and a mounting of its own.
 
@@ -171,7 +172,10 @@ class Robot(RobotDescription):
             mounting: Pose of the base in the world, whose z axis points up; None: this robot's. Gravity follows it;
                 poses stay in the base frame.
             named_positions: Joint positions by name, one value per joint that is left, beside those of this robot that
-                are within the limits.
+                are within the limits; those have external axes at 0, or at the limit nearest to it.
+            external_axes: Axes that carry this robot, from the base on: its first joints then. The base frame is that
+                in which the first one stands, and its z axis points up unless there is a `mounting`.
+            arm_origin: Pose of this robot's base in the link of the last external axis; None: the same.
 
         Returns:
             The robot, with `findings` about what was changed.
@@ -180,7 +184,8 @@ class Robot(RobotDescription):
             InvalidRobotModel: What is asked contradicts this robot; `findings` lists everything that was found.
         """
         findings = Findings()
-        left = self._with_locked({**self._held_by(group, findings), **(locked or {})}, findings)
+        left = with_locked(self, {**held_by_group(self, group, findings), **(locked or {})}, findings)
+        left = on_external_axes(left, external_axes, arm_origin, mounting, findings)
         joints = with_own_limits(left.joints, limits or {}, findings)
         inherited = {name: q for name, q in left.named_positions.items() if is_within(joints, q)}
         positions = inherited | checked_positions(joints, named_positions or {}, findings)
@@ -192,42 +197,9 @@ class Robot(RobotDescription):
         )
         if mounting is not None and mounting.rotation is not None:
             model = robot.model.copy()
-            model.gravity.linear = mounting.rotation.T @ np.array([0.0, 0.0, -STANDARD_GRAVITY])
+            model.gravity.linear = mounting.rotation.T @ FREE_FALL
             robot = replace(robot, model=model, mounting=mounting)
         return robot if tool is None else robot.with_tool(tool)
-
-    def _held_by(self, group: str | None, findings: Findings) -> dict[str, float]:
-        """Return the joints that are not in a group, at 0 or the limit nearest to it; none if no group is asked for."""
-        if group is None:
-            return {}
-        members = {kept.name: kept.joints for kept in self.groups}.get(group)
-        if members is None:
-            names = ", ".join(shown(kept.name) for kept in self.groups) or "none"
-            findings.error("unknown_group", shown(group), f"there is no group {shown(group)}; there is {names}")
-            findings.raise_errors()
-        held = (joint for joint in self.joints if joint.name not in (members or ()))
-        return {joint.name: min(max(0.0, joint.lower), joint.upper) for joint in held}
-
-    def _with_locked(self, locked: Mapping[str, float], findings: Findings) -> Robot:
-        """Return the robot whose other joints are left, those held at positions within their limits."""
-        for name, position in locked.items():
-            if name not in self.joint_names:
-                names = ", ".join(map(shown, self.joint_names))
-                findings.error("unknown_joint", shown(name), f"there is no joint {shown(name)}; the joints are {names}")
-                continue
-            joint = self.joints[self.joint_names.index(name)]
-            if not (joint.lower <= position <= joint.upper and np.isfinite(position)):
-                text = f"{shown(name)} cannot be held at {position:g}, outside of its position limits"
-                findings.error("outside_position_limits", shown(name), text)
-        if len(locked) >= self.dof:
-            findings.error("no_joints", None, "no joint is left that moves")
-        findings.raise_errors()
-        if not locked:
-            return self
-        left = [k for k, name in enumerate(self.joint_names) if name not in locked]
-        positions = {name: tuple(position[k] for k in left) for name, position in self.named_positions.items()}
-        joints = tuple(self.joints[k] for k in left)
-        return replace(self, model=model_with_locked(self.model, locked), joints=joints, named_positions=positions)
 
     @cached_property
     def data(self) -> pin.Data:

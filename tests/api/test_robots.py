@@ -266,6 +266,37 @@ def test_a_derived_robot_has_its_owners_limits_tool_and_mounting(service: Runnin
     service.client.delete(f"{ROBOTS}/in_cell")
 
 
+def test_an_arm_on_a_rail_is_a_robot_like_any_other(service: RunningService) -> None:
+    """Two links of 0.4 m and 0.3 m on a rail of 3 m: a line of 2 m, which the arm cannot do alone."""
+    service.post(ROBOTS, dh_robot(joints=[dh_joint(mass=2.0), dh_joint(a=0.3)]))
+    rail = {"name": "rail", "kind": "prismatic", "axis": [2.0, 0.0, 0.0], "lower": 0.0, "upper": 3.0, "mass": 5.0}
+    body = derived_robot(external_axes=[rail], arm_origin={"position": [0.0, 0.0, 0.5]})
+    added = service.post(ROBOTS, body)
+    assert added.status_code == 201, added.text
+    robot = AddedRobot.model_validate_json(added.content, strict=True)
+    assert robot.external_axes == ["rail"]
+    assert (robot.joints[0].name, robot.joints[0].kind, robot.joints[0].upper) == ("rail", "prismatic", 3.0)
+    forward = service.post(FORWARD, {"robot": "in_cell", "positions": [[1.0, 0.0, 0.0]]}).json()["poses"][0]["position"]
+    np.testing.assert_allclose(forward, [1.7, 0.0, 0.5], atol=1e-12)
+    pushed = {"robot": "in_cell", "positions": [[1.0, 0.0, 0.0]], "accelerations": [[2.0, 0.0, 0.0]]}
+    torques = service.post("/v1/dynamics/inverse", pushed).json()["torques"]
+    assert torques[0][0] == pytest.approx((2.0 + 5.0) * 2.0)
+    line = {"kind": "relative", "frame": "base", "move": {"kind": "cartesian", "translation": [2.0, 0.0, 0.0]}}
+    asked = [joint(0.2, 0.5, -1.0), {**line, "motion": {"kind": "linear"}}]
+    planned = service.post(PLAN, plan_request(robot="in_cell", waypoints=asked, include=["tcp_pose"]))
+    assert planned.status_code == 200, planned.text
+    assert planned.json()["certificate"]["satisfied"]
+    reached = planned.json()["waypoints"][1]
+    assert reached["position_error"] < 1e-6
+    assert reached["position"][0] > 1.0
+    shapes = service.client.get(f"{ROBOTS}/in_cell/geometry").json()["shapes"]
+    assert min(shape["after"] for shape in shapes) >= 1
+    refused = service.post(ROBOTS, derived_robot(id="other", external_axes=[{**rail, "axis": [0.0, 0.0, 0.0]}]))
+    assert (refused.status_code, refused.json()["code"]) == (422, "invalid_robot_model")
+    service.client.delete(f"{ROBOTS}/in_cell")
+    service.client.delete(f"{ROBOTS}/planar_arm")
+
+
 def test_the_digest_of_a_derived_robot_is_of_all_that_it_is_made_of(service: RunningService) -> None:
     """Not of the name of an added robot, but of its content; of a catalogue robot, of its id."""
 

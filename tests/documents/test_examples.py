@@ -24,9 +24,12 @@ from tests.locations import ROOT
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.robots import Robot
+
 EXAMPLES = ROOT / "examples"
 
 REQUESTS = {  # waypoints, and the published duration, s; None: none is published
+    "along_a_rail.json": (4, None),
     "anywhere_along_a_bar.json": (4, None),
     "around_a_wall.json": (2, None),
     "at_teach_speed.json": (4, None),
@@ -82,6 +85,14 @@ def line_of(output: str, start: str) -> str:
     return next(line.strip() for line in output.splitlines() if line.strip().startswith(start))
 
 
+def derived_robot(name: str) -> Robot:
+    """The robot of `examples/robots` that is made from one of the catalogue."""
+    model = json.loads((EXAMPLES / "robots" / f"{name}.json").read_text())
+    named = TypeAdapter(RobotDefinition).validate_python(model)
+    changes = {field: getattr(named, field) for field in Changes.model_fields}
+    return to_robot(DerivedModel(**changes | {"from": named.base, "definition": None}), named.id)
+
+
 def test_every_request_file_is_known() -> None:
     assert sorted(path.name for path in EXAMPLES.glob("*.json")) == sorted(REQUESTS)
 
@@ -107,7 +118,9 @@ def test_cases_in_scenes_are_free_and_refused_without_room(name: str) -> None:
 @pytest.mark.parametrize("name", REQUESTS)
 def test_request_file_is_planned(name: str) -> None:
     waypoints, duration = REQUESTS[name]
-    result = plan_request(read_request((EXAMPLES / name).read_bytes()))
+    request = read_request((EXAMPLES / name).read_bytes())
+    is_derived = (EXAMPLES / "robots" / f"{request.robot}.json").exists()
+    result = plan_request(request, derived_robot(request.robot) if is_derived else None)
     assert result.certificate.satisfied
     assert sum(waypoint.choice != "way_around" for waypoint in result.path.waypoints) == waypoints
     assert max(waypoint.position_error for waypoint in result.path.waypoints) < 1e-6
@@ -170,10 +183,7 @@ def test_the_meshes_of_an_arm_come_along() -> None:
 
 
 def test_the_robot_of_an_owner_is_derived() -> None:
-    model = json.loads((EXAMPLES / "robots" / "kuka_in_cell_4.json").read_text())
-    named = TypeAdapter(RobotDefinition).validate_python(model)
-    changes = {name: getattr(named, name) for name in Changes.model_fields}
-    robot = to_robot(DerivedModel(**changes | {"from": named.base, "definition": None}), named.id)
+    robot = derived_robot("kuka_in_cell_4")
     assert robot.findings == ()
     assert robot.limit("acceleration")[[1, 2]].tolist() == [4.0, 4.0]
     assert robot.model.gravity.linear.tolist() == pytest.approx([0.0, 0.0, 9.81], abs=1e-12)

@@ -97,7 +97,8 @@ def collision_pairs(
         return tuple(CollisionPair(*links, why) for links, why in reasons.items())
 
     placements = [placement.homogeneous for placement in model.jointPlacements.tolist()]
-    content = b"".join(array.tobytes() for array in (*placements, *limits))
+    kinds = ",".join(joint.shortname() for joint in model.joints.tolist()).encode()
+    content = b"".join(array.tobytes() for array in (*placements, *limits)) + kinds
     of_shapes = tuple((shape.link, shape.joint, shape.placement.homogeneous.tobytes(), shape.shape) for shape in shapes)
     return _KEPT.get((content, of_shapes, frozenset(known)), listed)
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from planner.robots.checks import MAX_NAME_LENGTH, check_names
+from planner.robots.derived.own_limits import is_within
 from planner.robots.description import DisabledCollision, JointGroup
 from planner.robots.findings import listed, shown
-from planner.robots.own_limits import is_within
 from planner.robots.urdf.elements import number_of
 from planner.robots.urdf.xml_document import parse_robot_document
 

@@ -14,8 +14,8 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidRobotModel
 from planner.kinematics import forward_kinematics
 from planner.robots import Robot, load_robot
+from planner.robots.derived.own_limits import OwnLimits
 from planner.robots.describe import describe
-from planner.robots.own_limits import OwnLimits
 from planner.robots.payload import Payload
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.robots.frames import frame_pose
