@@ -120,6 +120,22 @@ def trajectories(
 
 
 @app.command()
+def collisions(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    problems: Annotated[int, typer.Option(help="Problems of each of the seven kinds of scenes.", min=1)] = 20,
+    arm: Annotated[list[str] | None, typer.Option(help="Only these robots.")] = None,
+    kind: Annotated[list[str] | None, typer.Option(help="Only these kinds of scenes.")] = None,
+) -> None:
+    """Ways around obstacles beside the peers that are installed; takes half an hour with all 20."""
+    from benchmarks.collisions.measure import ARMS, measure
+    from benchmarks.collisions.report import print_json, print_table
+    from benchmarks.collisions.scenes import KINDS
+
+    figures = measure(problems, arm or ARMS, kind or tuple(KINDS))
+    print_json(figures) if json else print_table(figures)
+
+
+@app.command()
 def jobs(
     json: Annotated[bool, typer.Option("--json", help="Print the records as JSON.")] = False,
     every: Annotated[int, typer.Option(help="Every so many of the jobs.", min=1)] = 1,

@@ -23,27 +23,28 @@ def joints_of(robot: Robot) -> list[tuple[Any, FloatArray, pin.SE3]]:
     return joints
 
 
-def plain_urdf(robot: Robot) -> str:
-    """Write the robot's kinematics and limits, for a peer that reads files."""
+def plain_urdf(robot: Robot, *, clipped: bool = True) -> str:
+    """Write the robot's kinematics and limits, no further than half a turn if clipped, for a peer that reads files."""
     last = robot.dof
     parts = [f'<link name="link_{i}"/>' for i in range(last + 1)] + ['<link name="tool"/>']
     for i, (joint, axis, placement) in enumerate(joints_of(robot)):
         kind = "revolute" if joint.is_angle else "prismatic"
-        lower, upper = np.clip([joint.lower, joint.upper], -np.pi, np.pi)
+        lower, upper = np.clip([joint.lower, joint.upper], *((-np.pi, np.pi) if clipped else (-np.inf, np.inf)))
         parts.append(
             f'<joint name="joint_{i + 1}" type="{kind}"><parent link="link_{i}"/><child link="link_{i + 1}"/>'
-            f'{_origin(placement)}<axis xyz="{_numbers(axis)}"/>'
+            f'{origin(placement)}<axis xyz="{_numbers(axis)}"/>'
             f'<limit lower="{lower}" upper="{upper}" effort="1" velocity="1"/></joint>'
         )
     placement = robot.model.frames[robot.tool_frame_id].placement
     parts.append(
         f'<joint name="to_tool" type="fixed"><parent link="link_{last}"/><child link="tool"/>'
-        f"{_origin(placement)}</joint>"
+        f"{origin(placement)}</joint>"
     )
     return f'<robot name="{robot.id}">{"".join(parts)}</robot>'
 
 
-def _origin(placement: pin.SE3) -> str:
+def origin(placement: pin.SE3) -> str:
+    """Write a placement."""
     rpy = pin.rpy.matrixToRpy(placement.rotation)
     return f'<origin xyz="{_numbers(placement.translation)}" rpy="{_numbers(rpy)}"/>'
 

@@ -1,0 +1,136 @@
+"""Ways around obstacles, found by this library and by others in the same scenes, and what proofs take."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+import planner
+from benchmarks.collisions.models import Contacts
+from benchmarks.collisions.peers import PEERS
+from benchmarks.collisions.proofs import measure_proofs
+from benchmarks.collisions.scenes import KINDS, problem
+from benchmarks.machine import machine
+from planner.errors import PlanningError
+from planner.robots import load_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from benchmarks.collisions.peers import Search
+    from benchmarks.collisions.scenes import Problem
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+ARMS = ("ur5", "panda", "kuka_kr16_2")
+"""The robots: two with meshes, and one whose shapes are capsules."""
+
+SECONDS = 5.0
+"""The time in which a problem counts as solved, s."""
+
+OURS = "planner"
+"""Name of this library among the figures."""
+
+REST = 1e-3
+"""The longest motion of a joint, rad, between samples of a trajectory that is judged: finer than those of paths."""
+
+
+class Answer(NamedTuple):
+    """What a planner made of a problem.
+
+    Attributes:
+        path: (N, joints), joined by straight motions, rad; None: nothing.
+        seconds: Processor time.
+        duration: s, of what is delivered, or of the path as this library times it; None: it could not.
+    """
+
+    path: FloatArray | None
+    seconds: float
+    duration: float | None = None
+
+
+def measure(count: int, arms: Sequence[str] = ARMS, kinds: Sequence[str] = tuple(KINDS)) -> dict[str, Any]:
+    """Solve so many problems of each kind for each arm, with every planner that is installed."""
+    where = machine()
+    here = {name: peer for name, peer in PEERS.items() if peer.installed}
+    figures = {}
+    for arm in arms:
+        robot = load_robot(arm)
+        _ = robot.collision_pairs  # which is not prepared for each problem
+        answers: dict[str, list[tuple[Answer, bool]]] = {name: [] for name in (OURS, *here)}
+        for kind in kinds:
+            for number in range(count):
+                asked = problem(robot, kind, number)
+                judge = Contacts(robot, asked.scene, true_meshes=True)
+                for name in answers:
+                    answer = ours(robot, asked) if name == OURS else theirs(robot, asked, here[name].make)
+                    touches = answer.path is not None and judge.touches_along(answer.path)
+                    answers[name].append((answer, touches))
+        solvers = {name: summary(found) for name, found in answers.items()}
+        figures[arm] = {"problems": count * len(kinds), "solvers": solvers, "proofs": measure_proofs(robot, count)}
+    absent = [name for name in PEERS if name not in here]
+    return {"machine": where, "seconds": SECONDS, "kinds": list(kinds), "arms": figures, "absent": absent}
+
+
+def ours(robot: Robot, asked: Problem) -> Answer:
+    """Plan a free motion, certificate and all."""
+    start, goal = asked.start.tolist(), asked.goal.tolist()
+    waypoints = [planner.JointWaypoint(start), planner.JointWaypoint(goal, motion=planner.FreeMotion())]
+    wanted = planner.PlanningProblem(robot, waypoints, scene=asked.scene)
+    begun = time.process_time()
+    try:
+        trajectory = planner.plan(wanted).trajectory
+    except PlanningError:
+        return Answer(None, time.process_time() - begun)
+    seconds = time.process_time() - begun
+    rough = trajectory.evaluate(np.linspace(0.0, trajectory.duration, 101), [0])[0]
+    fine = int(np.abs(np.diff(rough, axis=0)).sum(axis=0).max() / REST) + 2
+    path = trajectory.evaluate(np.linspace(0.0, trajectory.duration, fine), [0])[0]
+    return Answer(path, seconds, trajectory.duration)
+
+
+def theirs(robot: Robot, asked: Problem, make: Any) -> Answer:
+    """Ask a peer, whose preparation of the scene is not counted; an error of the library is a refusal."""
+    search: Search = make(robot, asked.scene)
+    begun = time.process_time()
+    try:
+        path = search(asked.start, asked.goal, SECONDS)
+    except RuntimeError:
+        path = None
+    seconds = time.process_time() - begun
+    return Answer(path, seconds, None if path is None else _timed(robot, path))
+
+
+def _timed(robot: Robot, path: FloatArray) -> float | None:
+    """Return how long a path takes that is passed smoothly, as this library times it; nobody proves that it is free."""
+    passed = planner.ThroughTransition()
+    straight = planner.JointMotion("as_given")
+    first, *between, last = path.tolist()
+    vias = [planner.JointWaypoint(q, motion=straight, transition=passed) for q in between]
+    ends = [planner.JointWaypoint(q, motion=straight) for q in (first, last)]
+    wanted = planner.PlanningProblem(robot, [ends[0], *vias, ends[1]])
+    try:
+        return float(planner.plan(wanted).trajectory.duration)
+    except PlanningError:
+        return None
+
+
+def summary(found: Sequence[tuple[Answer, bool]]) -> dict[str, Any]:
+    """Return the figures of one planner."""
+    within = [(a, touches) for a, touches in found if a.path is not None and a.seconds <= SECONDS]
+    if not within:
+        return {"asked": len(found), "solved": 0}
+    seconds = [answer.seconds for answer, _ in within]
+    lengths = [np.linalg.norm(np.diff(a.path, axis=0), axis=1).sum() for a, _ in within if a.path is not None]
+    durations = [answer.duration for answer, _ in within if answer.duration is not None]
+    return {
+        "asked": len(found),
+        "solved": len(within),
+        "p50": float(np.median(seconds)),
+        "p95": float(np.quantile(seconds, 0.95)),
+        "length": float(np.median(lengths)),
+        "duration": float(np.median(durations)) if durations else None,
+        "touching": sum(touches for _, touches in within) / len(within),
+    }
