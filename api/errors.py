@@ -287,7 +287,8 @@ def _planning_fields(error: PlanningError) -> dict[str, Any]:
     if isinstance(error, Collision | ClearanceUnproved):
         document["pair"] = error.pair
     if isinstance(error, Collision):
-        document |= {"depth": error.depth} | ({} if error.point is None else {"point": error.point})
+        document |= {"depth": error.depth, "position": error.position}
+        document |= {} if error.point is None else {"point": error.point}
     if isinstance(error, NoPathFound):
         document["checks"] = error.checks
     if error.remedies:

@@ -263,16 +263,24 @@ class Collision(PlanningError):
         pair: Names of the links or objects.
         depth: How much nearer they come, m: as deep as they overlap where the margin is 0.
         point: (3,), m, in the base frame: a point of the first of the two there; None: unknown.
+        position: (joints,), rad or m: the joint position at which they are as near as that.
     """
 
     code = "collision"
     title = "The robot would collide"
 
     def __init__(
-        self, message: str, *, pair: tuple[str, str], depth: float, point: FloatArray | None, **fields: Any
+        self,
+        message: str,
+        *,
+        pair: tuple[str, str],
+        depth: float,
+        point: FloatArray | None,
+        position: FloatArray,
+        **fields: Any,
     ) -> None:
         super().__init__(message, **fields)
-        self.pair, self.depth, self.point = pair, depth, point
+        self.pair, self.depth, self.point, self.position = pair, depth, point, position
 
 
 class NoPathFound(PlanningError):

@@ -108,6 +108,8 @@ class ProblemDocument(Answer):
     """With a collision: how much nearer than their margin they come, m."""
     point: list[float] | None = None
     """With a collision: a point of the first of the two there, x, y, z in the base frame, m."""
+    position: list[float] | None = None
+    """With a collision: the joint position there, rad or m per joint."""
     checks: int | None = None
     """With `no_path_found`: the number of motions that the search looked at."""
     remedies: list[RemedyAnswer] | None = None

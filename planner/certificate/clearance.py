@@ -138,12 +138,15 @@ def _collision(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) 
     first, second = checker.names((at_start or hit).pair)
     if at_start is not None:
         nearness = _nearness(first, second, at_start)
-        return StartInCollision(f"where the robot starts, {nearness}", **_fields(checker, at_start, 0.0), waypoint=0)
+        return StartInCollision(
+            f"where the robot starts, {nearness}", **_fields(checker, at_start, start[0], 0.0), waypoint=0
+        )
     time = _first_contact(checker, trajectory, hit)
     segment = int(trajectory.segments[trajectory.locate(np.array([time]))[0][0]])
     nearness = _nearness(first, second, hit)
     message = f"on the way from waypoint {segment} to {segment + 1}, {nearness}, too near from {time:.4g} s on"
-    return Collision(message, **_fields(checker, hit, time), segment=segment)
+    (there,) = trajectory.evaluate(np.array([hit.time]), [0])
+    return Collision(message, **_fields(checker, hit, there[0], time), segment=segment)
 
 
 def refuse_collision_at(checker: CollisionChecker, position: FloatArray, waypoint: int) -> None:
@@ -157,7 +160,7 @@ def refuse_collision_at(checker: CollisionChecker, position: FloatArray, waypoin
     if hit is not None:
         kind = StartInCollision if waypoint == 0 else Collision
         message = f"at waypoint {waypoint}, {_nearness(*checker.names(hit.pair), hit)}"
-        raise kind(message, **_fields(checker, hit, None), waypoint=waypoint)
+        raise kind(message, **_fields(checker, hit, position, None), waypoint=waypoint)
 
 
 def _nearness(first: str, second: str, hit: Nearest) -> str:
@@ -166,11 +169,12 @@ def _nearness(first: str, second: str, hit: Nearest) -> str:
     return f"{first} would come within {hit.distance:.4g} m of {second}, with a margin of {hit.margin:g} m"
 
 
-def _fields(checker: CollisionChecker, hit: Nearest, time: float | None) -> dict[str, Any]:
+def _fields(checker: CollisionChecker, hit: Nearest, position: FloatArray, time: float | None) -> dict[str, Any]:
     return {
         "pair": checker.names(hit.pair),
         "depth": hit.missing,
         "point": hit.point if np.isfinite(hit.point).all() else None,
+        "position": position,
         "time": time,
         "value": hit.distance,
         "limit": hit.margin,

@@ -56,6 +56,8 @@ def test_a_collision_is_refused_with_what_is_known(service: RunningService) -> N
     assert problem["segment"] == 0
     assert problem["depth"] > 0.0
     assert len(problem["point"]) == 3
+    there = service.post(CHECK, KUKA | {"positions": [problem["position"]], "scene": {"objects": [TABLE]}}).json()
+    assert there["results"][0]["free"] is False
     on_the_way = service.post(CHECK, KUKA | {"positions": [HOME, TOO_LOW], "scene": {"objects": [TABLE]}}).json()
     assert [result["free"] for result in on_the_way["results"]] == [True, False]
 

@@ -36,6 +36,7 @@ export const texts = {
     play: 'Play',
     pause: 'Pause',
     time: 'Time',
+    nothing: 'no plan',
     speed: 'Speed of the playback',
     mark: (number: number, name: string | null, at: string) => `Waypoint ${number}${name ? ` ${name}` : ''} at ${at}`,
   },
@@ -122,6 +123,12 @@ export const texts = {
     unlimited: 'no limit',
     unbounded: 'unbounded',
   },
+  clearance: {
+    note: (pair: readonly string[], distance: string, time: number) => `nearest: ${pair.join(' and ')}, ${distance} at ${time.toFixed(2)} s`,
+    names: { scene: 'Clear of the scene', itself: 'Clear of itself' },
+    proved: (pair: readonly string[]) => `${pair.join(' and ')}, proved at all times`,
+    least: (distance: string, margin: string | null) => (margin === null ? distance : `${distance} / at least ${margin}`),
+  },
   quantityNames: {
     position: 'Position',
     velocity: 'Velocity',
@@ -148,6 +155,7 @@ export const texts = {
     ways: { durations: 'Longer durations', limits: 'Wider limits', payload: 'A lighter payload', other: 'A change' },
     nearest: (millimetres: string) => `The nearest that the tool gets is ${millimetres} mm away; the robot is shown there in red.`,
     place: 'The robot is shown there in red.',
+    pair: (pair: readonly string[], depth: string, time: string | null) => `${pair.join(' and ')}: ${depth} too near${time === null ? '' : `, from ${time} on`}.`,
     show: 'Show the waypoint',
   },
   compare: {

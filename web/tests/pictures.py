@@ -39,6 +39,10 @@ def main() -> None:
             use_request(page, json.dumps(TOO_SHORT))
             page.get_by_role("alert", name="Refusal").wait_for()
             take("refusal", "a duration that is too short")
+            page.get_by_role("tab", name="Certificate").click()
+            choose_example(page, "features/around_a_wall")
+            page.locator(".nearest-note").click()
+            take("scene", "a way around a wall, where it comes nearest")
         with opened(browser, f"{service.url}/", viewport=VIEW, color_scheme="dark") as page:
             choose_example(page, "features/pick_and_place")
             page.get_by_role("tab", name="Compare").click()

@@ -47,6 +47,9 @@ def test_axe_finds_no_violation(browser: Browser, service: RunningService, schem
         use_request(page, json.dumps(TOO_SHORT))
         page.get_by_role("alert", name="Refusal").wait_for()
         assert violations(page) == []
+        page.get_by_role("tab", name="Certificate").click()
+        choose_example(page, "features/around_a_wall")
+        assert violations(page) == []
 
 
 def test_a_phone_shows_all_without_scrolling_sideways(browser: Browser, service: RunningService) -> None:

@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.api.requests import urdf_chain, urdf_robot
+from tests.locations import ROOT
 from web.tests.browser import TOO_SHORT, WELDING, choose_example, opened, planned, seconds, use_request
 
 if TYPE_CHECKING:
@@ -125,6 +126,44 @@ def test_a_plan_is_saved_and_the_code_copied(page: Page, tmp_path: Path) -> None
     page.get_by_role("button", name="Copy", exact=True).click()
     expect(page.get_by_role("button", name="Copied")).to_be_visible()
     assert "httpx.post(" in page.evaluate("navigator.clipboard.readText()")
+
+
+def test_a_scene_is_shown_with_what_comes_nearest(page: Page) -> None:
+    choose_example(page, "documents/refuelling_beside_the_car")
+    row = page.locator(".certificate tr", has_text="Clear of the scene")
+    expect(row).to_contain_text("link_3 and car_body")
+    expect(row).to_contain_text("66 mm / at least 50 mm")
+    page.get_by_role("button", name="nearest: link_3 and car_body, 66 mm at 12.67 s").click()
+    assert seconds(page) == pytest.approx(12.67, abs=0.01)
+    choose_example(page, "features/around_a_wall")
+    expect(page.locator(".mark")).to_have_count(2)
+    expect(page.locator("[data-waypoint='1'] .when")).to_contain_text("1.904 s")
+
+
+def test_a_collision_is_shown_at_its_place_and_a_way_around_applies(page: Page) -> None:
+    request = json.loads((ROOT / "examples/around_a_wall.json").read_text())
+    del request["waypoints"][1]["motion"]
+    use_request(page, json.dumps(request))
+    refusal = page.get_by_role("alert", name="Refusal")
+    expect(refusal).to_contain_text("link_3 and wall: 91.4 mm too near, from 0.495 s on.")
+    expect(refusal).to_contain_text("The robot is shown there in red.")
+    refusal.get_by_role("button", name="Apply").click()
+    expect(refusal).to_have_count(0, timeout=30_000)
+    planned(page)
+    expect(page.get_by_role("button", name="nearest: link_3 and wall")).to_be_visible()
+
+
+def test_without_a_plan_no_time_is_shown(browser: Browser, service: RunningService, page: Page) -> None:
+    """The address says when, but what it asks for is refused."""
+    page.get_by_role("slider", name="Time").press("PageUp")
+    page.locator("[data-waypoint='2']").click()
+    page.get_by_label("x", exact=True).fill("9000")
+    page.keyboard.press("Tab")
+    page.get_by_role("alert", name="Refusal").wait_for()
+    page.wait_for_timeout(700)
+    with opened(browser, page.url) as other:
+        other.get_by_role("alert", name="Refusal").wait_for()
+        expect(other.locator("output.time")).to_have_text("no plan")
 
 
 MARK = """() => {

@@ -1,9 +1,11 @@
 // The certificate as a table: what uses how much of its limit, where and when; and the warnings.
-import type { Check, Robot } from '../service/types';
-import { factorOf, short, unitOf } from '../plan/units';
+import type { Check, Clearance, Robot } from '../service/types';
+import { factorOf, millimetres, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/limits';
 import { seek } from '../state/playback';
 import { robot, shownPlan } from '../state/store';
+import { goToNearest, KINDS, marginOf } from '../state/surroundings';
+import type { Kind } from '../state/surroundings';
 import { texts } from '../texts';
 
 export function Certificate() {
@@ -29,6 +31,7 @@ export function Certificate() {
           {certificate.checks.map((check) => (
             <Line key={`${check.quantity} ${check.joint ?? ''}`} check={check} arm={arm} />
           ))}
+          {KINDS.map((kind) => certificate.clearance?.[kind] && <ClearanceLine key={kind} kind={kind} clearance={certificate.clearance[kind]} />)}
         </tbody>
       </table>
       <p class="hint">{texts.result.exact}</p>
@@ -61,6 +64,29 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
         <button type="button" class="link" aria-label={texts.result.goTo(`${check.time.toFixed(2)} s`)} onClick={() => seek(check.time)}>
           {check.time.toFixed(2)} s
         </button>
+      </td>
+    </tr>
+  );
+}
+
+// How near things come: the margin is what is asked of it, so that little is used of it where there is much room.
+function ClearanceLine({ kind, clearance }: { kind: Kind; clearance: Clearance }) {
+  const { lower, pair, time } = clearance;
+  const margin = kind === 'scene' && pair ? marginOf(pair) : 0;
+  return (
+    <tr>
+      <th scope="row">
+        {texts.clearance.names[kind]}
+        {pair && <small>{texts.clearance.proved(pair)}</small>}
+      </th>
+      <td>{margin > 0 ? <Meter used={Math.min(100, (100 * margin) / lower)} enforced /> : '–'}</td>
+      <td class="number">{texts.clearance.least(millimetres(lower), margin > 0 ? millimetres(margin) : null)}</td>
+      <td class="number">
+        {time !== null && (
+          <button type="button" class="link" aria-label={texts.result.goTo(`${time.toFixed(2)} s`)} onClick={() => goToNearest(kind)}>
+            {time.toFixed(2)} s
+          </button>
+        )}
       </td>
     </tr>
   );

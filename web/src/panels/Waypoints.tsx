@@ -1,7 +1,7 @@
 // The list of waypoints: choose, add, reorder by drag and by keys, delete.
 import { signal } from '@preact/signals';
 import { inserted, jointWaypoint, moved, poseWaypoint, removed } from '../request/edits';
-import { locate, positionAt } from '../plan/samples';
+import { locate, plannedWaypoint, positionAt } from '../plan/samples';
 import { seconds, short } from '../plan/units';
 import type { PlanAnswer, PlanRequest, Pose, Robot, Waypoint } from '../service/types';
 import { show } from '../state/actions';
@@ -52,7 +52,8 @@ interface RowProps {
 }
 
 function Row({ waypoint, index, shown }: RowProps) {
-  const answer = isStale.value ? undefined : shownPlan.value?.answer.waypoints[index];
+  const planned = isStale.value ? null : shownPlan.value;
+  const answer = planned ? plannedWaypoint(planned.answer, index) : undefined;
   const isChosen = selected.value === index;
   const isWrong = problem.value?.waypoint === index;
   const choose = (): void => {

@@ -10,12 +10,12 @@ export interface Band {
   upper: number | null;
 }
 
-// The band of a joint on the segment that ends at waypoint `segment + 1`; null: no limit on that side.
-export function bandOf(robot: Robot, request: PlanRequest, quantity: Quantity, joint: number, segment: number): Band {
+// The band of a joint on the way to waypoint `goal`; null: no limit on that side.
+export function bandOf(robot: Robot, request: PlanRequest, quantity: Quantity, joint: number, goal: number): Band {
   const described = robot.joints[joint]!;
   if (quantity === 'position') return { lower: described.lower, upper: described.upper };
   const whole = request.limits;
-  const own = request.waypoints[segment + 1]?.limits ?? undefined;
+  const own = request.waypoints[goal]?.limits ?? undefined;
   const scale = scaleOf(whole, quantity) * scaleOf(own, quantity);
   const ranges = [rangeOf(described, quantity), rangeAsked(own, quantity, joint), rangeAsked(whole, quantity, joint)];
   const present = ranges.filter((range) => range !== null);
@@ -47,9 +47,9 @@ function rangeAsked(limits: Limits | undefined, quantity: Exclude<Quantity, 'pos
   return limit === undefined ? null : [-limit, limit];
 }
 
-// The limit of the tool's speed on a segment, m/s; null: none.
-export function toolSpeedLimit(request: PlanRequest, segment: number): number | null {
-  const own = request.waypoints[segment + 1]?.limits?.tcp_linear_velocity;
+// The limit of the tool's speed on the way to waypoint `goal`, m/s; null: none.
+export function toolSpeedLimit(request: PlanRequest, goal: number): number | null {
+  const own = request.waypoints[goal]?.limits?.tcp_linear_velocity;
   const limits = [own, request.limits?.tcp_linear_velocity].filter((limit) => typeof limit === 'number');
   return limits.length > 0 ? Math.min(...limits) : null;
 }

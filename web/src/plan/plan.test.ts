@@ -50,13 +50,13 @@ describe('limits', () => {
   } as unknown as PlanRequest;
 
   test('are the narrowest of robot, waypoint and request, times both factors', () => {
-    expect(bandOf(arm, request, 'velocity', 0, 0)).toEqual({ lower: -0.5 * 0.25, upper: 0.5 * 0.25 });
-    expect(bandOf(arm, request, 'velocity', 1, 0)).toEqual({ lower: -0.25, upper: 0.25 });
-    expect(bandOf(arm, request, 'velocity', 0, 1)).toEqual({ lower: -0.5, upper: 0.5 });
-    expect(bandOf(arm, { ...request, limits: undefined }, 'velocity', 0, 1)).toEqual({ lower: -1, upper: 3 });
-    expect(bandOf(arm, request, 'acceleration', 1, 1)).toEqual({ lower: -1, upper: 1 });
-    expect(bandOf(arm, request, 'position', 0, 0)).toEqual({ lower: -1, upper: 2 });
-    expect(bandOf(arm, request, 'jerk', 0, 0)).toEqual({ lower: null, upper: null });
+    expect(bandOf(arm, request, 'velocity', 0, 1)).toEqual({ lower: -0.5 * 0.25, upper: 0.5 * 0.25 });
+    expect(bandOf(arm, request, 'velocity', 1, 1)).toEqual({ lower: -0.25, upper: 0.25 });
+    expect(bandOf(arm, request, 'velocity', 0, 2)).toEqual({ lower: -0.5, upper: 0.5 });
+    expect(bandOf(arm, { ...request, limits: undefined }, 'velocity', 0, 2)).toEqual({ lower: -1, upper: 3 });
+    expect(bandOf(arm, request, 'acceleration', 1, 2)).toEqual({ lower: -1, upper: 1 });
+    expect(bandOf(arm, request, 'position', 0, 1)).toEqual({ lower: -1, upper: 2 });
+    expect(bandOf(arm, request, 'jerk', 0, 1)).toEqual({ lower: null, upper: null });
   });
 
   test('are used from -100 % to 100 %', () => {

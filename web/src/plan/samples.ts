@@ -1,5 +1,5 @@
 // Reading a trajectory between its samples.
-import type { PlanAnswer } from '../service/types';
+import type { PlanAnswer, PlannedWaypoint } from '../service/types';
 
 // The last index whose time is not after `time`, and the share of the interval that lies before it.
 export function locate(times: readonly number[], time: number): [number, number] {
@@ -24,4 +24,9 @@ export function positionAt({ samples }: PlanAnswer, time: number): number[] {
 // The speed of the tool at each sample, m/s.
 export function toolSpeeds({ samples }: PlanAnswer): number[] {
   return samples.tcp_velocity?.linear.map((row) => Math.hypot(...row)) ?? [];
+}
+
+// A waypoint of the request, as it was planned: of a way around with corners, the last of its points.
+export function plannedWaypoint({ waypoints }: PlanAnswer, index: number): PlannedWaypoint | undefined {
+  return waypoints.findLast((waypoint) => waypoint.index === index);
 }

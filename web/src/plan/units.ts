@@ -31,3 +31,8 @@ export function short(value: number, digits = 4): string {
 export function seconds(value: number): string {
   return `${value.toFixed(value < 10 ? 3 : 2)} s`;
 }
+
+// A length in m as mm, rounded down: so far it is proved.
+export function millimetres(value: number): string {
+  return `${Math.floor(value * 1e4 + 1e-6) / 10} mm`;
+}

@@ -1,5 +1,6 @@
 // The time line: play, scrub, speed, and where the waypoints are.
 import { useComputed } from '@preact/signals';
+import { plannedWaypoint } from '../plan/samples';
 import { seconds } from '../plan/units';
 import { playing, seek, speed, SPEEDS, time, togglePlaying } from '../state/playback';
 import { selected, shownPlan } from '../state/store';
@@ -7,8 +8,9 @@ import { texts } from '../texts';
 
 export function Timeline() {
   const planned = shownPlan.value;
+  const marked = planned?.answer.waypoints.filter((waypoint) => plannedWaypoint(planned.answer, waypoint.index) === waypoint) ?? [];
   const duration = planned?.answer.duration ?? 0;
-  const shown = useComputed(() => seconds(time.value));
+  const shown = useComputed(() => seconds(Math.min(time.value, shownPlan.value?.answer.duration ?? 0)));
   return (
     <section class="timeline" aria-label={texts.timeline.label}>
       <button type="button" class="play" disabled={!planned} onClick={togglePlaying}>
@@ -27,8 +29,8 @@ export function Timeline() {
           onKeyDown={(event) => stepBy(event, duration)}
         />
         <div class="marks">
-          {(planned?.answer.waypoints.length ?? 0) <= 40 &&
-            planned?.answer.waypoints.map(({ index, name, arrival_time }) => (
+          {marked.length <= 40 &&
+            marked.map(({ index, name, arrival_time }) => (
               <button
                 key={index}
                 type="button"
@@ -48,7 +50,7 @@ export function Timeline() {
         </div>
       </div>
       <output class="time">
-        {shown} / {seconds(duration)}
+        {planned ? [shown, ' / ', seconds(duration)] : texts.timeline.nothing}
       </output>
       <label>
         <span class="visually-hidden">{texts.timeline.speed}</span>

@@ -25,9 +25,9 @@ export interface Curves {
 // Returns null where the plan has no such quantity.
 export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focus: number | null, relative: boolean): Curves | null {
   const { answer, request } = planned;
-  const segments = answer.waypoints.length - 1;
+  const goals = answer.waypoints.slice(1).map(({ index }) => index);
   if (quantity === 'tool_speed') {
-    const bands = Array.from({ length: segments }, (_, segment) => ({ lower: null, upper: toolSpeedLimit(request, segment) }));
+    const bands = goals.map((goal) => ({ lower: null, upper: toolSpeedLimit(request, goal) }));
     return { time: answer.samples.time, unit: 'm/s', curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }] };
   }
   const rows = answer.samples[quantity];
@@ -36,7 +36,7 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
   const curves = joints.map((joint): Curve => {
     const described = robot.joints[joint]!;
     const factor = factorOf(described, quantity);
-    const bands = Array.from({ length: segments }, (_, segment) => bandOf(robot, request, quantity, joint, segment));
+    const bands = goals.map((goal) => bandOf(robot, request, quantity, joint, goal));
     const values = relative
       ? rows.map((row, i) => shareOf(row[joint]!, bands[answer.samples.segment[i]!]!))
       : rows.map((row) => row[joint]! * factor);

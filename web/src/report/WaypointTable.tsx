@@ -28,8 +28,8 @@ export function WaypointTable({ answer, robot }: TableProps) {
           </tr>
         </thead>
         <tbody>
-          {answer.waypoints.map(({ index, name, arrival_time, departure_time, position, pose, position_error }) => (
-            <tr key={index}>
+          {answer.waypoints.map(({ index, name, arrival_time, departure_time, position, pose, position_error }, row) => (
+            <tr key={row}>
               <th scope="row">{name ?? index + 1}</th>
               <td class="number">
                 <button type="button" class="link" onClick={() => seek(arrival_time)}>

@@ -2,10 +2,11 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { effect, signal, untracked } from '@preact/signals';
 import { positionAt, toolSpeeds } from '../plan/samples';
-import { short } from '../plan/units';
+import { millimetres, short } from '../plan/units';
 import type { Robot } from '../service/types';
 import { time } from '../state/playback';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
+import { goToNearest, nearest, setting, shownPair } from '../state/surroundings';
 import { theme } from '../state/theme';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
@@ -58,6 +59,7 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
           {texts.stage.screenshot}
         </button>
       </div>
+      <NearestNote />
       <SpeedKey />
       {dragging && <ReachNote reach={dragging.reach()} />}
     </section>
@@ -69,6 +71,18 @@ function ReachNote({ reach }: { reach: Reach | null }) {
   if (!reach) return null;
   const text = reach.kind === 'reached' ? texts.stage.reached(reach.solutions) : texts.stage.missed(short(reach.distance * 1000, 3));
   return <p class={`reach-note ${reach.kind}`}>{text}</p>;
+}
+
+// Which two things come nearest, and when; it leads there.
+function NearestNote() {
+  const found = nearest.value;
+  if (!found) return null;
+  const { kind, clearance } = found;
+  return (
+    <button type="button" class="nearest-note" onClick={() => goToNearest(kind)}>
+      {texts.clearance.note(clearance.pair!, millimetres(clearance.lower), clearance.time!)}
+    </button>
+  );
 }
 
 // What the colours of the path mean.
@@ -95,7 +109,13 @@ function follow(stage: Stage, dragging: Dragging | undefined): () => void {
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
-      if (robot.peek()) stage.setGround();
+      robot.value;
+      stage.setSurroundings(setting.value);
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      setting.value;
+      stage.setPair(shownPair.value, links.value, problem.value !== null);
     }),
     effect(() => {
       theme.value; // drawn anew in other colours

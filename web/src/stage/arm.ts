@@ -1,19 +1,10 @@
 // The robot as a tree of shapes that follow its joints.
-import {
-  BoxGeometry,
-  BufferGeometry,
-  CapsuleGeometry,
-  CylinderGeometry,
-  Float32BufferAttribute,
-  Group,
-  Mesh,
-  MeshStandardMaterial,
-  SphereGeometry,
-} from 'three';
-import type { ColorRepresentation, Object3D } from 'three';
+import { Group, Mesh, MeshStandardMaterial } from 'three';
+import type { BufferGeometry, ColorRepresentation, Object3D } from 'three';
 import type { Robot } from '../service/types';
 import { jointMatrices } from '../robot/chain';
-import type { Form, Shape } from '../robot/shapes';
+import type { Shape } from '../robot/shapes';
+import { geometryOf } from './geometry';
 
 export class Arm {
   readonly object = new Group();
@@ -34,7 +25,6 @@ export class Arm {
       const mesh = new Mesh(geometryOf(shape.form), ghost ? ghostly(ghost) : materialOf(shape.after));
       mesh.matrixAutoUpdate = false;
       mesh.matrix.copy(shape.matrix);
-      if (shape.form.kind === 'cylinder' || shape.form.kind === 'capsule') mesh.geometry.rotateX(Math.PI / 2);
       this.links[shape.after]!.add(mesh);
     });
   }
@@ -57,30 +47,6 @@ export class Arm {
     });
     this.object.removeFromParent();
   }
-}
-
-function geometryOf(form: Form): BufferGeometry {
-  switch (form.kind) {
-    case 'box':
-      return new BoxGeometry(...form.size);
-    case 'cylinder':
-      return new CylinderGeometry(form.radius, form.radius, form.length, 32);
-    case 'capsule':
-      return new CapsuleGeometry(form.radius, form.length, 6, 20);
-    case 'sphere':
-      return new SphereGeometry(form.radius, 28, 18);
-    case 'convex':
-      return hull(form.vertices, form.faces);
-  }
-}
-
-// Each triangle has corners of its own, so that its edges are seen.
-function hull(vertices: readonly (readonly number[])[], faces: readonly (readonly number[])[]): BufferGeometry {
-  const geometry = new BufferGeometry();
-  const corners = faces.flatMap((face) => face.flatMap((corner) => [...vertices[corner]!]));
-  geometry.setAttribute('position', new Float32BufferAttribute(corners, 3));
-  geometry.computeVertexNormals();
-  return geometry;
 }
 
 const BODY = new MeshStandardMaterial({ color: '#e8833a', roughness: 0.5, metalness: 0.1 });

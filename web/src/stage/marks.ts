@@ -73,13 +73,13 @@ export function ball(radius: number, colour: ColorRepresentation): Mesh {
   return new Mesh(new SphereGeometry(radius, 20, 14), new MeshBasicMaterial({ color: colour }));
 }
 
-// A ball and axes at each waypoint; the number of a ball is that of its waypoint.
+// A ball and axes at each waypoint; the number of a ball is that of its planned waypoint.
 export function waypointMarks(answer: PlanAnswer, size: number, chosen: number, colour: string, mark: string): Group {
   const material = new MeshBasicMaterial();
   const balls = new InstancedMesh(new SphereGeometry(size, 16, 10), material, answer.waypoints.length);
   const frames: { matrix: Matrix4; length: number }[] = [];
-  answer.waypoints.forEach(({ pose }, index) => {
-    const isChosen = index === chosen;
+  answer.waypoints.forEach(({ pose, index: waypoint }, index) => {
+    const isChosen = waypoint === chosen;
     const turn = quaternionOf(pose.orientation);
     const at = new Vector3().fromArray(pose.position);
     const matrix = new Matrix4().compose(at, turn ? new Quaternion(...turn) : new Quaternion(), new Vector3(1, 1, 1));

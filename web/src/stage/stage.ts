@@ -18,16 +18,23 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { ComparedBackend, LinkShape, PlanAnswer, Pose, Problem, Robot } from '../service/types';
 import { matrixOf } from '../robot/chain';
 import { reach, shapesOf } from '../robot/shapes';
-import type { Shape } from '../robot/shapes';
+import type { Form, Shape } from '../robot/shapes';
 import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
 import { Gizmo } from './gizmo';
 import type { GizmoMode } from './gizmo';
 import { axes, ball, disposeOf, ghostLine, pathLine, waypointMarks } from './marks';
+import { gapMark, obstacles } from './obstacles';
+import { pointsOf } from '../scene/pair';
+import type { Pair } from '../scene/pair';
+import { mountingOf, placedOf, toolOf } from '../scene/objects';
+import type { Placed, Setting } from '../scene/objects';
 
 export type View = 'home' | 'front' | 'side' | 'top';
 
 const DIRECTIONS: Record<View, Vector3Tuple> = { home: [1, -1.05, 0.75], front: [1, 0, 0.02], side: [0, -1, 0.02], top: [0.001, 0, 1] };
+
+type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'gap' | 'pair';
 
 export class Stage {
   readonly scene = new Scene();
@@ -39,7 +46,10 @@ export class Stage {
   private arm?: Arm;
   private robot?: Robot;
   private shapes: readonly Shape[] = [];
-  private drawn: Partial<Record<'path' | 'waypoints' | 'ghosts' | 'place' | 'grid' | 'ghost' | 'reach', Object3D>> = {};
+  private drawn: Partial<Record<Drawn | 'grid', Object3D>> = {};
+  private carried: Object3D[] = [];
+  private placed: readonly Placed[] = [];
+  private waypoints: readonly number[] = []; // of the request, by the ball
   private waiting = false;
   private extent = 1;
   private isFitted = false; // the view has been fitted to the first path of this robot
@@ -77,7 +87,7 @@ export class Stage {
     const ray = new Raycaster();
     ray.setFromCamera(at, this.camera);
     const hit = ray.intersectObjects(this.drawn.waypoints?.children ?? []).find(({ instanceId }) => instanceId !== undefined);
-    if (hit?.instanceId !== undefined) this.onPick(hit.instanceId);
+    if (hit?.instanceId !== undefined) this.onPick(this.waypoints[hit.instanceId]!);
   }
 
   setRobot(robot: Robot, links: readonly LinkShape[], posture: readonly number[]): void {
@@ -86,21 +96,48 @@ export class Stage {
     this.shapes = shapesOf(robot, links);
     this.extent = Math.max(0.3, reach(robot));
     this.arm = new Arm(robot, this.shapes);
-    const tip = robot.placements.find((placement) => placement.frame === robot.tip_frame);
-    if (tip) {
-      const tool = axes(this.extent * 0.09);
-      tool.applyMatrix4(matrixOf(tip).multiply(matrixOf(robot.tool)));
-      this.arm.attach(tip.after, tool);
-    }
-    this.world.matrixAutoUpdate = false;
-    if (robot.mounting) this.world.matrix.copy(matrixOf(robot.mounting));
-    else this.world.matrix.identity();
-    this.world.matrixWorldNeedsUpdate = true;
     this.world.add(this.arm.object);
     this.arm.pose(posture);
     this.isFitted = false;
     this.setGround();
     this.look('home');
+  }
+
+  // Where the base stands in the world, the tool at the tip, what stands around the robot and what it carries.
+  setSurroundings(setting: Setting): void {
+    if (!this.robot) return;
+    this.world.matrixAutoUpdate = false;
+    this.world.matrix.copy(mountingOf(setting, this.robot));
+    this.world.matrixWorldNeedsUpdate = true;
+    this.placed = placedOf(setting, this.robot);
+    for (const object of this.carried) disposeOf(object);
+    const colours = { thing: styleColour('--thing'), margin: styleColour('--margin') };
+    const still = this.placed.filter(({ after }) => after === null);
+    this.replace('scene', still.length > 0 ? obstacles(still, this.extent, colours) : undefined);
+    this.carried = [];
+    for (const one of this.placed) if (one.after !== null) this.carry(one.after, obstacles([one], this.extent, colours));
+    const tip = this.robot.placements.find(({ frame }) => frame === this.robot!.tip_frame);
+    const tool = axes(this.extent * 0.09);
+    if (tip) {
+      tool.applyMatrix4(matrixOf(tip).multiply(toolOf(setting, this.robot)));
+      this.carry(tip.after, tool);
+    }
+    this.setGround();
+  }
+
+  private carry(after: number, object: Object3D): void {
+    this.arm?.attach(after, object);
+    this.carried.push(object);
+  }
+
+  // Shows where two things are nearest: a line between them, and the shapes of the links that are held against objects.
+  setPair(pair: Pair | null, links: readonly LinkShape[], isRefused: boolean): void {
+    const isOfRobot = pair !== null && pair.position.length === this.robot?.chain.length;
+    const colour = styleColour(isRefused ? '--bad' : '--accent');
+    const ends = isOfRobot && !isRefused ? pointsOf(pair, this.robot!, links, this.placed) : null;
+    this.replace('gap', ends ? gapMark(ends, this.extent * 0.007, colour) : undefined);
+    const shapes = links.filter(({ link }) => pair?.names.includes(link)).map((link): Shape => ({ after: link.after, matrix: matrixOf(link), form: link.shape as Form }));
+    this.replace('pair', isOfRobot && shapes.length > 0 ? this.ghost(pair.position, colour, shapes) : undefined);
   }
 
   setPosture(position: readonly number[]): void {
@@ -117,6 +154,7 @@ export class Stage {
   }
 
   setWaypoints(answer: PlanAnswer | null, chosen: number): void {
+    this.waypoints = answer?.waypoints.map(({ index }) => index) ?? [];
     const colours = [styleColour('--text-soft'), styleColour('--accent')] as const;
     this.replace('waypoints', answer ? waypointMarks(answer, this.extent * 0.008, chosen, ...colours) : undefined);
   }
@@ -132,10 +170,10 @@ export class Stage {
   // Shows where a refusal is: the posture there as a ghost, and the pose of the tool.
   setProblem(problem: Problem | null): void {
     const [place, nearest] = [problem?.place, problem?.nearest];
-    const posture = place?.position ?? (nearest && 'position' in nearest ? nearest.position : undefined);
+    const posture = place?.position ?? nearest?.position ?? problem?.position ?? undefined;
     const colour = styleColour('--bad');
     this.replace('ghost', posture && this.ghost(posture, colour));
-    const at = place?.pose.position ?? nearest?.pose.position;
+    const at = place?.pose.position ?? nearest?.pose.position ?? problem?.point;
     const mark = at ? ball(this.extent * 0.016, colour) : undefined;
     if (at) mark?.position.fromArray(at);
     this.replace('place', mark);
@@ -151,9 +189,9 @@ export class Stage {
     this.draw();
   }
 
-  private ghost(posture: readonly number[], colour: string): Object3D | undefined {
+  private ghost(posture: readonly number[], colour: string, shapes = this.shapes): Object3D | undefined {
     if (posture.length !== this.robot?.chain.length) return undefined;
-    const arm = new Arm(this.robot, this.shapes, { colour, opacity: 0.32 });
+    const arm = new Arm(this.robot, shapes, { colour, opacity: 0.32 });
     arm.pose(posture);
     return arm.object;
   }
@@ -170,12 +208,17 @@ export class Stage {
     this.draw();
   }
 
-  // The box around the robot and the path of its tool.
+  // The box around the robot, the path of its tool and what stands around it.
   private bounds(): Box3 {
     this.world.updateWorldMatrix(true, true);
     const box = new Box3();
-    for (const object of [this.arm?.object, this.drawn.path]) if (object) box.expandByObject(object);
+    for (const object of [this.arm?.object, this.drawn.path, ...this.ends()]) if (object) box.expandByObject(object);
     return box.isEmpty() ? new Box3(new Vector3(-1, -1, 0), new Vector3(1, 1, 1)) : box;
+  }
+
+  // What of the scene has an end: half spaces are drawn as large as the view.
+  private ends(): Object3D[] {
+    return (this.drawn.scene?.children ?? []).filter((child) => !child.userData.endless);
   }
 
   look(view: View): void {
@@ -213,7 +256,7 @@ export class Stage {
     });
   }
 
-  private replace(name: 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach', object: Object3D | undefined): void {
+  private replace(name: Drawn, object: Object3D | undefined): void {
     disposeOf(this.drawn[name]);
     this.drawn[name] = object;
     if (object) this.world.add(object);

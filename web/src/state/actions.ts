@@ -66,11 +66,15 @@ async function settle(): Promise<void> {
     });
   }
   planSoon();
+  if (shown.scene && links.value.length === 0) links.value = await linksOf(robot.value!);
 }
 
 // The shapes that can collide, of a robot that has none to look at; without any it is drawn as sticks.
 async function shapesOf(arm: Robot): Promise<readonly LinkShape[]> {
-  if (arm.geometry?.length) return [];
+  return arm.geometry?.length ? [] : linksOf(arm);
+}
+
+async function linksOf(arm: Robot): Promise<readonly LinkShape[]> {
   const found = await outcome(client.GET('/v1/robots/{id}/geometry', { params: { path: { id: arm.id } } }));
   return typeof found.answer === 'object' ? found.answer.shapes : []; // it could be glTF, had we asked for it
 }

@@ -1,5 +1,6 @@
 // Whether a pose that is dragged can be reached, asked of the service while the hand moves.
 import { signal } from '@preact/signals';
+import { plannedWaypoint } from '../plan/samples';
 import type { Pose } from '../service/types';
 import { client, outcome } from '../service/client';
 import { request, robot, selected, shownPlan } from './store';
@@ -32,7 +33,7 @@ async function ask(): Promise<void> {
   while (waiting && robot.value) {
     const pose = waiting;
     waiting = null;
-    const reference = shownPlan.value?.answer.waypoints[selected.value]?.position;
+    const reference = shownPlan.value ? plannedWaypoint(shownPlan.value.answer, selected.value)?.position : undefined;
     const body = { robot: robot.value.id, poses: [pose], solutions: 'all' as const, reference, tool: request.value?.tool };
     const { answer } = await outcome(client.POST('/v1/kinematics/inverse', { body }));
     const result = answer?.results[0];

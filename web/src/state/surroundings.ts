@@ -1,0 +1,52 @@
+// What stands around the robot as it is shown, and which pair of things the stage points at.
+import { computed, signal } from '@preact/signals';
+import { positionAt } from '../plan/samples';
+import type { Setting } from '../scene/objects';
+import type { Pair } from '../scene/pair';
+import type { Clearance } from '../service/types';
+import { seek } from './playback';
+import { isStale, problem, request, shownPlan } from './store';
+
+export const KINDS = ['scene', 'itself'] as const;
+export type Kind = (typeof KINDS)[number];
+
+const preferred = signal<Kind>('scene');
+
+// Each changes only when it does itself, so that another duration draws no scene anew.
+const [scene, frames, tool, mounting] = [
+  computed(() => request.value?.scene),
+  computed(() => request.value?.frames),
+  computed(() => request.value?.tool),
+  computed(() => request.value?.mounting),
+];
+
+export const setting = computed<Setting>(() => {
+  return { scene: scene.value, frames: frames.value, tool: tool.value, mounting: mounting.value };
+});
+
+// The margin that a pair has to keep, m: the object's, or what is carried asks for more.
+export function marginOf(pair: readonly string[]): number {
+  const { objects = [], attached = [], margin = 0 } = scene.value ?? {};
+  const ofObject = objects.find(({ id }) => pair.includes(id))?.margin ?? margin;
+  return Math.max(ofObject, ...attached.filter(({ id }) => pair.includes(id)).map((held) => held.margin ?? 0));
+}
+
+// The clearance that is pointed at: that to the scene, unless that of the arm to itself was chosen.
+export const nearest = computed<{ kind: Kind; clearance: Clearance } | null>(() => {
+  const found = isStale.value ? null : shownPlan.value?.answer.certificate.clearance;
+  const kinds = [preferred.value, ...KINDS].filter((kind) => found?.[kind]?.pair);
+  return found && kinds[0] ? { kind: kinds[0], clearance: found[kinds[0]]! } : null;
+});
+
+// The pair that a refusal names, else the one that comes nearest.
+export const shownPair = computed<Pair | null>(() => {
+  const refused = problem.value;
+  if (refused) return refused.pair && refused.position ? { names: refused.pair, position: refused.position } : null;
+  const { pair, time } = nearest.value?.clearance ?? {};
+  return pair && typeof time === 'number' ? { names: pair, position: positionAt(shownPlan.value!.answer, time) } : null;
+});
+
+export function goToNearest(kind: Kind): void {
+  preferred.value = kind;
+  seek(nearest.value?.clearance.time ?? 0);
+}
