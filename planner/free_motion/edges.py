@@ -1,4 +1,4 @@
-"""Straight joint motions that are proved free of collisions, not sampled; and how many have been looked at."""
+"""Straight joint motions that are looked at quickly first, and proved free of collisions where a way needs them."""
 
 from __future__ import annotations
 
@@ -7,34 +7,39 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.free_motion.quick_check import QuickCheck
-from planner.scene import Budget, is_edge_free
+from planner.polynomials import PiecewisePolynomial
+from planner.scene import Budget, clearances
 
 if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
 
-EDGE_BUDGET = Budget(postures=400, distances=400)
-"""What is looked at of one motion before it counts as not free: ten times what most take, some 20 ms. One that passes
-so near an object that it takes more is no way to go."""
+MOST_LOOKED_AT = 400
+"""The postures, and the distances, that are looked at of each motion before it counts as not free: ten times what most
+take, some 20 ms. One that passes so near an object that it takes more is no way to go."""
 
 LOOK_EVERY = 0.1
-"""The distance of the postures, rad or m, at which a motion is looked at before it is proved: few that collide are left
-for the proof, and all of them take a tenth of its time."""
+"""The distance of the postures, rad or m, at which motions are looked at to begin with: few of those that collide are
+left for the proof, and it takes a hundredth of its time."""
+
+FINEST_LOOK = 0.0125
+"""The distance, rad or m, below which it is not halved any more where a proof fails: some 10 mm for an arm of 1 m."""
 
 
 class FreeEdges:
-    """Proves straight joint motions and counts them.
+    """Looks at straight joint motions, counts them, and proves those that a way consists of.
 
     Attributes:
-        checker: The robot and what is around it.
         checked: How many motions have been looked at.
         most: How many may be.
     """
 
     def __init__(self, robot: Robot, checker: CollisionChecker, most: int) -> None:
-        self.checker = checker
+        """Prepare for a robot and what is around it, and so many motions."""
+        self._robot, self._checker = robot, checker
         self._quick = QuickCheck(robot, checker)
+        self._look_every = LOOK_EVERY
         self.checked = 0
         self.most = most
 
@@ -43,17 +48,46 @@ class FreeEdges:
         """Whether more may be looked at."""
         return self.checked < self.most
 
+    def keep_room(self, room: float, most: int) -> None:
+        """Go on with motions that seem to keep clear by so much more than they have to, m, until so many in all."""
+        self._quick = QuickCheck(self._robot, self._checker, room)
+        self.most = most
+
+    def has_room(self, positions: FloatArray) -> bool:
+        """Whether one of some joint positions (positions, joints) seems to keep clear."""
+        return any(not self._quick.sees_collision(position[None]) for position in positions)
+
+    def seems_free(self, start: FloatArray, end: FloatArray) -> bool:
+        """Whether no collision is seen on the straight motion between two joint positions (joints,)."""
+        self.checked += 1
+        shares = _shares(float(np.linalg.norm(end - start)), self._look_every)
+        return not self._quick.sees_collision(start + shares[:, None] * (end - start))
+
+    def first_unproved(self, positions: FloatArray) -> int | None:
+        """Prove that the straight motions between joint positions (motions + 1, joints) keep all margins.
+
+        Where one is not proved to, motions are looked at more closely from then on.
+
+        Returns:
+            Number of a motion that does not, or is not proved to; None: all do.
+        """
+        count = len(positions) - 1
+        motion = PiecewisePolynomial(np.ones(count), np.stack([positions[:-1], np.diff(positions, axis=0)], axis=-1))
+        found = clearances(self._checker, motion, budget=Budget(MOST_LOOKED_AT * count, MOST_LOOKED_AT * count))
+        failed = found.hit or found.undecided
+        if failed is None:
+            return None
+        self._look_every = max(FINEST_LOOK, self._look_every / 2.0)
+        return min(int(failed.time), count - 1)
+
     def is_free(self, start: FloatArray, end: FloatArray) -> bool:
         """Whether it is proved that the straight motion between two joint positions (joints,) keeps all margins."""
-        self.checked += 1
-        if self._quick.sees_collision(start + _shares(float(np.linalg.norm(end - start)))[:, None] * (end - start)):
-            return False
-        return is_edge_free(self.checker, start, end, EDGE_BUDGET)
+        return self.seems_free(start, end) and self.first_unproved(np.stack([start, end])) is None
 
 
-def _shares(length: float) -> FloatArray:
+def _shares(length: float, every: float) -> FloatArray:
     """Return shares (n,) of a motion at which it is looked at: its end first, then those far from all before."""
-    count = max(1, int(np.ceil(length / LOOK_EVERY)))
+    count = max(1, int(np.ceil(length / every)))
     bits = count.bit_length()
     order = sorted(range(1, count + 1), key=lambda k: (k != count, int(format(k, f"0{bits}b")[::-1], 2)))
     return np.array(order, dtype=np.float64) / count

@@ -22,7 +22,14 @@ if TYPE_CHECKING:
 class QuickCheck:
     """Looks for collisions at single postures; clusters of points it does not see."""
 
-    def __init__(self, robot: Robot, checker: CollisionChecker) -> None:
+    def __init__(self, robot: Robot, checker: CollisionChecker, room: float = 0.0) -> None:
+        """Prepare the checks.
+
+        Args:
+            robot: The arm.
+            checker: The arm and what is around it.
+            room: How much more than their margins pairs have to keep, m.
+        """
         # Everything that the manager points into is kept here: it is no owner of what it is made of.
         self._model, self._data = robot.model, robot.model.createData()
         self._geometry = pin.GeometryModel()
@@ -40,7 +47,7 @@ class QuickCheck:
         self._geometry.setCollisionPairs(np.isfinite(margins))
         self._request = self._geometry.createData()
         for pair, request in zip(self._geometry.collisionPairs, self._request.collisionRequests, strict=True):
-            request.security_margin = margins[pair.first, pair.second] - CONTACT_TOLERANCE
+            request.security_margin = margins[pair.first, pair.second] + room - CONTACT_TOLERANCE
         self._manager = pin.BroadPhaseManager_DynamicAABBTreeCollisionManager(
             self._model, self._geometry, self._request
         )

@@ -1,4 +1,4 @@
-"""Two trees that grow towards each other (Kuffner and LaValle, RRT-Connect, ICRA 2000), with proved edges."""
+"""Two trees that grow towards each other (Kuffner and LaValle, RRT-Connect, ICRA 2000) until a way is proved free."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Meeting(NamedTuple):
     """A way that joins two trees which have met.
 
     Attributes:
-        positions: (positions, joints), rad or m, from the start to a goal, free between any two neighbours.
+        positions: (positions, joints), rad or m, from the start to a goal, proved free between any two neighbours.
         goal: Number of that goal.
     """
 
@@ -47,8 +47,8 @@ class Trees:
         self.edges = edges
         self.from_start, self.from_goals = Tree(start[None]), Tree(goals)
 
-    def grow_until_met(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> Meeting | None:
-        """Grow the smaller tree towards a random position, and the other one towards what came of it, until they meet.
+    def find_way(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> Meeting | None:
+        """Grow the trees until they meet on a way that is proved free; a motion that is not is cut from its tree.
 
         Args:
             lower: (joints,), where random positions begin, rad or m.
@@ -57,6 +57,27 @@ class Trees:
 
         Returns:
             Where they met; None: the budget of the edges is spent.
+        """
+        while True:
+            rows = self._grow_until_met(lower, upper, rng)
+            if rows is None:
+                return None
+            before, after = self.from_start.branch(rows[0])[::-1], self.from_goals.branch(rows[1])
+            ends = self.from_goals.positions[after[1:]]
+            positions = np.concatenate([self.from_start.positions[before], ends])
+            failed = self.edges.first_unproved(positions)
+            if failed is None:
+                return Meeting(positions, after[-1])
+            if failed < len(before) - 1:
+                self.from_start.cut(before[failed + 1])
+            else:
+                self.from_goals.cut(after[failed - (len(before) - 1)])
+
+    def _grow_until_met(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> tuple[int, int] | None:
+        """Grow the smaller tree towards a random position, and the other one towards what came of it, until they meet.
+
+        Returns:
+            The rows of the position at which they met, in both trees; None: the budget of the edges is spent.
         """
         while self.edges.has_budget:
             is_forward = len(self.from_start) <= len(self.from_goals)
@@ -67,7 +88,7 @@ class Trees:
             target = growing.positions[new].copy()
             reached = self._connect(other, target)
             if reached is not None:
-                return self._meeting(new, reached) if is_forward else self._meeting(reached, new)
+                return (new, reached) if is_forward else (reached, new)
         return None
 
     def gap(self) -> tuple[float, int]:
@@ -83,7 +104,7 @@ class Trees:
         start = tree.positions[origin]
         distance = float(np.linalg.norm(target - start))
         end = target if distance <= STEP else start + (target - start) * (STEP / distance)
-        return tree.add(end, origin) if self.edges.is_free(start, end) else None
+        return tree.add(end, origin) if self.edges.seems_free(start, end) else None
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:
         """Go on step by step until a target (joints,) is reached; None: something is in the way."""
@@ -91,9 +112,3 @@ class Trees:
         while new is not None and self.edges.has_budget and (tree.positions[new] != target).any():
             new = self._extend(tree, target)
         return new if new is not None and (tree.positions[new] == target).all() else None
-
-    def _meeting(self, row: int, goal_row: int) -> Meeting:
-        before = self.from_start.branch(row)[::-1]
-        after = self.from_goals.branch(goal_row)
-        positions = np.concatenate([self.from_start.positions[before], self.from_goals.positions[after[1:]]])
-        return Meeting(positions, after[-1])

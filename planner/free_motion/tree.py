@@ -46,6 +46,17 @@ class Tree:
         self._origins.append(origin)
         return row
 
+    def cut(self, row: int) -> None:
+        """Take a position away, and all that were reached from it; the rows of others may change."""
+        keep = np.ones(len(self), dtype=bool)
+        keep[row] = False
+        for later in range(row + 1, len(self)):  # each was added after the one that it was reached from
+            keep[later] = self._origins[later] == ROOT or keep[self._origins[later]]
+        rows = np.cumsum(keep) - 1
+        self._rows = self.positions[keep]
+        kept = [origin for origin, stays in zip(self._origins, keep, strict=True) if stays]
+        self._origins = [ROOT if origin == ROOT else int(rows[origin]) for origin in kept]
+
     def branch(self, row: int) -> list[int]:
         """Return the rows from one back to its root."""
         rows = [row]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 
 from planner.free_motion import Way, find_way
+from planner.free_motion.edges import FreeEdges
 from planner.free_motion.quick_check import QuickCheck
+from planner.free_motion.tree import Tree
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import inverse_kinematics
 from planner.robots import Robot
@@ -149,3 +152,44 @@ def test_the_quick_check_says_what_proofs_say() -> None:
     seen = np.array([quick.sees_collision(q[None]) for q in positions])
     assert (seen == proved).all()
     assert 5 < seen.sum() < 95
+
+
+def way_back(position: tuple[float, ...] | None, led_from: dict[tuple[float, ...], Any]) -> list[tuple[float, ...]]:
+    back = []
+    while position is not None:
+        back.append(position)
+        position = led_from[position]
+    return back
+
+
+def test_what_is_cut_from_a_tree_goes_with_all_that_it_led_to() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        roots = rng.uniform(size=(3, 2))
+        tree = Tree(roots)
+        led_from: dict[tuple[float, ...], tuple[float, ...] | None] = {tuple(root): None for root in roots.tolist()}
+        for _ in range(30):
+            origin = int(rng.integers(len(tree)))
+            before, new = tuple(tree.positions[origin].tolist()), rng.uniform(size=2)
+            tree.add(new, origin)
+            led_from[tuple(new.tolist())] = before
+        row = int(rng.integers(len(roots), len(tree)))
+        gone = tuple(tree.positions[row].tolist())
+        tree.cut(row)
+        kept = {position for position in led_from if gone not in way_back(position, led_from)}
+        assert {tuple(position) for position in tree.positions.tolist()} == kept
+        for k, position in enumerate(tree.positions.tolist()):
+            branch = [tuple(tree.positions[b].tolist()) for b in tree.branch(k)]
+            assert branch == way_back(tuple(position), led_from)
+
+
+def test_the_first_motion_that_is_not_free_is_the_one_through_the_wall() -> None:
+    edges = FreeEdges(ARM, CollisionChecker(ARM, Scene([WALL])), 100)
+    away, near = np.array([[1.4, *LEFT[1:]], [1.1, *LEFT[1:]]])
+    assert edges.first_unproved(np.stack([away, LEFT, near, LEFT])) is None
+    assert edges.first_unproved(np.stack([away, LEFT, near, RIGHT])) == 2
+    assert edges.first_unproved(np.stack([LEFT, RIGHT, RIGHT])) == 0
+    assert not edges.seems_free(LEFT, RIGHT)
+    edges.keep_room(1.0, 100)
+    assert not edges.has_room(LEFT[None])
+    assert edges.checked == 1
