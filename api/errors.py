@@ -28,15 +28,19 @@ STATUS_OF_CODE: dict[str, int] = {
     "unauthorized": 401,
     "forbidden": 403,
     "robot_of_another": 403,
+    "scene_of_another": 403,
     "not_found": 404,
     "unknown_robot": 404,
     "unknown_batch": 404,
+    "unknown_scene": 404,
     "method_not_allowed": 405,
     "not_acceptable": 406,
     "request_timeout": 408,
     "robot_exists": 409,
     "catalogue_robot": 409,
     "too_many_robots": 409,
+    "scene_exists": 409,
+    "too_many_scenes": 409,
     "too_many_batches": 409,
     "conflict": 409,
     "payload_too_large": 413,
@@ -186,6 +190,34 @@ class TooManyRobots(ServiceError):
 
     code = "too_many_robots"
     title = "No more robots can be added"
+
+
+class UnknownScene(ServiceError):
+    """There is no scene with this id."""
+
+    code = "unknown_scene"
+    title = "There is no such scene"
+
+
+class SceneExists(ServiceError):
+    """Another scene has this id."""
+
+    code = "scene_exists"
+    title = "Another scene has this id"
+
+
+class SceneOfAnother(ServiceError):
+    """Another client added the scene."""
+
+    code = "scene_of_another"
+    title = "The scene belongs to another client"
+
+
+class TooManyScenes(ServiceError):
+    """There is no room for more scenes."""
+
+    code = "too_many_scenes"
+    title = "No more scenes can be kept"
 
 
 class UnknownBatch(ServiceError):

@@ -24,7 +24,7 @@ from planner.export import FORMATS
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
-    from pydantic_core.core_schema import FloatSchema, WithDefaultSchema
+    from pydantic_core.core_schema import FloatSchema, TaggedUnionSchema, WithDefaultSchema
 
     from api.messages import Reply
     from api.tasks.operation import Operation
@@ -74,9 +74,13 @@ TAGS = {
     "collisions": "How near robots come to themselves and to what is around them, for certain.",
     "batches": "Thousands of plan requests at once, worked on behind all others.",
     "robots": "The robots of the catalogue, and your own.",
+    "scenes": "What stands around your robots, kept for requests that name it.",
     "service": "What the service is and how it does.",
 }
 """The groups of operations in the documentation, and what each is about."""
+
+ONE_OF = {"batches": "batch"}
+"""What one of a group is called, where that is not its name without the s."""
 
 FORMAT_SCHEMAS = {"ros2": RosJointTrajectory}
 """The schemas of the JSON forms of a plan besides `json`; the others are text."""
@@ -244,7 +248,7 @@ def _parameters(operation: Operation) -> list[dict[str, Any]]:
                 "name": "id",
                 "in": "path",
                 "required": True,
-                "description": f"Id of a {operation.tag.removesuffix('s').removesuffix('e')}.",
+                "description": f"Id of a {ONE_OF.get(operation.tag, operation.tag.removesuffix('s'))}.",
                 "schema": {"type": "string", "minLength": 1},
             }
         )
@@ -295,6 +299,11 @@ class _Schemas(GenerateJsonSchema):
         if isinstance(made.get("default"), dict):
             del made["default"]
         return made
+
+    def tagged_union_schema(self, schema: TaggedUnionSchema) -> JsonSchemaValue:
+        """Say `anyOf` where no field tells the kinds apart, as with a scene and its id: generators ask for one else."""
+        made = super().tagged_union_schema(schema)
+        return made if "discriminator" in made or "oneOf" not in made else {"anyOf": made.pop("oneOf")} | made
 
 
 def _components(max_waypoints: int) -> dict[str, Any]:

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from api.tasks import batches, collisions, dynamics, kinematics, robots, service, trajectories, trajectory_operations
+from api.tasks import (
+    batches,
+    collisions,
+    dynamics,
+    kinematics,
+    robots,
+    scenes,
+    service,
+    trajectories,
+    trajectory_operations,
+)
 
 if TYPE_CHECKING:
     from api.tasks.operation import Operation
@@ -14,6 +24,7 @@ OPERATIONS: tuple[Operation, ...] = (
     *trajectory_operations.OPERATIONS,
     *batches.OPERATIONS,
     *robots.OPERATIONS,
+    *scenes.OPERATIONS,
     *collisions.OPERATIONS,
     *kinematics.OPERATIONS,
     *dynamics.OPERATIONS,

@@ -23,28 +23,31 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
 
 
-def to_scene(asked: scenes.Scene, in_world: Mapping[str, Pose]) -> Scene:
+def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: FieldPath = ("scene",)) -> Scene:
     """Make a scene.
 
     Args:
-        asked: The scene of a request.
+        asked: The scene of a request, as `api.tasks.work.in_scene` leaves it.
         in_world: The frames that its objects may name, in the world.
+        field: Where the request holds it.
 
     Raises:
         InvalidProblem: There is no frame of a name, or no shape has such numbers.
     """
+    if isinstance(asked, str):
+        raise TypeError("the scene has to be in the place of its id")
     faults: list[tuple[FieldPath, str]] = []
     objects, attached = [], []
     for i, thing in enumerate(asked.objects):
-        field: FieldPath = ("scene", "objects", i)
+        at: FieldPath = (*field, "objects", i)
         if thing.frame not in in_world:
-            faults.append(((*field, "frame"), f"there is no frame {thing.frame!r}; there are {', '.join(in_world)}"))
+            faults.append(((*at, "frame"), f"there is no frame {thing.frame!r}; there are {', '.join(in_world)}"))
             continue
         pose = _to_pose(thing.pose).from_frame(_turned(in_world[thing.frame]))
-        shapes = _shapes(thing.shape, field, faults)
+        shapes = _shapes(thing.shape, at, faults)
         objects.append(SceneObject(thing.id, shapes, pose, thing.margin))
     for i, held in enumerate(asked.attached):
-        shapes = _shapes(held.shape, ("scene", "attached", i), faults)
+        shapes = _shapes(held.shape, (*field, "attached", i), faults)
         solid = tuple(shape for shape in shapes if isinstance(shape, Shape))
         attached.append(AttachedObject(held.id, solid, _to_pose(held.pose), held.link, held.touch_links, held.margin))
     if faults:

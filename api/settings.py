@@ -94,6 +94,14 @@ class Settings(BaseSettings):
     """The bytes that the robots of all clients may take in the database."""
     max_robots_bytes_per_client: int = Field(default=16 * 1024 * 1024, ge=0)
     """The bytes that the robots of one key, or of one address, may take of these."""
+    max_scenes: int = Field(default=1000, ge=0)
+    """The largest number of scenes that are kept."""
+    max_scenes_per_client: int = Field(default=100, ge=0)
+    """The largest number of scenes that are kept for one key, or for one address."""
+    max_scenes_bytes: int = Field(default=64 * 1024 * 1024, ge=0)
+    """The bytes that the scenes of all clients may take in the database."""
+    max_scenes_bytes_per_client: int = Field(default=16 * 1024 * 1024, ge=0)
+    """The bytes that the scenes of one key, or of one address, may take of these."""
     max_batch_items: int = Field(default=100_000, ge=1)
     """The largest number of requests in one batch."""
     max_batch_bytes: int = Field(default=64 * 1024 * 1024, ge=1024)

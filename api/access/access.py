@@ -68,6 +68,11 @@ class Client:
         """The client whose batches alone it sees; None: it sees those of all."""
         return self.name if self.has_key and "admin" not in self.scopes else None
 
+    @property
+    def changes_of(self) -> str | None:
+        """The client whose robots and scenes alone it may change or delete; None: it may those of all."""
+        return None if self.has_key and "admin" in self.scopes else self.name
+
 
 def client_by_address(scope: Scope) -> Client:
     """Find who sends a request where no key says it: whoever has its address."""
@@ -192,7 +197,7 @@ class Guarded:
 
 def _refuse_if_full(scope: Scope) -> None:
     """Refuse a request with a body, before that is read, where there is no room for it."""
-    if scope["method"] == "POST" and scope["app"].state.service.pool.is_full(scope["state"]["client"].name):
+    if scope["method"] in ("POST", "PATCH") and scope["app"].state.service.pool.is_full(scope["state"]["client"].name):
         raise queue_is_full()
 
 

@@ -7,8 +7,9 @@ import hmac
 import secrets
 from typing import Literal, NamedTuple, get_args
 
-Scope = Literal["plan", "robots:write", "batches", "admin"]
-"""What a key may do: plan and compute, add and delete robots, use batches, and all that with what belongs to others."""
+Scope = Literal["plan", "robots:write", "scenes:write", "batches", "admin"]
+"""What a key may do: plan and compute, add and delete robots, the same with scenes, use batches, and all that with what
+belongs to others."""
 
 SCOPES: tuple[Scope, ...] = get_args(Scope)
 """All scopes."""

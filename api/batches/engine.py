@@ -163,7 +163,8 @@ class Engine:
 
     async def _plan(self, items: list[Claimed]) -> None:
         """Plan items; whatever happens, something comes of each, or it is at hand again."""
-        definitions = {item.robot: await self._definition(item.robot) for item in items if item.robot is not None}
+        needed = {digest for item in items for digest in (item.robot, item.scene) if digest is not None}
+        definitions = {digest: await self._definition(digest) for digest in needed}
         try:
             replies = await self._planners.plan(Chunk(items, definitions))
         except Exception as error:  # noqa: BLE001 - nobody foresaw it
@@ -186,7 +187,7 @@ class Engine:
         return Outcome(item.batch, item.position, PLANNED, reply.body, *reply.result)
 
     async def _definition(self, digest: str) -> bytes:
-        """Find the definition of an added robot."""
+        """Find the definition of an added robot or scene."""
         while digest not in self._definitions:
             try:
                 found = await self._database.read(claims.definition_of, digest)

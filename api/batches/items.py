@@ -28,11 +28,13 @@ class NewItem(NamedTuple):
     Attributes:
         request: The request as JSON, compressed.
         robot: The id of the robot that it names, if it names one.
+        scene: The id of the scene that it names, if it names one.
         deadline: The deadline that it asks, s.
     """
 
     request: bytes
     robot: str | None
+    scene: str | None
     deadline: float
 
 
@@ -43,6 +45,7 @@ class Result(NamedTuple):
         position: Its position in its batch.
         request: The request as JSON, compressed.
         robot: The digest of the added robot that it names; None: another one, or none.
+        scene: The digest of the scene that it names; None: none.
         outcome: `planned`, or the code of a problem.
         result: The saved plan, or the problem document, compressed.
         duration: The duration of the trajectory, s; None: there is none.
@@ -51,6 +54,7 @@ class Result(NamedTuple):
     position: int
     request: bytes
     robot: str | None
+    scene: str | None
     outcome: str
     result: bytes
     duration: float | None

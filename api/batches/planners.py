@@ -31,7 +31,7 @@ class Chunk(NamedTuple):
 
     Attributes:
         items: The requests.
-        definitions: The definitions of the added robots that they name, by digest.
+        definitions: The definitions of the added robots and scenes that they name, by digest.
     """
 
     items: Sequence[Claimed]
@@ -145,7 +145,8 @@ def _instance(item: Claimed) -> str:
 
 
 def _arguments(item: Claimed, definitions: Mapping[str, bytes]) -> dict[str, Any]:
-    return {} if item.robot is None else {"definition": definitions[item.robot]}
+    needed = {"definition": item.robot, "scene": item.scene}
+    return {name: definitions[digest] for name, digest in needed.items() if digest is not None}
 
 
 def _seconds(reply: Reply) -> float:

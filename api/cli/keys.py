@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.access.keys import SCOPES, Scope
+from api.access.keys import ID_BYTES, SCOPES, Scope
 from api.cli.database import connected
 
 app = typer.Typer(
@@ -17,7 +17,7 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 
-DEFAULT_SCOPES: list[Scope] = ["plan", "robots:write", "batches"]
+DEFAULT_SCOPES: list[Scope] = ["plan", "robots:write", "scenes:write", "batches"]
 """The scopes of a key unless others are asked for: all that touches nothing of others."""
 
 COLUMNS = ("name", "id", "scopes", "a minute", "at once", "a day", "created", "revoked")
@@ -80,7 +80,7 @@ def list_() -> None:
         with engine.execution_options(reads=True).connect() as connection:
             found = all_keys(connection)
     table = plain_table(*COLUMNS)
-    table.columns[COLUMNS.index("id")].no_wrap = True  # it is what `revoke` takes
+    table.columns[COLUMNS.index("id")].min_width = 2 * ID_BYTES  # the whole id is what `revoke` takes
     for key in found:
         granted = (key.requests_per_minute, key.concurrent_requests, key.requests_per_day)
         limits = ("-" if limit is None else str(limit) for limit in granted)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from sqlalchemy import delete, func, insert, select, update
 
-from api.database.locks import BATCHES, ROBOTS, exclusively
-from api.database.tables import batches, engines, items, robot_contents, robots
+from api.database.locks import BATCHES, CONTENTS, exclusively
+from api.database.named_contents import ROBOTS, SCENES
+from api.database.tables import batches, engines, items
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -125,20 +126,19 @@ def begin_batch(
 def append_items(connection: Connection, number: int, first: int, chunk: Sequence[NewItem], namespace: str) -> int:
     """Put requests into a batch that arrives, from position `first` on; give the number of all of them.
 
-    Each keeps the robot that its id stands for now, in a namespace or else for all: the batch needs it, whatever
-    becomes of the id.
+    Each keeps the robot and the scene that their ids stand for now, in a namespace or else for all: the batch needs
+    them, whatever becomes of the ids.
     """
-    exclusively(connection, ROBOTS)
-    names = {item.robot for item in chunk}
-    known = select(robots).where(robots.c.id.in_(names), robots.c.namespace.in_([namespace, ""]))
-    rows_of_robots = connection.execute(known.order_by(robots.c.namespace))  # those of the namespace come last
-    digests = {row.id: row.digest for row in rows_of_robots}
+    exclusively(connection, CONTENTS)
+    robots = ROBOTS.digests(connection, namespace, {item.robot for item in chunk})
+    scenes = SCENES.digests(connection, namespace, {item.scene for item in chunk})
     rows = [
         {
             "batch": number,
             "position": position,
             "request": item.request,
-            "robot": digests.get(item.robot or ""),
+            "robot": robots.get(item.robot or ""),
+            "scene": scenes.get(item.scene or ""),
             "deadline": item.deadline,
         }
         for position, item in enumerate(chunk, first)
@@ -158,25 +158,19 @@ def open_batch(connection: Connection, number: int, body_digest: str) -> None:
 
 
 def discard_batches(connection: Connection, numbers: Iterable[int]) -> None:
-    """Forget batches, their items, and contents of robots that nothing else needs."""
+    """Forget batches, their items, and contents of robots and scenes that nothing else needs."""
     chosen = list(numbers)
     if not chosen:
         return
-    exclusively(connection, ROBOTS)
-    used = select(items.c.robot).where(items.c.batch.in_(chosen), items.c.robot.is_not(None)).distinct()
-    contents = connection.scalars(used).all()
+    exclusively(connection, CONTENTS)
+    used = {
+        kind: connection.scalars(select(kind.needed_by_item).where(items.c.batch.in_(chosen)).distinct()).all()
+        for kind in (ROBOTS, SCENES)
+    }
     connection.execute(delete(items).where(items.c.batch.in_(chosen)))
     connection.execute(delete(batches).where(batches.c.number.in_(chosen)))
-    forget_contents(connection, contents)
-
-
-def forget_contents(connection: Connection, digests: Sequence[str | None]) -> None:
-    """Delete contents of robots for which no id stands, and which no batch needs."""
-    needed_by_id = select(robots.c.id).where(robots.c.digest == robot_contents.c.digest).exists()
-    needed_by_item = select(items.c.batch).where(items.c.robot == robot_contents.c.digest).exists()
-    connection.execute(
-        delete(robot_contents).where(robot_contents.c.digest.in_(digests), ~needed_by_id, ~needed_by_item)
-    )
+    for kind, digests in used.items():
+        kind.forget(connection, digests)
 
 
 def find_batch(connection: Connection, batch_id: str, owner: str | None = None) -> BatchRecord | None:

@@ -14,7 +14,7 @@ from sqlalchemy import bindparam, delete, func, insert, or_, select, update
 
 from api.batches.items import Result
 from api.database.batches import ENGINE_TIMEOUT
-from api.database.tables import batches, engines, items, robot_contents
+from api.database.tables import batches, engines, items, robot_contents, scene_contents
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -41,6 +41,7 @@ class Claimed(NamedTuple):
         position: Its position there.
         request: The request as JSON, compressed.
         robot: The digest of the added robot that it names; None: a robot of the catalogue, or none.
+        scene: The digest of the scene that it names; None: none.
         deadline: The deadline that it asks, s.
     """
 
@@ -49,6 +50,7 @@ class Claimed(NamedTuple):
     position: int
     request: bytes
     robot: str | None
+    scene: str | None
     deadline: float
 
 
@@ -101,15 +103,16 @@ def claim(connection: Connection, engine: str, limit: int) -> list[Claimed]:
         share = math.ceil(limit / len(chosen))
         free = free.order_by(items.c.position).limit(share).with_for_update(skip_locked=True)
         taken = update(items).where(items.c.batch == batch.number, items.c.position.in_(free)).values(engine=engine)
-        rows = connection.execute(taken.returning(items.c.position, items.c.request, items.c.robot, items.c.deadline))
+        columns = (items.c[name] for name in Claimed._fields[2:])
+        rows = connection.execute(taken.returning(*columns))
         claimed += [Claimed(batch.number, batch.id, *row) for row in sorted(rows, key=lambda row: row.position)]
     return claimed
 
 
 def definition_of(connection: Connection, digest: str) -> bytes:
-    """Read the definition of an added robot."""
-    query = select(robot_contents.c.definition).where(robot_contents.c.digest == digest)
-    definition: bytes = connection.execute(query).scalar_one()
+    """Read the definition of an added robot, or of a scene."""
+    of_robot, of_scene = (select(t.c.definition).where(t.c.digest == digest) for t in (robot_contents, scene_contents))
+    definition: bytes = connection.execute(of_robot.union_all(of_scene).limit(1)).scalar_one()
     return definition
 
 

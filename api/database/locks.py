@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 MIGRATIONS = 7_390_001
 """The number of the advisory lock under which tables are changed; other programs in the same database use others."""
 
-ROBOTS = 7_390_002
-"""The number of the advisory lock under which robots are added and deleted."""
+CONTENTS = 7_390_002
+"""The number of the advisory lock under which robots and scenes are added, changed and deleted."""
 
 BATCHES = 7_390_003
 """The number of the advisory lock under which batches arrive."""

@@ -32,6 +32,29 @@ robots = Table(
 """The ids of added robots: the content that each stands for, who added it, and when (s since 1970). `namespace` is the
 key in whose requests the id has this meaning, or empty: in those of all."""
 
+scene_contents = Table(
+    "scene_contents",
+    metadata,
+    Column("digest", Text, primary_key=True),
+    Column("definition", LargeBinary, nullable=False),
+    Column("summary", LargeBinary, nullable=False),
+    Column("size", Integer, nullable=False),
+)
+"""What clients added as scenes (`SceneContent`), each content once; `size` is in bytes."""
+
+scenes = Table(
+    "scenes",
+    metadata,
+    Column("namespace", Text, primary_key=True),
+    Column("id", Text, primary_key=True),
+    Column("digest", Text, ForeignKey(scene_contents.c.digest), nullable=False),
+    Column("owner", Text, nullable=False),
+    Column("added", Float, nullable=False),
+    Index("scenes_by_digest", "digest"),
+    Index("scenes_by_owner", "owner"),
+)
+"""The ids of scenes, as those of robots."""
+
 keys = Table(
     "keys",
     metadata,
@@ -102,10 +125,13 @@ items = Table(
     Column("duration", Float),
     Column("ratio", Float),
     Column("result", LargeBinary),
+    Column("scene", Text, ForeignKey(scene_contents.c.digest)),
     Index("items_left", "batch", "position", sqlite_where=NOT_DONE, postgresql_where=NOT_DONE),
     Index("items_by_outcome", "batch", "outcome", "duration", "ratio"),
     Index("items_by_robot", "robot"),
+    Index("items_by_scene", "scene"),
 )
-"""The requests of batches, from position 0, compressed: the content of an added robot, the deadline (s), the service
-that works on one, and what came of it. `outcome` is NULL (nothing yet), `planned` or the code of a problem; `duration`
-(s) and `ratio` are those of the trajectory and its certificate; `result` is the saved plan or the problem document."""
+"""The requests of batches, from position 0, compressed: the contents of an added robot and of a scene that it names,
+the deadline (s), the service that works on one, and what came of it. `outcome` is NULL (nothing yet), `planned` or the
+code of a problem; `duration` (s) and `ratio` are those of the trajectory and its certificate; `result` is the saved
+plan or the problem document."""

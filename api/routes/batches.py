@@ -231,8 +231,8 @@ async def _results(service: Service, batch: BatchRecord, behind: int, limit: int
 
 
 async def _definitions(service: Service, results: Sequence[Result]) -> Mapping[str, bytes]:
-    """Find the added robots that results need, by their digests."""
-    digests = {result.robot for result in results if result.robot is not None}
+    """Find the added robots and scenes that results need, by their digests."""
+    digests = {digest for result in results for digest in (result.robot, result.scene) if digest is not None}
     return {digest: await service.database.read(claims.definition_of, digest) for digest in digests}
 
 

@@ -25,7 +25,7 @@ OF_ONE_BACKEND = frozenset({"deadline_exceeded", "memory_exceeded", "internal_er
 async def compare_backends(request: Request) -> Response:
     """Answer POST /v1/trajectories/compare: read the body and plan with each of its back ends."""
     asked = await look_at_body(request)
-    tag = service_of(request).answers.tag("compare_backends", asked.body, asked.robot)
+    tag = service_of(request).answers.tag("compare_backends", asked.body, asked.contents)
     if is_known(request, tag):
         return respond(not_modified(tag))
     kinds = _kinds(asked.document.get("backends"))

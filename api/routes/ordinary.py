@@ -13,7 +13,7 @@ import structlog
 from fastapi import Response
 from starlette.requests import ClientDisconnect
 
-from api.database.robots import find_robot
+from api.database.named_contents import ROBOTS, SCENES
 from api.errors import PayloadTooLarge, UnsupportedMediaType, invalid
 from api.messages import Reply, Task
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
@@ -89,14 +89,15 @@ class Asked:
         document: The body as JSON, which need not follow any schema.
         deadline: The time that the answer may take from the arrival of the request, s.
         named: The id of the robot to use, or to derive another `from`; None: there is none.
-        robot: What the worker needs to know of an uploaded robot: the one to use, or to derive another `from`.
+        contents: What the worker needs of what the body names by an id: the `definition` of an added robot, the one to
+            use, or to derive another `from`, and that of a `scene`.
     """
 
     body: bytes = b""
     document: Mapping[str, Any] = field(default_factory=dict)
     deadline: float = DEFAULT_DEADLINE
     named: str | None = None
-    robot: Mapping[str, Any] = field(default_factory=dict)
+    contents: Mapping[str, Any] = field(default_factory=dict)
 
 
 async def look_at_body(request: Request) -> Asked:
@@ -106,14 +107,18 @@ async def look_at_body(request: Request) -> Asked:
     document = _parse(body, service.settings.max_body_bytes)
     named = document.get("robot", document.get("from"))
     named = named if isinstance(named, str) else None
-    content = None
+    contents: dict[str, Any] = {}
+    namespace, scene_id = client(request).namespace, document.get("scene")
     if named is not None and named not in service.catalogue:
-        content = await service.database.read(find_robot, client(request).namespace, named)
-    robot = {} if content is None else {"definition": content.definition}
+        robot = await service.database.read(ROBOTS.find, namespace, named)
+        contents |= {} if robot is None else {"definition": robot.definition}
+    if isinstance(scene_id, str):
+        scene = await service.database.read(SCENES.find, namespace, scene_id)
+        contents |= {} if scene is None else {"scene": scene.definition}
     deadline = document.get("deadline")
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or deadline <= 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or the worker will refuse it
-    return Asked(body, document, min(deadline, service.settings.max_deadline), named, robot)
+    return Asked(body, document, min(deadline, service.settings.max_deadline), named, contents)
 
 
 NOTHING_ASKED = Asked()
@@ -134,7 +139,7 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
         submitted=time.monotonic(),
         deadline=arrived + asked.deadline,
         body=asked.body,
-        arguments={**asked.robot, **arguments},
+        arguments={**asked.contents, **arguments},
         client=client(request).name,
     )
     kind = kind_of(operation, asked.document, arguments.get("index", 0))
@@ -157,7 +162,7 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
         share.hold(len(reply.body))
         if reply.status == HTTPStatus.OK:
             reply = replace(reply, headers={**reply.headers, "ETag": tag})
-    if asked.named is not None and not asked.robot and reply.status < HTTPStatus.MULTIPLE_CHOICES:
+    if asked.named is not None and "definition" not in asked.contents and reply.status < HTTPStatus.MULTIPLE_CHOICES:
         service.catalogue.add(asked.named)
     request.state.timings = dict(reply.timings)
     request.state.submitted, request.state.code = task.submitted - arrived, reply.code

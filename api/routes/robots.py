@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 from fastapi import Request, Response
 
 from api.access.access import audit
-from api.database.robots import FOR_ALL, RobotBounds, find_robot, robots_behind
-from api.database.robots import add_robot as keep_robot
-from api.database.robots import delete_robot as forget_robot
+from api.database.named_contents import FOR_ALL, ROBOTS, Bounds
 from api.errors import RobotExists, RobotOfAnother, TooManyRobots
 from api.pages import first_page
 from api.routes.ordinary import client, is_known, not_modified, page_limit, respond, run, run_with_body, service_of
@@ -29,7 +27,7 @@ async def list_robots(request: Request) -> Response:
     limit = page_limit(request)
     cursor = request.query_params.get("cursor", "")
     last = cursor.removeprefix(ADDED) if cursor.startswith(ADDED) else ""  # those of the catalogue come before
-    kept = await service_of(request).database.read(robots_behind, client(request).namespace, last, limit + 1)
+    kept = await service_of(request).database.read(ROBOTS.behind, client(request).namespace, last, limit + 1)
     page, has_more = first_page(((ADDED + robot_id, summary) for robot_id, summary in kept), limit)
     return respond(await run(request, "list_robots", limit=limit, cursor=cursor, added=page, has_more=has_more))
 
@@ -37,7 +35,7 @@ async def list_robots(request: Request) -> Response:
 async def get_robot(request: Request) -> Response:
     """Answer GET /v1/robots/{id}."""
     robot_id = request.path_params["id"]
-    content = await service_of(request).database.read(find_robot, client(request).namespace, robot_id)
+    content = await service_of(request).database.read(ROBOTS.find, client(request).namespace, robot_id)
     if content is None:
         return respond(await run(request, "get_robot", id=robot_id))
     tag = service_of(request).answers.tag("get_robot", b"", {"id": robot_id, "content": content.digest})
@@ -49,7 +47,7 @@ async def get_robot(request: Request) -> Response:
 async def get_robot_geometry(request: Request) -> Response:
     """Answer GET /v1/robots/{id}/geometry."""
     robot_id = request.path_params["id"]
-    content = await service_of(request).database.read(find_robot, client(request).namespace, robot_id)
+    content = await service_of(request).database.read(ROBOTS.find, client(request).namespace, robot_id)
     definition = None if content is None else content.definition
     form, accept = request.query_params.get("format"), request.headers.get("accept", "*/*")
     asked = {"id": robot_id, "definition": definition, "format": form, "accept": accept}
@@ -65,7 +63,7 @@ async def add_robot(request: Request) -> Response:
     service, sender = service_of(request), client(request)
     namespace = FOR_ALL if visibility == "public" else sender.namespace
     match await service.database.write(
-        keep_robot, namespace, robot_id, content, sender.name, _bounds(service.settings)
+        ROBOTS.add, namespace, robot_id, content, sender.name, _bounds(service.settings)
     ):
         case "added":
             audit(request, "robot_added", robot_id)
@@ -80,9 +78,9 @@ async def add_robot(request: Request) -> Response:
     return respond(reply)
 
 
-def _bounds(settings: Settings) -> RobotBounds:
+def _bounds(settings: Settings) -> Bounds:
     """Find out how much is kept of robots."""
-    return RobotBounds(
+    return Bounds(
         settings.max_robots,
         settings.max_robots_per_client,
         settings.max_robots_bytes,
@@ -94,8 +92,7 @@ async def delete_robot(request: Request) -> Response:
     """Answer DELETE /v1/robots/{id}."""
     robot_id = request.path_params["id"]
     sender = client(request)
-    owner = None if sender.has_key and "admin" in sender.scopes else sender.name
-    match await service_of(request).database.write(forget_robot, sender.namespace, robot_id, owner):
+    match await service_of(request).database.write(ROBOTS.delete, sender.namespace, robot_id, sender.changes_of):
         case "deleted":
             audit(request, "robot_deleted", robot_id)
             return Response(status_code=204)

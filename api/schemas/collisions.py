@@ -8,7 +8,7 @@ from pydantic import Field
 
 from api.schemas.common import DEFAULT_DEADLINE, Answer, Deadline, FrameName, Pose, RobotId
 from api.schemas.requests import GivenTrajectory, Rows
-from api.schemas.scenes import ClearancesAnswer, CollisionAnswer, Scene  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.scenes import ClearancesAnswer, CollisionAnswer, SceneOrId  # noqa: TC001 - pydantic evaluates the annotations
 
 
 class CollisionCheckRequest(GivenTrajectory):
@@ -16,7 +16,7 @@ class CollisionCheckRequest(GivenTrajectory):
 
     robot: RobotId
     """The id of a robot, as GET /v1/robots lists them."""
-    scene: Scene | None = None
+    scene: SceneOrId | None = None
     """What is around it; omitted: nothing."""
     self_collision: bool | None = None
     """Whether the arm is held against itself; omitted: as far as the shapes of its links are those of its description,

@@ -24,7 +24,7 @@ from api.schemas.common import (
     Seconds,
     Seed,
 )
-from api.schemas.scenes import Scene  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.scenes import SceneOrId  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 
 MOST_ROWS = 1_000_000
@@ -129,7 +129,7 @@ class TrajectoryRequest(Schema):
     actions: Annotated[list[Action], Field(max_length=10_000)] = Field(default_factory=list)
     """What happens on the way besides motion, and not as one of the `actions` of a waypoint; the answer has `actions`
     with their times."""
-    scene: Scene | None = None
+    scene: SceneOrId | None = None
     """What stands around the robot and what it carries: the plan is proved to keep clear of it at all times, and its
     certificate has the `clearance`. Omitted: nothing is known."""
     self_collision: bool | None = None
@@ -238,7 +238,7 @@ class ValidateRequest(GivenTrajectory):
     """The joint accelerations before the trajectory, rad/s^2 or m/s^2; omitted: none."""
     final_velocity: JointVector | None = None
     """The joint velocities after the trajectory, rad/s or m/s; omitted: rest."""
-    scene: Scene | None = None
+    scene: SceneOrId | None = None
     """What is around the robot, in the world or its base; it is held against that, too. Omitted: nothing is known."""
     self_collision: bool | None = None
     """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;

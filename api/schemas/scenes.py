@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 from typing_extensions import TypeAliasType
 
 from api.schemas.common import (
@@ -15,11 +15,19 @@ from api.schemas.common import (
     Vector3,
 )
 
+MOST_OBJECTS = 5_000
+"""The most objects of a scene."""
+
+MOST_ATTACHED = 64
+"""The most attached objects of a scene."""
+
 Size = Annotated[float, Field(ge=1e-6, le=1e3)]
 Margin = Annotated[float, Field(ge=0.0, le=10.0)]
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Coordinate = Annotated[float, Field(ge=-1e3, le=1e3)]
 Point = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+SceneId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=64)]
+AllowedPairs = Annotated[list[Annotated[list[Name], Field(min_length=2, max_length=2)]], Field(max_length=10_000)]
 Triangle = Annotated[list[Annotated[int, Field(ge=0, lt=600_000)]], Field(min_length=3, max_length=3)]
 
 
@@ -160,16 +168,31 @@ class AttachedObject(Schema):
 class Scene(Schema):
     """What stands around a robot, what it carries, and what may touch what."""
 
-    objects: Annotated[list[SceneObject], Field(max_length=5_000)] = Field(default_factory=list)
+    objects: Annotated[list[SceneObject], Field(max_length=MOST_OBJECTS)] = Field(default_factory=list)
     """What stands still."""
-    attached: Annotated[list[AttachedObject], Field(max_length=64)] = Field(default_factory=list)
+    attached: Annotated[list[AttachedObject], Field(max_length=MOST_ATTACHED)] = Field(default_factory=list)
     """What moves with the robot."""
-    allowed_pairs: Annotated[
-        list[Annotated[list[Name], Field(min_length=2, max_length=2)]], Field(max_length=10_000)
-    ] = Field(default_factory=list)
+    allowed_pairs: AllowedPairs = Field(default_factory=list)
     """Pairs of names, of links, objects or attached objects, that may touch; shape (pairs, 2), without unit."""
     margin: Margin = 0.0
     """The least distance that the robot and what it carries keep from objects, m."""
+
+
+def _form(scene: Any) -> str:
+    """Tell whether a scene is there itself, or its id."""
+    return "id" if isinstance(scene, str) else "scene"
+
+
+SceneOrId = TypeAliasType(
+    "SceneOrId",
+    Annotated[
+        Annotated[SceneId, Tag("id")] | Annotated[Scene, Tag("scene")],
+        Field(
+            discriminator=Discriminator(_form),
+            description="What stands around a robot and what it carries; or the id of a scene of GET /v1/scenes.",
+        ),
+    ],
+)
 
 
 class ClearanceAnswer(Answer):

@@ -28,6 +28,14 @@ class ServiceLimits(Answer):
     """The bytes that the robots of all clients may take in the database."""
     max_robots_bytes_per_client: int
     """The bytes that the robots of one client may take of these."""
+    max_scenes: int
+    """The largest number of scenes that are kept."""
+    max_scenes_per_client: int
+    """The largest number of scenes that are kept for one client."""
+    max_scenes_bytes: int
+    """The bytes that the scenes of all clients may take in the database."""
+    max_scenes_bytes_per_client: int
+    """The bytes that the scenes of one client may take of these."""
     max_batch_items: int
     """The largest number of requests in one batch."""
     max_batch_bytes: int

@@ -18,7 +18,7 @@ from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
 from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
 from api.operations import OPERATIONS
-from api.routes import batches, compare, page, robots, service
+from api.routes import batches, compare, page, robots, scenes, service
 from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext
 from api.server.pool import WorkerPool
@@ -52,6 +52,11 @@ ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
     "get_robot_geometry": robots.get_robot_geometry,
     "add_robot": robots.add_robot,
     "delete_robot": robots.delete_robot,
+    "list_scenes": scenes.list_scenes,
+    "get_scene": scenes.get_scene,
+    "add_scene": scenes.add_scene,
+    "change_scene": scenes.change_scene,
+    "delete_scene": scenes.delete_scene,
     "get_limits": service.get_limits,
     "get_liveness": service.get_liveness,
     "get_readiness": service.get_readiness,

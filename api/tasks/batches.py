@@ -20,7 +20,7 @@ from api.schemas.requests import PlanRequest
 from api.size import has_too_many_rows
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.trajectories import TWO_JOINT_WAYPOINTS, export_options, figures_of, refuse_too_many_rows
-from api.tasks.work import robot_of, validated
+from api.tasks.work import in_scene, robot_of, validated
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -138,11 +138,12 @@ def _item(request: Any, pointer: str, work: Work) -> NewItem:
     most = work.arguments.get("most_bytes_of_one", len(content))
     if len(content) > most:
         raise invalid([{"pointer": pointer, "message": f"a request may have {most} bytes"}])
-    robot, deadline = request.get("robot"), request.get("deadline")
+    robot, scene, deadline = (request.get(name) for name in ("robot", "scene", "deadline"))
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or not deadline > 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or will be refused
     deadline = min(float(deadline), work.caps.max_deadline)
-    return NewItem(compressed(content), robot if isinstance(robot, str) else None, deadline)
+    robot, scene = (named if isinstance(named, str) else None for named in (robot, scene))
+    return NewItem(compressed(content), robot, scene, deadline)
 
 
 def plan_item(work: Work) -> Reply:
@@ -185,8 +186,8 @@ def render_results(work: Work) -> Reply:
     """Write results as GET /v1/batches/{id}/results does, up to so many bytes; the result is how many they are.
 
     Arguments: `results`, each a `Result`; `form`, the name of a format, or None; `definitions` of added
-    robots by their digests; `shape`: `page`, with `next_cursor`, `lines`, one result a line, or `files`, a file for
-    each plan or problem in place of a body; `last`: whether nothing comes behind them.
+    robots and of scenes by their digests; `shape`: `page`, with `next_cursor`, `lines`, one result a line, or `files`,
+    a file for each plan or problem in place of a body; `last`: whether nothing comes behind them.
     """
     from api.negotiation import negotiated
     from planner.export import FORMATS
@@ -199,7 +200,7 @@ def render_results(work: Work) -> Reply:
     size = 0
     with work.stage("serialise"):
         for result in asked["results"]:
-            entries.append(_rendered(result, form, asked["definitions"].get(result.robot), work))
+            entries.append(_rendered(result, form, work))
             size += len(entries[-1])
             if size > PAGE_BYTES:
                 break
@@ -220,9 +221,8 @@ def _as_files(form: Format, work: Work) -> Reply:
         for result in work.arguments["results"]:
             name = f"{result.position:06d}"
             try:
-                definition = work.arguments["definitions"].get(result.robot)
                 planned = result.outcome == PLANNED
-                content = _written(result, form, definition, work) if planned else decompressed(result.result)
+                content = _written(result, form, work) if planned else decompressed(result.result)
                 suffix = form.suffix if planned else PROBLEM_SUFFIX
             except PlanningError as refusal:  # the form cannot carry it
                 _, content = problem_document(refusal, work.task.instance)
@@ -234,7 +234,7 @@ def _as_files(form: Format, work: Work) -> Reply:
     return Reply(200, "application/zip", pickle.dumps(files), work.timings, result=len(files))
 
 
-def _rendered(result: Result, form: Format, definition: bytes | None, work: Work) -> bytes:
+def _rendered(result: Result, form: Format, work: Work) -> bytes:
     """Write one result."""
     entry: dict[str, Any] = {"index": result.position, "status": result.outcome}
     if result.outcome != PLANNED:
@@ -242,7 +242,7 @@ def _rendered(result: Result, form: Format, definition: bytes | None, work: Work
         return orjson.dumps(entry)
     entry["duration"] = result.duration
     try:
-        content = _written(result, form, definition, work)
+        content = _written(result, form, work)
     except PlanningError as refusal:  # the form cannot carry it
         _, document = problem_document(refusal, work.task.instance)
         return orjson.dumps(entry | {"status": refusal.code, "problem": orjson.Fragment(document)})
@@ -254,11 +254,12 @@ def _rendered(result: Result, form: Format, definition: bytes | None, work: Work
     return orjson.dumps(entry | {"media_type": form.media_type, "encoding": encoding, "content": text})
 
 
-def _written(result: Result, form: Format, definition: bytes | None, work: Work) -> bytes:
+def _written(result: Result, form: Format, work: Work) -> bytes:
     """Write a saved plan as the request alone would be answered."""
     from planner.saved_plan import OF_THE_PATH, load_plan
 
-    request: PlanRequest = validated(PlanRequest, decompressed(result.request), work.caps)
+    definition, scene = (work.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
+    request: PlanRequest = in_scene(validated(PlanRequest, decompressed(result.request), work.caps), scene)
     asked, backend = _problem_of(request, definition)
     options = export_options(request, definition)
     with_runs = not OF_THE_PATH.isdisjoint(request.include)

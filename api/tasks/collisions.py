@@ -62,7 +62,7 @@ OPERATIONS = (
         request=schemas.CollisionCheckRequest,
         answer=schemas.CollisionCheckAnswer,
         shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
+        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
         examples={
             "two_postures": {
                 "robot": "kuka_kr16_2",

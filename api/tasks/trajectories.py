@@ -195,6 +195,7 @@ TWO_JOINT_WAYPOINTS = {
 PLAN_CODES = (
     *BODY_CODES,
     "unknown_robot",
+    "unknown_scene",
     "not_acceptable",
     "unreachable_waypoint",
     "configuration_change",
@@ -283,7 +284,7 @@ OPERATIONS = (
         request=requests.CompareRequest,
         answer=answers.ComparisonAnswer,
         shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
+        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
         examples={
             "two_back_ends": {
                 "robot": "ngv_refuelling_arm",
@@ -305,7 +306,7 @@ OPERATIONS = (
         request=requests.ValidateRequest,
         answer=answers.InterpolationCertificate,
         shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
+        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
         examples={
             "three_samples": {
                 "robot": "three_dof_arm",

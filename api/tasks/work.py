@@ -12,9 +12,10 @@ import orjson
 from pydantic import TypeAdapter, ValidationError
 
 from api.digests import sha256
-from api.errors import invalid, invalid_request
+from api.errors import UnknownScene, invalid, invalid_request
 from api.messages import Reply
 from api.schemas.robots import RobotModel
+from api.schemas.scenes import Scene
 from api.size import size_faults
 
 if TYPE_CHECKING:
@@ -61,8 +62,9 @@ class Work:
 
         Raises:
             InvalidRequest: It is too large, or does not follow the schema.
+            UnknownScene: It names a scene that there is not.
         """
-        request = validated(schema, self.task.body, self.caps)
+        request = in_scene(validated(schema, self.task.body, self.caps), self.arguments.get("scene"))
         deadline = getattr(request, "deadline", 0.0)
         if deadline > self.caps.max_deadline:
             raise invalid([{"pointer": "/deadline", "message": f"at most {self.caps.max_deadline:g} s"}])
@@ -97,6 +99,25 @@ def validated(schema: Any, body: bytes, caps: Caps) -> Any:
         return _adapter(schema).validate_json(body)
     except ValidationError as error:
         raise invalid_request(error, document) from None
+
+
+def in_scene(request: Any, definition: bytes | None) -> Any:
+    """Put the scene of a definition in the place of its id, if a request has one there.
+
+    Raises:
+        UnknownScene: There is no scene with this id.
+    """
+    if not isinstance(getattr(request, "scene", None), str):
+        return request
+    if definition is None:
+        raise UnknownScene("no scene has this id; GET /v1/scenes lists those that there are")
+    return request.model_copy(update={"scene": scene_of(definition)})
+
+
+def scene_of(definition: bytes) -> Scene:
+    """Read a scene from its definition."""
+    scene: Scene = _adapter(Scene).validate_json(definition)
+    return scene
 
 
 def to_json(value: Any) -> bytes:

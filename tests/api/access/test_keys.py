@@ -80,7 +80,9 @@ def secret_of(key: str) -> str:
 def _see_audit(log: Any) -> None:
     """Every change has a line that says who did it."""
     done = {line["action"] for line in log if line["event"] == "audit" and line["client"]}
-    assert done == {"key_created", "key_revoked", "robot_added", "robot_deleted", "batch_created", "batch_cancelled"}
+    of_scenes = {"scene_added", "scene_changed", "scene_deleted"}
+    of_the_rest = {"key_created", "key_revoked", "robot_added", "robot_deleted", "batch_created", "batch_cancelled"}
+    assert done == of_scenes | of_the_rest
 
 
 def wrong(key: str) -> str:
@@ -167,6 +169,29 @@ def test_a_public_robot_is_everybodys_to_use_and_its_owners_to_delete(keyed: Key
     assert keyed.ask("one", "GET", "/v1/robots/shown").json()["id"] == "shown"
     assert keyed.ask("one", "DELETE", "/v1/robots/shown").status_code == 204
     assert [reach(name) for name in ("one", "other")] == ["unknown_robot"] * 2
+
+
+def test_scenes_of_another_are_not_there_unless_they_are_public(keyed: Keyed) -> None:
+    cells = {name: {"id": "cell", "margin": margin} for name, margin in (("one", 0.01), ("other", 0.02))}
+    for name, scene in cells.items():
+        assert keyed.ask(name, "POST", "/v1/scenes", scene).status_code == 201
+    assert keyed.ask("planner", "POST", "/v1/scenes", cells["one"]).json()["code"] == "forbidden"
+    for name, scene in cells.items():
+        assert keyed.ask(name, "GET", "/v1/scenes/cell").json()["margin"] == scene["margin"]
+    for method, body in (("GET", None), ("PATCH", {"margin": 0.5}), ("DELETE", None)):
+        key = "planner" if method == "GET" else "admin"
+        assert keyed.ask(key, method, "/v1/scenes/cell", body).json()["code"] == "unknown_scene"
+    assert keyed.ask("planner", "POST", "/v1/trajectories", plan_request(scene="cell")).status_code == 404
+    assert keyed.ask("one", "PATCH", "/v1/scenes/cell", {"margin": 0.05}).status_code == 200
+    assert keyed.ask("other", "GET", "/v1/scenes/cell").json()["margin"] == 0.02
+    public = {"id": "hall", "visibility": "public"}
+    assert keyed.ask("one", "POST", "/v1/scenes", public).status_code == 201
+    assert keyed.ask("planner", "POST", "/v1/trajectories", plan_request(scene="hall")).status_code == 200
+    assert [scene["id"] for scene in keyed.ask("planner", "GET", "/v1/scenes").json()["scenes"]] == ["hall"]
+    assert keyed.ask("other", "PATCH", "/v1/scenes/hall", {"margin": 1.0}).json()["code"] == "scene_of_another"
+    assert keyed.ask("admin", "PATCH", "/v1/scenes/hall", {"margin": 0.0}).status_code == 200
+    for name, path in (("one", "hall"), ("one", "cell"), ("other", "cell")):
+        assert keyed.ask(name, "DELETE", f"/v1/scenes/{path}").status_code == 204
 
 
 def one_link(robot_id: str, reach: float) -> dict[str, Any]:

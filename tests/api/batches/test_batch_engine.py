@@ -58,7 +58,9 @@ def planners_of(pool: MadeUpPool) -> PoolPlanners:
 
 async def batch_of(database: Database, *requests: bytes) -> tuple[int, str]:
     arrival: Any = await database.write(begin_batch, "client", None, "arriving", BatchBounds(10, 10, 10**9))
-    await database.write(append_items, arrival.number, 0, [NewItem(request, None, 10.0) for request in requests], "")
+    await database.write(
+        append_items, arrival.number, 0, [NewItem(request, None, None, 10.0) for request in requests], ""
+    )
     await database.write(open_batch, arrival.number, "digest")
     return arrival.number, arrival.id
 

@@ -133,7 +133,7 @@ def test_a_chunk_has_requests_of_one_batch() -> None:
 
 
 def claimed(batch: int, position: int) -> Claimed:
-    return Claimed(batch, str(batch), position, b"", None, 10.0)
+    return Claimed(batch, str(batch), position, b"", None, None, 10.0)
 
 
 def test_a_machine_of_another_version_plans_nothing() -> None:

@@ -56,7 +56,7 @@ def plan(bodies: list[bytes], at_once: int = 1, deadlines: list[float] | None = 
     planners = PoolPlanners(pool, Settings())  # type: ignore[arg-type]
     planners.chunk_size = at_once
     asked = zip(bodies, deadlines or [10.0] * len(bodies), strict=True)
-    items = [Claimed(1, "1", k, body, None, deadline) for k, (body, deadline) in enumerate(asked)]
+    items = [Claimed(1, "1", k, body, None, None, deadline) for k, (body, deadline) in enumerate(asked)]
     return pool, asyncio.run(plan_all(planners, items))
 
 

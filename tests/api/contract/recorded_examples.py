@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tests.api.conftest import RunningService
 
 FILE = ROOT / "api" / "openapi_examples.json"
-PLAN, ROBOTS, BATCHES = "/v1/trajectories", "/v1/robots", "/v1/batches"
+PLAN, ROBOTS, BATCHES, SCENES = "/v1/trajectories", "/v1/robots", "/v1/batches", "/v1/scenes"
 QUERIES = {"list_robots": {"limit": 2}, "list_batches": {"limit": 2}, "export_trajectory": {"format": "csv"}}
 QUERIES["download_batch_results"] = {"format": "csv"}
 
@@ -61,6 +61,7 @@ PROBLEMS: dict[str, tuple[str, str, Any]] = {
     "method_not_allowed": ("PUT", PLAN, None),
     "unknown_robot": ("POST", PLAN, plan_request(robot="nobody")),
     "unknown_batch": ("GET", f"{BATCHES}/none", None),
+    "unknown_scene": ("POST", PLAN, plan_request(scene="cell_9")),
     "not_acceptable": ("POST", f"{PLAN}/export?format=xlsx", plan_request()),
     "catalogue_robot": ("DELETE", f"{ROBOTS}/three_dof_arm", None),
     "invalid_robot_model": ("POST", ROBOTS, urdf_robot("")),
@@ -121,8 +122,8 @@ def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
                 is_json = reply.headers["Content-Type"] == "application/json"
                 shown = reply.json() if is_json else _excerpt(reply)
                 of_operation.setdefault(str(reply.status_code), {})[name] = shown
-    for robot in ("planar_arm", "kuka_in_cell_4"):
-        service.client.delete(f"{ROBOTS}/{robot}")
+    for added in (f"{ROBOTS}/planar_arm", f"{ROBOTS}/kuka_in_cell_4", f"{SCENES}/cell_4"):
+        service.client.delete(added)
     found["get_readiness"]["503"] = {"starting": {"status": "starting", "workers": 2, "warm_workers": 1}}
     return found
 
@@ -136,9 +137,9 @@ def _excerpt(reply: httpx.Response) -> str:
 
 
 def _id(service: RunningService, tag: str) -> str:
-    """The id of a robot, or of the batch of two requests, once it and the grid have ended."""
+    """The id of a robot, of a scene, or of the batch of two requests, once it and the grid have ended."""
     if tag != "batches":
-        return "three_dof_arm"
+        return "cell_4" if tag == "scenes" else "three_dof_arm"
 
     def newest() -> list[dict[str, Any]]:
         found: list[dict[str, Any]] = service.client.get(BATCHES, params={"limit": 2}).json()["batches"]
@@ -159,6 +160,7 @@ def problems(service: RunningService) -> dict[str, Any]:
     found["malformed_request"] = _raw(service, "robot\r\n\r\n")
     found["header_too_large"] = _raw(service, f"GET / HTTP/1.1\r\nX: {'a' * 70_000}")
     found["robot_exists"], found["robot_of_another"] = _robots(service)
+    found["scene_exists"], found["scene_of_another"] = _scenes(service)
     found["conflict"] = _conflict(service)
     found = {code: reply.json() if isinstance(reply, httpx.Response) else reply for code, reply in found.items()}
     for error in (
@@ -167,6 +169,7 @@ def problems(service: RunningService) -> dict[str, Any]:
         errors.Unauthorized("send a valid key as `Authorization: Bearer ...`"),
         errors.Forbidden("the key does not have the scope `robots:write`"),
         errors.TooManyRobots("there is no room for more robots; delete some"),
+        errors.TooManyScenes("the service keeps no more scenes; delete one first"),
         errors.TooManyBatches("there is no room for more batches"),
         errors.MemoryExceeded("the request needs more memory than a worker may use"),
         errors.InternalError("the service failed on this request"),
@@ -192,6 +195,16 @@ def _robots(service: RunningService) -> tuple[httpx.Response, httpx.Response]:
     with httpx.Client(transport=httpx.HTTPTransport(local_address="127.0.0.2"), base_url=service.url) as another:
         of_another = another.delete(f"{ROBOTS}/somebodys_arm")
     service.client.delete(f"{ROBOTS}/somebodys_arm")
+    return exists, of_another
+
+
+def _scenes(service: RunningService) -> tuple[httpx.Response, httpx.Response]:
+    """Add another scene of the same id, and delete it from another address."""
+    service.post(SCENES, {"id": "somebodys_cell"})
+    exists = service.post(SCENES, {"id": "somebodys_cell", "margin": 0.02})
+    with httpx.Client(transport=httpx.HTTPTransport(local_address="127.0.0.2"), base_url=service.url) as another:
+        of_another = another.delete(f"{SCENES}/somebodys_cell")
+    service.client.delete(f"{SCENES}/somebodys_cell")
     return exists, of_another
 
 

@@ -30,6 +30,11 @@ CONTRACT = {
     ("get", "/v1/robots/{id}"): "get_robot",
     ("get", "/v1/robots/{id}/geometry"): "get_robot_geometry",
     ("post", "/v1/robots"): "add_robot",
+    ("get", "/v1/scenes"): "list_scenes",
+    ("get", "/v1/scenes/{id}"): "get_scene",
+    ("post", "/v1/scenes"): "add_scene",
+    ("patch", "/v1/scenes/{id}"): "change_scene",
+    ("delete", "/v1/scenes/{id}"): "delete_scene",
     ("delete", "/v1/robots/{id}"): "delete_robot",
     ("post", "/v1/kinematics/forward"): "forward_kinematics",
     ("post", "/v1/kinematics/inverse"): "inverse_kinematics",
@@ -146,7 +151,7 @@ def test_everything_that_a_caller_sends_is_described(document: dict[str, Any]) -
     for (method, path), operation in operations(document).items():
         assert operation["summary"].endswith("."), path
         assert sentence(operation), path
-        assert ("requestBody" in operation) == (method == "post"), path
+        assert ("requestBody" in operation) == (method in ("post", "patch")), path
         if method == "post":
             content = operation["requestBody"]["content"]["application/json"]
             assert content["examples"], path

@@ -23,7 +23,7 @@ from api.database.batches import (
     outcomes_of,
 )
 from api.database.claims import MOST_BYTES, Outcome, beat, claim, definition_of, ended, leave, results_behind, settle
-from api.database.robots import RobotBounds, add_robot, delete_robot
+from api.database.named_contents import ROBOTS, Bounds
 from api.database.tables import batches, engines, items, robot_contents, robots
 from api.robot_content import RobotContent
 from tests.api.database.databases import engine, postgres
@@ -51,7 +51,7 @@ def connection(engine: Engine) -> Iterator[Connection]:
 def arrived(connection: Connection, count: int, key: str | None = None, robot: str | None = None) -> Arrival:
     arrival = begin_batch(connection, "client", key, ME, WIDE)
     assert isinstance(arrival, Arrival)
-    append_items(connection, arrival.number, 0, [NewItem(b"%d" % k, robot, 10.0) for k in range(count)], "")
+    append_items(connection, arrival.number, 0, [NewItem(b"%d" % k, robot, None, 10.0) for k in range(count)], "")
     open_batch(connection, arrival.number, "digest")
     return arrival
 
@@ -145,7 +145,7 @@ def test_a_batch_counts_its_outcomes_and_is_completed_by_the_last(connection: Co
 def test_a_batch_is_seen_when_it_has_arrived(connection: Connection) -> None:
     arrival = begin_batch(connection, "client", "key", ME, WIDE)
     assert isinstance(arrival, Arrival)
-    append_items(connection, arrival.number, 0, [NewItem(b"0", None, 10.0)], "")
+    append_items(connection, arrival.number, 0, [NewItem(b"0", None, None, 10.0)], "")
     assert find_batch(connection, arrival.id) is None
     assert claim(connection, ME, 10) == []
     assert begin_batch(connection, "client", "key", ME, WIDE) == "arriving"
@@ -167,9 +167,9 @@ def test_there_is_room_for_so_many_batches(connection: Connection) -> None:
 
 def test_a_batch_keeps_the_robot_that_its_id_stood_for(connection: Connection) -> None:
     content = RobotContent("sha256:x", b"definition", b"{}", b"{}")
-    add_robot(connection, "", "arm", content, "client", RobotBounds(10, 10, 1000, 1000))
+    ROBOTS.add(connection, "", "arm", content, "client", Bounds(10, 10, 1000, 1000))
     arrival = arrived(connection, 1, robot="arm")
-    assert delete_robot(connection, "", "arm", "client") == "deleted"
+    assert ROBOTS.delete(connection, "", "arm", "client") == "deleted"
     (item,) = claim(connection, ME, 1)
     assert item.robot is not None and definition_of(connection, item.robot) == b"definition"
     settle(connection, done(arrival, 0))
@@ -181,7 +181,7 @@ def test_a_batch_keeps_the_robot_that_its_id_stood_for(connection: Connection) -
 def test_a_batch_whose_arrival_was_cut_off_is_forgotten(connection: Connection) -> None:
     arrival = begin_batch(connection, "client", None, ME, WIDE)
     assert isinstance(arrival, Arrival)
-    append_items(connection, arrival.number, 0, [NewItem(b"0", None, 10.0)], "")
+    append_items(connection, arrival.number, 0, [NewItem(b"0", None, None, 10.0)], "")
     clean_up(connection, 0.0)
     assert connection.scalar(select(func.count()).select_from(items)) == 1
     connection.execute(update(engines).where(engines.c.id == ME).values(seen=time.time() - 60.0))

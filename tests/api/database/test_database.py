@@ -25,12 +25,13 @@ from api.cli import app
 from api.database.database import Database, make_engine, sqlite_url
 from api.database.keys import add_key, all_keys, find_key, revoke_key
 from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
-from api.database.robots import RobotBounds, add_robot, delete_robot, find_robot, robots_behind
-from api.database.tables import metadata, robot_contents, robots
+from api.database.named_contents import ROBOTS, SCENES, Bounds
+from api.database.tables import metadata, robot_contents, robots, scene_contents
 from api.errors import DatabaseUnavailable
 from api.messages import Reply
 from api.robot_content import RobotContent
 from api.routes.ordinary import run_with_body
+from api.scene_content import SceneContent
 from api.server.traffic import Traffic
 from api.settings import Settings
 from tests.api.database.databases import PostgresServer, engine, postgres
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
 
 __all__ = ["engine", "postgres"]
-WIDE = RobotBounds(ids=10, ids_of_owner=10, size=1000, size_of_owner=10**6)
+WIDE = Bounds(ids=10, ids_of_owner=10, size=1000, size_of_owner=10**6)
 
 
 @pytest.fixture
@@ -95,10 +96,10 @@ def test_robots_that_were_added_before_there_were_keys_are_everybodys(tmp_path: 
         connection.execute(text("INSERT INTO robots (id, digest, owner, added) VALUES ('arm', 'x', '127.0.0.1', 0)"))
     upgrade(engine)
     with engine.begin() as connection:
-        assert find_robot(connection, "key:of_somebody", "arm") == content("x")
-        assert robots_behind(connection, "key:of_somebody", "", 10) == [("arm", b'{"id":"arm","dof":1}')]
-        assert delete_robot(connection, "key:of_somebody", "arm", "key:of_somebody") == "of_another"
-        assert delete_robot(connection, "key:of_an_admin", "arm", None) == "deleted"
+        assert ROBOTS.find(connection, "key:of_somebody", "arm") == content("x")
+        assert ROBOTS.behind(connection, "key:of_somebody", "", 10) == [("arm", b'{"id":"arm","dof":1}')]
+        assert ROBOTS.delete(connection, "key:of_somebody", "arm", "key:of_somebody") == "of_another"
+        assert ROBOTS.delete(connection, "key:of_an_admin", "arm", None) == "deleted"
     engine.dispose()
 
 
@@ -169,26 +170,26 @@ def content(digest: str, size: int = 0) -> RobotContent:
 
 
 def test_a_content_is_kept_once_and_as_long_as_an_id_stands_for_it(connection: Connection) -> None:
-    add = partial(add_robot, connection, "", owner="me", bounds=WIDE._replace(ids=3))
+    add = partial(ROBOTS.add, connection, "", owner="me", bounds=WIDE._replace(ids=3))
     assert [add(robot_id, content("x")) for robot_id in ("b", "a", "a")] == ["added", "added", "same"]
-    assert find_robot(connection, "", "a") == find_robot(connection, "", "b") == content("x")
+    assert ROBOTS.find(connection, "", "a") == ROBOTS.find(connection, "", "b") == content("x")
     assert add("a", content("y")) == "exists"
     assert add("c", content("y")) == "added"
     assert add("d", content("y")) == "full"
     assert [digest for (digest,) in connection.execute(select(robot_contents.c.digest))] == ["x", "y"]
-    assert [delete_robot(connection, "", "b", "me") for _ in range(2)] == ["deleted", "unknown"]
-    assert find_robot(connection, "", "a") == content("x")
-    assert delete_robot(connection, "", "a", "me") == "deleted"
+    assert [ROBOTS.delete(connection, "", "b", "me") for _ in range(2)] == ["deleted", "unknown"]
+    assert ROBOTS.find(connection, "", "a") == content("x")
+    assert ROBOTS.delete(connection, "", "a", "me") == "deleted"
     assert [digest for (digest,) in connection.execute(select(robot_contents.c.digest))] == ["y"]
     assert add("a", content("y")) == "added"
 
 
 def test_ids_are_listed_in_their_order(connection: Connection) -> None:
     for robot_id in ("b", "Z", "a.1", "a", "_"):
-        add_robot(connection, "", robot_id, content("x"), "me", WIDE)
-    listed = robots_behind(connection, "", "", 10)
+        ROBOTS.add(connection, "", robot_id, content("x"), "me", WIDE)
+    listed = ROBOTS.behind(connection, "", "", 10)
     assert [robot_id for robot_id, _ in listed] == ["Z", "_", "a", "a.1", "b"]
-    assert robots_behind(connection, "", "_", 2) == [("a", b'{"id":"a","dof":1}'), ("a.1", b'{"id":"a.1","dof":1}')]
+    assert ROBOTS.behind(connection, "", "_", 2) == [("a", b'{"id":"a","dof":1}'), ("a.1", b'{"id":"a.1","dof":1}')]
 
 
 def test_keys_are_kept_found_and_revoked(connection: Connection) -> None:
@@ -203,30 +204,30 @@ def test_keys_are_kept_found_and_revoked(connection: Connection) -> None:
 
 
 def test_two_keys_may_have_a_robot_of_the_same_id(connection: Connection) -> None:
-    add = partial(add_robot, connection, robot_id="arm", bounds=WIDE)
-    assert [add(name, content=content(name), owner=name) for name in ("one", "two", "")] == ["added"] * 3
-    assert [find_robot(connection, name, "arm") for name in ("one", "two", "three")] == [
+    add = partial(ROBOTS.add, connection, name="arm", bounds=WIDE)
+    assert [add(key, content=content(key), owner=key) for key in ("one", "two", "")] == ["added"] * 3
+    assert [ROBOTS.find(connection, name, "arm") for name in ("one", "two", "three")] == [
         content("one"),
         content("two"),
         content(""),
     ]
-    assert [len(robots_behind(connection, name, "", 10)) for name in ("one", "three")] == [1, 1]
-    assert delete_robot(connection, "one", "arm", "one") == "deleted"
-    assert find_robot(connection, "one", "arm") == content("")
+    assert [len(ROBOTS.behind(connection, name, "", 10)) for name in ("one", "three")] == [1, 1]
+    assert ROBOTS.delete(connection, "one", "arm", "one") == "deleted"
+    assert ROBOTS.find(connection, "one", "arm") == content("")
 
 
 def test_one_client_fills_no_more_than_its_share_and_deletes_what_it_added_only(connection: Connection) -> None:
     """Any client could take all 1,000 places in 7 s, or delete any robot."""
-    add = partial(add_robot, connection, "", content=content("x"), bounds=WIDE._replace(ids_of_owner=2))
+    add = partial(ROBOTS.add, connection, "", content=content("x"), bounds=WIDE._replace(ids_of_owner=2))
     assert [add(robot_id, owner="one") for robot_id in "abc"] == ["added", "added", "too_many"]
     assert add("c", owner="other") == "added"
-    assert [delete_robot(connection, "", robot_id, "other") for robot_id in "ac"] == ["of_another", "deleted"]
-    assert delete_robot(connection, "", "a", "one") == "deleted"
+    assert [ROBOTS.delete(connection, "", robot_id, "other") for robot_id in "ac"] == ["of_another", "deleted"]
+    assert ROBOTS.delete(connection, "", "a", "one") == "deleted"
     assert add("c", owner="one") == "added"
 
 
 def test_one_client_fills_no_more_than_its_share_of_the_bytes(connection: Connection) -> None:
-    add = partial(add_robot, connection, "", bounds=WIDE._replace(size_of_owner=560))
+    add = partial(ROBOTS.add, connection, "", bounds=WIDE._replace(size_of_owner=560))
     assert add("a", content("x", 300), "one") == "added"
     assert add("b", content("x", 300), "one") == "added"  # the same content takes no more
     assert add("c", content("y", 300), "one") == "too_many"
@@ -237,12 +238,43 @@ def test_one_client_fills_no_more_than_its_share_of_the_bytes(connection: Connec
 
 def test_the_bytes_of_all_robots_are_bounded(connection: Connection) -> None:
     """100 robots of 4 MB took 382 MB of the server."""
-    add = partial(add_robot, connection, "", owner="me", bounds=WIDE)
+    add = partial(ROBOTS.add, connection, "", owner="me", bounds=WIDE)
     assert add("a", content("x", 600)) == "added"
     assert add("b", content("y", 600)) == "full"
     assert add("b", content("x", 600)) == "added"  # the same content takes no more
-    assert delete_robot(connection, "", "a", "me") == delete_robot(connection, "", "b", "me") == "deleted"
+    assert ROBOTS.delete(connection, "", "a", "me") == ROBOTS.delete(connection, "", "b", "me") == "deleted"
     assert add("b", content("y", 600)) == "added"
+
+
+def scene(digest: str, size: int = 0) -> SceneContent:
+    return SceneContent(digest, b"x" * size, b'{"margin":0.0}')
+
+
+def test_an_id_stands_for_another_scene_from_then_on(connection: Connection) -> None:
+    """What nobody needs any more is gone; who comes second with a change is told so."""
+    add = partial(SCENES.add, connection, "", bounds=WIDE)
+    replace = partial(SCENES.replace, connection, "", "cell", owner="me", bounds=WIDE)
+    assert [add(name, content=scene("x"), owner="me") for name in ("cell", "copy")] == ["added", "added"]
+    assert replace("x", scene("y")) == "replaced" and SCENES.find(connection, "", "cell") == scene("y")
+    assert replace("x", scene("z")) == "changed" and SCENES.find(connection, "", "copy") == scene("x")
+    assert replace("y", scene("y")) == "replaced" and SCENES.find(connection, "", "cell") == scene("y")
+    assert SCENES.replace(connection, "", "cell", "y", scene("z"), "other", WIDE) == "of_another"
+    assert SCENES.replace(connection, "", "none", "y", scene("z"), "me", WIDE) == "unknown"
+    assert SCENES.replace(connection, "", "cell", "y", scene("z"), None, WIDE) == "replaced"
+    assert sorted(connection.scalars(select(scene_contents.c.digest))) == ["x", "z"]
+    assert SCENES.delete(connection, "", "copy", "me") == "deleted"
+    assert list(connection.scalars(select(scene_contents.c.digest))) == ["z"]
+
+
+def test_a_scene_grows_no_further_than_the_share_of_its_client(connection: Connection) -> None:
+    bounds = WIDE._replace(size_of_owner=500, ids_of_owner=2)
+    add = partial(SCENES.add, connection, "", owner="me", bounds=bounds)
+    replace = partial(SCENES.replace, connection, "", "a", owner="me", bounds=bounds)
+    assert [add(name, content=scene(name, 200)) for name in "abc"] == ["added", "added", "too_many"]
+    assert replace("a", scene("more", 300)) == "too_many"
+    assert replace("a", scene("other", 250)) == "replaced"  # its own bytes of before do not count
+    assert replace("other", scene("b", 200)) == "replaced"  # the same as another one takes no more
+    assert SCENES.replace(connection, "", "a", "b", scene("most", 999), None, WIDE) == "full"
 
 
 def test_settings_keep_the_password_to_themselves() -> None:
