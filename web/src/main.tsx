@@ -3,6 +3,7 @@ import { render } from 'preact';
 import './style/base.css';
 import './style/layout.css';
 import './style/panels.css';
+import './style/robot.css';
 import { Header } from './panels/Header';
 import { Result } from './panels/Result';
 import { Waypoints } from './panels/Waypoints';

@@ -8,10 +8,11 @@ import { Compare } from './Compare';
 import { Exports } from './Exports';
 import { Refusal } from './Refusal';
 import { RequestJson } from './RequestJson';
+import { RobotPanel } from './RobotPanel';
 
-type Tab = 'certificate' | 'compare' | 'request' | 'exports';
+type Tab = 'certificate' | 'compare' | 'request' | 'exports' | 'robot';
 
-const TABS: readonly Tab[] = ['certificate', 'compare', 'request', 'exports'];
+const TABS: readonly Tab[] = ['certificate', 'compare', 'request', 'exports', 'robot'];
 const tab = signal<Tab>('certificate');
 
 export function Result() {
@@ -47,6 +48,7 @@ export function Result() {
         {tab.value === 'compare' && <Compare />}
         {tab.value === 'request' && <RequestJson />}
         {tab.value === 'exports' && <Exports />}
+        {tab.value === 'robot' && <RobotPanel />}
       </div>
     </section>
   );

@@ -1,11 +1,12 @@
 // The list of waypoints: choose, add, reorder by drag and by keys, delete.
 import { signal } from '@preact/signals';
 import { inserted, jointWaypoint, moved, poseWaypoint, removed } from '../request/edits';
-import { locate, plannedWaypoint, positionAt } from '../plan/samples';
+import { locate, plannedWaypoint } from '../plan/samples';
 import { seconds, short } from '../plan/units';
 import type { PlanAnswer, PlanRequest, Pose, Robot, Waypoint } from '../service/types';
 import { show } from '../state/actions';
 import { seek, time } from '../state/playback';
+import { shownPosture } from '../state/posture';
 import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
 import { WaypointEditor } from './WaypointEditor';
@@ -152,7 +153,7 @@ function add(select: HTMLSelectElement, shown: PlanRequest, arm: Robot): void {
   const kind = select.value;
   select.value = '';
   const plan = shownPlan.value;
-  const posture = plan ? positionAt(plan.answer, time.value) : arm.joints.map(() => 0);
+  const posture = shownPosture(arm);
   if (kind === 'posture') insert(shown, selected.value, jointWaypoint(posture));
   const pose = plan && shownPose(plan.answer);
   if (kind === 'pose' && pose) insert(shown, selected.value, poseWaypoint(pose));

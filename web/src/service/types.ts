@@ -27,6 +27,7 @@ export type Robot = Schemas['RobotDescription'];
 export type LinkShape = Schemas['LinkShape'];
 export type SceneShape = Schemas['SceneShape'];
 export type Clearance = Schemas['ClearanceAnswer'];
+export type Finding = Schemas['ModelFinding'];
 export type Joint = Schemas['JointDescription'];
 export type Placement = Schemas['Placement'];
 export type Solution = Schemas['JointSolution'];

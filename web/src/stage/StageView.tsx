@@ -1,10 +1,9 @@
 // The stage on the page: it follows the signals, and brings views and the screenshot.
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { effect, signal, untracked } from '@preact/signals';
-import { positionAt, toolSpeeds } from '../plan/samples';
+import { toolSpeeds } from '../plan/samples';
 import { millimetres, short } from '../plan/units';
-import type { Robot } from '../service/types';
-import { time } from '../state/playback';
+import { firstPosture, shownPosture } from '../state/posture';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair } from '../state/surroundings';
 import { theme } from '../state/theme';
@@ -105,7 +104,7 @@ function follow(stage: Stage, dragging: Dragging | undefined): () => void {
   observer.observe(stage.canvas);
   const stops = [
     effect(() => {
-      if (robot.value) untracked(() => stage.setRobot(robot.value!, links.value, firstPosture(robot.value!)));
+      if (robot.value) untracked(() => stage.setRobot(robot.value!, links.value, firstPosture(request.peek(), robot.value!)));
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
@@ -139,22 +138,13 @@ function follow(stage: Stage, dragging: Dragging | undefined): () => void {
       stage.setProblem(problem.value);
     }),
     effect(() => {
-      const [shown, arm] = [shownPlan.value, robot.value];
-      if (shown) stage.setPosture(positionAt(shown.answer, time.value));
-      else if (arm) stage.setPosture(firstPosture(arm));
+      if (robot.value) stage.setPosture(shownPosture(robot.value));
     }),
   ];
   return () => {
     observer.disconnect();
     for (const stop of stops) stop();
   };
-}
-
-// Where the robot stands while there is no plan: at the first waypoint if that says so, else at zero.
-function firstPosture(arm: Robot): readonly number[] {
-  const first = request.value?.waypoints[0];
-  const isOfArm = first?.kind === 'joint' && first.position.length === arm.joints.length;
-  return isOfArm ? first.position : arm.joints.map(() => 0);
 }
 
 function savePicture(stage: Stage): void {

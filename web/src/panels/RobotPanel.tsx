@@ -1,0 +1,126 @@
+// The robot that is shown: sliders for its joints, its limits and where they come from; and robots of the user's own.
+import { jointWaypoint, inserted } from '../request/edits';
+import { factorOf, short, unitOf } from '../plan/units';
+import type { Quantity } from '../plan/limits';
+import type { Joint, Robot } from '../service/types';
+import { show } from '../state/actions';
+import { playing } from '../state/playback';
+import { posed, shownPosture } from '../state/posture';
+import { request, robot, selected } from '../state/store';
+import { texts } from '../texts';
+import { RobotUpload } from './RobotUpload';
+
+export function RobotPanel() {
+  const arm = robot.value;
+  return (
+    <>
+      {arm && <Sliders arm={arm} />}
+      {arm && <LimitTable arm={arm} />}
+      <RobotUpload />
+    </>
+  );
+}
+
+function Sliders({ arm }: { arm: Robot }) {
+  const posture = shownPosture(arm);
+  const pose = (next: readonly number[]): void => {
+    playing.value = false;
+    posed.value = next;
+  };
+  return (
+    <section class="sliders" aria-label={texts.robot.sliders}>
+      <h3>{texts.robot.sliders}</h3>
+      {arm.joints.map((joint, index) => {
+        const factor = factorOf(joint, 'position');
+        const [lower, upper] = rangeOf(joint);
+        const value = posture[index] ?? 0;
+        return (
+          <label key={joint.name}>
+            <span>{joint.name}</span>
+            <input
+              type="range"
+              min={lower * factor}
+              max={upper * factor}
+              step="any"
+              value={value * factor}
+              onInput={(event) => pose(posture.map((old, i) => (i === index ? event.currentTarget.valueAsNumber / factor : old)))}
+            />
+            <output>
+              {(value * factor).toFixed(1)} {unitOf(joint, 'position')}
+            </output>
+          </label>
+        );
+      })}
+      <div class="buttons wrap">
+        {Object.entries(arm.named_positions).map(([name, position]) => (
+          <button key={name} type="button" onClick={() => pose(position)}>
+            {name}
+          </button>
+        ))}
+        <button type="button" class="primary" disabled={!request.value} onClick={() => add(posture)}>
+          {texts.robot.add}
+        </button>
+      </div>
+    </section>
+  );
+}
+
+// A joint without limits goes once around, or a metre.
+function rangeOf({ kind, lower, upper }: Joint): [number, number] {
+  const most = kind === 'prismatic' ? 1 : Math.PI;
+  return [lower ?? -most, upper ?? most];
+}
+
+function add(posture: readonly number[]): void {
+  if (!request.value) return;
+  const at = selected.value;
+  show(inserted(request.value, at, jointWaypoint(posture)));
+  selected.value = at + 1;
+}
+
+const LIMITS: readonly Quantity[] = ['position', 'velocity', 'acceleration', 'jerk', 'torque'];
+
+function LimitTable({ arm }: { arm: Robot }) {
+  return (
+    <>
+      <h3>{texts.robot.limits}</h3>
+      <div class="wide-table" tabIndex={0} role="region" aria-label={texts.robot.limits}>
+        <table>
+          <thead>
+            <tr>
+              <th scope="col">{texts.plots.joint}</th>
+              {LIMITS.map((quantity) => (
+                <th key={quantity} scope="col">
+                  {texts.quantities[quantity]}
+                </th>
+              ))}
+            </tr>
+          </thead>
+          <tbody>
+            {arm.joints.map((joint) => (
+              <tr key={joint.name}>
+                <th scope="row">{joint.name}</th>
+                {LIMITS.map((quantity) => (
+                  <td key={quantity}>
+                    {limitOf(joint, quantity)}
+                    <small>{joint.provenance[quantity]}</small>
+                  </td>
+                ))}
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </>
+  );
+}
+
+function limitOf(joint: Joint, quantity: Quantity): string {
+  const factor = factorOf(joint, quantity);
+  const text = (value: number | null): string => (value === null ? texts.result.unlimited : short(value * factor, 4));
+  const range = quantity === 'position' ? [joint.lower, joint.upper] : quantity === 'jerk' ? null : joint[`${quantity}_range`];
+  if (quantity === 'position' && joint.lower === null && joint.upper === null) return texts.result.unlimited;
+  if (range) return `${texts.robot.fromTo(text(range[0]!), text(range[1]!))} ${unitOf(joint, quantity)}`;
+  const value = quantity === 'position' ? null : joint[quantity];
+  return value === null ? texts.result.unlimited : `±${text(value)} ${unitOf(joint, quantity)}`;
+}

@@ -1,0 +1,30 @@
+// The posture in which a person has put the robot by its sliders; null: it is where the plan has it.
+import { effect, signal } from '@preact/signals';
+import { positionAt } from '../plan/samples';
+import type { PlanRequest, Robot } from '../service/types';
+import { playing, time } from './playback';
+import { plan, request, robot, shownPlan } from './store';
+
+export const posed = signal<readonly number[] | null>(null);
+
+// Playing, another time, plan or robot lead back to the plan.
+effect(() => {
+  playing.value;
+  time.value;
+  plan.value;
+  robot.value;
+  posed.value = null;
+});
+
+// Where the robot stands.
+export function shownPosture(arm: Robot): readonly number[] {
+  if (posed.value) return posed.value;
+  return shownPlan.value ? positionAt(shownPlan.value.answer, time.value) : firstPosture(request.value, arm);
+}
+
+// Where the robot stands while there is no plan: at the first waypoint if that says so, else at zero.
+export function firstPosture(shown: PlanRequest | null, arm: Robot): readonly number[] {
+  const first = shown?.waypoints[0];
+  const isOfArm = first?.kind === 'joint' && first.position.length === arm.joints.length;
+  return isOfArm ? first.position : arm.joints.map(() => 0);
+}
