@@ -270,7 +270,7 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
         case waypoints.PoseWaypoint():
             asked = {} if waypoint.configuration is None else waypoint.configuration.model_dump()
             pose, named = to_pose(waypoint.pose), Configuration(**asked)
-            return problem.PoseWaypoint(pose, named, frame, _to_free(waypoint.free), **common_fields)
+            return problem.PoseWaypoint(pose, named, frame, _to_free(waypoint.free), waypoint.external, **common_fields)
         case waypoints.RelativeWaypoint():
             return problem.RelativeWaypoint(frame=waypoint.frame, move=_to_move(waypoint.move), **common_fields)
 

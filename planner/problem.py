@@ -16,7 +16,7 @@ from planner.polar_moves import CylindricalMove, SphericalMove
 from planner.robots.tools import with_tools
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from planner.actions import Action
     from planner.limits import SegmentLimits
@@ -284,12 +284,15 @@ class PoseWaypoint(Waypoint):
         free: What of the pose is left open; None: nothing. Of all poses in that region the one is taken whose posture
             is nearest to the posture before, in time at the joints' full speed; the way to that posture starts like the
             whole way, and goes on from waypoint to waypoint.
+        external: Positions of external axes at which they are to be here, rad or m, by their names; None, and the axes
+            that are not named: wherever the choice of the posture takes them.
     """
 
     pose: Pose
     configuration: Configuration = Configuration()
     frame: Pose | None = None
     free: Free | None = None
+    external: Mapping[str, float] | None = None
 
     @property
     def pose_in_base(self) -> Pose:

@@ -96,6 +96,8 @@ def waypoint_faults(
             yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
         if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
             yield from region_faults(waypoint.free, ("waypoints", i, "free"))
+        if isinstance(waypoint, PoseWaypoint):
+            yield from _pin_faults(robot, waypoint, ("waypoints", i, "external"))
         if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
             yield from region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
     if waypoints and isinstance(waypoints[0], RelativeWaypoint):
@@ -107,6 +109,18 @@ def waypoint_faults(
             ("inverse_kinematics", "reference"),
             f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}",
         )
+
+
+def _pin_faults(robot: Robot, waypoint: PoseWaypoint, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of where external axes are pinned."""
+    for name, value in (waypoint.external or {}).items():
+        if name not in robot.external_axes:
+            known = ", ".join(robot.external_axes) or "none"
+            yield (*field, name), f"{robot.id} has no such external axis; it has {known}"
+            continue
+        joint = robot.joints[robot.joint_names.index(name)]
+        if not joint.lower <= value <= joint.upper or not np.isfinite(value):
+            yield (*field, name), f"outside of the limits of {name}, {joint.lower:.10g} to {joint.upper:.10g}"
 
 
 def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:

@@ -44,13 +44,15 @@ MOST_BACKENDS = 16
 Preference = TypeAliasType(
     "Preference",
     Annotated[
-        Literal["continuous", "near_reference", "manipulability", "far_from_limits"],
+        Literal["continuous", "near_reference", "manipulability", "far_from_limits", "arm"],
         Field(
             description="Which of several solutions of a pose is taken. `continuous`: those on the shortest way "
             "through the whole list, in time at the velocity limits. `near_reference`: the one nearest to the "
             "`reference`, likewise in time. `manipulability`: the one with the largest, furthest from a singularity. "
-            "`far_from_limits`: the one whose worst joint is nearest to the middle of its limits. Motions of the tool "
-            "go on from where they start in any case; only where they cannot, another start is taken."
+            "`far_from_limits`: the one whose worst joint is nearest to the middle of its limits. `arm`: the one for "
+            "which external axes move least: the arm reaches alone, and follows motions alone, wherever it can. "
+            "Motions of the tool go on from where they start in any case; only where they cannot, another start is "
+            "taken."
         ),
     ],
 )

@@ -338,6 +338,9 @@ class PoseWaypoint(WaypointBase):
     configuration: ArmConfiguration | None = None
     """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
     omitted: any, chosen so that the way through the whole list is shortest."""
+    external: Annotated[dict[FrameName, Number], Field(max_length=8)] | None = None
+    """Positions (rad or m) at which external axes of the robot are to be there, by their names, motions of the tool
+    included; null, omitted, or an axis that is not named: wherever the choice of the posture takes it."""
 
 
 class RelativeWaypoint(WaypointBase):

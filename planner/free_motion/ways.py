@@ -17,6 +17,7 @@ from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
 from planner.problem import FreeMotion, JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
 from planner.scene.checker import checker_of
+from planner.waypoints.pinned import pinned_robots
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -145,10 +146,11 @@ def _goals(problem: PlanningProblem, index: int, before: SolvedWaypoint, chosen:
     following = problem.waypoints[index + 1].motion if index + 1 < len(problem.waypoints) else AS_GIVEN
     if isinstance(waypoint, JointWaypoint) or not isinstance(following, JointMotion):
         return chosen.position[None]
-    robot = problem.robots[index]
+    (pinned,) = pinned_robots([problem.robots[index]], [waypoint])
     wanted = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
-    found = all_solutions(robot, chosen.wanted, problem.inverse_kinematics, before.position)
-    return np.array([chosen.position, *in_configuration(robot, found, wanted)])
+    options, near = pinned.options(problem.inverse_kinematics), pinned.own(before.position)
+    found = in_configuration(pinned.robot, all_solutions(pinned.robot, chosen.wanted, options, near), wanted)
+    return np.array([chosen.position, *pinned.solutions(found)])
 
 
 def _refusal(

@@ -126,12 +126,13 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
     """Name the configurations of joint positions.
 
     Args:
-        robot: The robot. Of an arm with three joints the tool's point stands for the wrist centre.
+        robot: The robot. Of an arm with three joints the tool's point stands for the wrist centre; external axes that
+            carry the arm do not count, and which way is up, for the elbow, is said where they are at 0.
         positions: (N, joints), rad or m.
     """
     q = np.asarray(positions, dtype=np.float64).reshape(-1, robot.dof)
     named: list[Configuration] = []
-    for row in _parts_of(robot).sides(q).tolist():
+    for row in _parts_of(robot).sides(q[:, len(robot.external_axes) :]).tolist():
         names = [AHEAD[i] if side > 0.0 else BEHIND[i] if side < 0.0 else None for i, side in enumerate(row)]
         named.append(Configuration(*names))  # type: ignore[arg-type] # the names stand in the order of the fields
     return named
@@ -139,7 +140,7 @@ def configurations(robot: Robot, positions: ArrayLike) -> list[Configuration]:
 
 def named_parts(robot: Robot) -> tuple[str, ...]:
     """Return the parts, of shoulder, elbow and wrist, by which the configurations of a robot are told apart."""
-    sides = _parts_of(robot).sides(robot.middle[None])[0].tolist()
+    sides = _parts_of(robot).sides(robot.middle[None, len(robot.external_axes) :])[0].tolist()
     return tuple(field.name for field, side in zip(fields(Configuration), sides, strict=True) if not np.isnan(side))
 
 
@@ -151,13 +152,13 @@ def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray
     solutions are further from each other than that.
 
     Args:
-        robot: The robot; of one without all three names nothing is known.
+        robot: The robot; of one without all three names, or with external axes, nothing is known.
         position: (joints,), rad.
         velocity: (joints,), rad/s, that times are measured by: the norm of the joints' times counts.
         time: The longest, s.
     """
     parts = _parts_of(robot)
-    if parts.links is None or parts.straight is None:
+    if parts.links is None or parts.straight is None or robot.external_axes:
         return False
     wrist = _off_half_turns(float(position[WRIST]) - parts.straight)
     return wrist > SHIFT + time * float(velocity[WRIST]) and parts.links.keep(position, velocity, time)
@@ -166,9 +167,9 @@ def keeps_configuration(robot: Robot, position: FloatArray, velocity: FloatArray
 def straight_wrist(robot: Robot) -> float | None:
     """Return the position, rad, of joint `WRIST` at which the wrist of a robot is singular; None: it has no such wrist.
 
-    Half turns from there it is singular, too.
+    Half turns from there it is singular, too. With external axes the joint is another one, and the answer is None.
     """
-    return _parts_of(robot).straight
+    return None if robot.external_axes else _parts_of(robot).straight
 
 
 def in_configuration(robot: Robot, solutions: Iterable[FloatArray], wanted: Configuration) -> tuple[FloatArray, ...]:
@@ -324,11 +325,12 @@ class _Parts(NamedTuple):
 
 
 def _parts_of(robot: Robot) -> _Parts:
-    """Return what tells the configurations of a robot apart."""
-    point = robot.tool_in_tip.translation if robot.dof == POINT_JOINTS else None
+    """Return what tells the configurations of a robot apart, without its external axes."""
+    carried = len(robot.external_axes)
+    point = robot.tool_in_tip.translation if robot.dof - carried == POINT_JOINTS else None
     gravity = robot.model.gravity.linear
-    key = robot.kinematic_content, gravity.tobytes(), None if point is None else point.tobytes()
-    return _known.get(key, lambda: _read_parts(screws_of(robot), point, -gravity))
+    key = robot.kinematic_content, carried, gravity.tobytes(), None if point is None else point.tobytes()
+    return _known.get(key, lambda: _read_parts(screws_of(robot).without_first(carried), point, -gravity))
 
 
 def _read_parts(screws: Screws, point: FloatArray | None, up: FloatArray) -> _Parts:

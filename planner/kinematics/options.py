@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Preference = Literal["continuous", "near_reference", "manipulability", "far_from_limits"]
+Preference = Literal["continuous", "near_reference", "manipulability", "far_from_limits", "arm"]
 """Which of several solutions of a pose is taken."""
 
 
@@ -21,7 +21,9 @@ class InverseKinematicsOptions:
         prefer: Which of several solutions a waypoint takes, and which posture of an arm with joints to spare, or with a
             freedom of its goal. `continuous`: that on the shortest way through the whole list. `near_reference`: the
             one nearest to the reference, in time at full speed. `manipulability`: the one furthest from a singularity.
-            `far_from_limits`: the one whose worst joint is nearest to the middle of its limits. Motions of the tool go
+            `far_from_limits`: the one whose worst joint is nearest to the middle of its limits. `arm`: the one for
+            which external axes move least from the waypoint before: the arm reaches alone, and follows motions alone,
+            wherever it can. Motions of the tool go
             on from where they start in any case; only where they cannot, another start is taken.
     """
 

@@ -74,9 +74,9 @@ class Screws:
         levers: FloatArray = np.cumsum(lengths[::-1])[::-1]
         return levers
 
-    def without_first(self) -> Screws:
-        """Return the same arm with its first joint held at 0."""
-        return Screws(self.axes[1:], self.points[1:], self.is_angle[1:], self.position, self.rotation)
+    def without_first(self, count: int = 1) -> Screws:
+        """Return the same arm with its first joints held at 0, as many as are said."""
+        return Screws(self.axes[count:], self.points[count:], self.is_angle[count:], self.position, self.rotation)
 
     def backwards(self) -> Screws:
         """Return arm seen from its tip: with joint positions -q in reverse order it takes T(0) T(q)^-1 for its pose."""

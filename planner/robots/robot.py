@@ -218,8 +218,8 @@ class Robot(RobotDescription):
 
     @property
     def is_position_only(self) -> bool:
-        """Whether the arm has too few joints to choose the orientation of its tool, too: three or fewer."""
-        return self.dof <= 3
+        """Whether the arm has too few joints to choose the orientation of its tool, too: three or fewer of its own."""
+        return self.dof - len(self.external_axes) <= 3
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

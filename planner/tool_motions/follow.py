@@ -22,6 +22,8 @@ from planner.tool_motions.inverse_jacobian import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
     from planner.tool_motions.pose_paths import PosePath
@@ -131,6 +133,7 @@ def follow(
     end: FloatArray | None,
     tolerance: tuple[float, float],
     steepest: float = STEEP,
+    still: Collection[str] = (),
 ) -> PiecewisePolynomial | Lost:
     """Follow the path with the tool from the joint position `start`, without a jump and without a detour.
 
@@ -153,11 +156,13 @@ def follow(
         end: (joints,), where the joint path should end, if that is known.
         tolerance: m and rad.
         steepest: How far a joint may go, rad or m, where the tool goes 1 m or rad.
+        still: Names of the joints to spare that are to stand still, or to go evenly to where they are in `end`.
 
     Returns:
         The joint path over u from 0 to 1, or where it got lost.
     """
-    result = Follower(robot, path, start, end, tolerance, steepest).run()
+    kept = kept_motions(robot, jacobian(robot, start)[: len(path.twist(0.0))], still) if still else None
+    result = Follower(robot, path, start, end, tolerance, steepest, kept).run()
     if end is None or isinstance(result, Lost):
         return result
     reached = result.evaluate(result.breakpoints[-1:], [0])[0][0]

@@ -10,6 +10,8 @@ import numpy as np
 from planner.tolerances import POSITION_TOLERANCE
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -58,11 +60,18 @@ def null_space(J: FloatArray) -> FloatArray:
     return basis
 
 
-def kept_motions(robot: Robot, J: FloatArray) -> FloatArray:
+def kept_motions(robot: Robot, J: FloatArray, still: Collection[str] = ()) -> FloatArray:
     """Return the joint motions (n, joints), of length one, that an arm with more joints than J has rows can keep.
 
-    They are those of joints without room to move in, as many as can be spared, and the null space of J and these.
+    They are those of joints that are to stand still, and of joints without room to move in, as many as can be spared,
+    and the null space of J and these.
+
+    Args:
+        robot: The arm.
+        J: (rows, joints), its Jacobian.
+        still: Names of the joints that are to stand still.
     """
     has_no_room = robot.limit("upper") - robot.limit("lower") <= POSITION_TOLERANCE
-    held = np.eye(robot.dof)[has_no_room][: max(0, robot.dof - len(J))]
+    is_still = np.array([name in still for name in robot.joint_names])
+    held = np.eye(robot.dof)[has_no_room | is_still][: max(0, robot.dof - len(J))]
     return np.vstack([held, null_space(np.vstack([J, held]))])

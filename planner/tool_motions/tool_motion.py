@@ -38,7 +38,7 @@ from planner.tool_motions.shapes import SHAPES
 from planner.trajectory import PlanWarning
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -74,6 +74,8 @@ class AskedMotion:
         waypoint: The waypoint itself.
         before: The pose asked at the waypoint before.
         after: The pose asked at the waypoint itself.
+        pinned_ends: Joint positions (n, joints), at one of which it is to end, where external axes are pinned there;
+            None: it may end anywhere.
     """
 
     robot: Robot
@@ -82,6 +84,7 @@ class AskedMotion:
     waypoint: AnyWaypoint
     before: Pose
     after: Pose
+    pinned_ends: FloatArray | None = None
 
     @property
     def name(self) -> str:
@@ -94,10 +97,24 @@ class AskedMotion:
         assert isinstance(self.waypoint.motion, CartesianMotion)  # noqa: S101 - asked for motions of the tool only
         return self.waypoint.motion
 
+    def given_ends(self, start: FloatArray) -> list[FloatArray]:
+        """Return the joint positions (joints,) where it is to end, those nearest to its start first; none: anywhere."""
+        if isinstance(self.waypoint, JointWaypoint):
+            return [_turned_to(self.robot, self.waypoint.position, start)]
+        if self.pinned_ends is None:
+            return []
+        turned = (_turned_to(self.robot, q, start) for q in self.pinned_ends)
+        return sorted(turned, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]
+
     @property
     def configuration(self) -> Configuration:
         """The configuration in which it is to end; without names any will do."""
         return self.waypoint.configuration if isinstance(self.waypoint, PoseWaypoint) else Configuration()
+
+    @property
+    def still(self) -> tuple[str, ...]:
+        """The names of the external axes that are to stand still as far as the arm can follow alone."""
+        return self.robot.external_axes if self.options.prefer == "arm" else ()
 
     def pose_path(self, start: FloatArray) -> PosePath:
         """Return the path of the tool.
@@ -184,15 +201,12 @@ def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: Float
     robot, free = asked[0].robot, asked[0].after.rotation is None
     idle = robot.dof - (3 if free else 6)
     lines: list[Line] = []
-    for one in asked if idle >= 0 else ():
+    for one in asked if idle >= 0 and not asked[0].still else ():
         is_line = (
             isinstance(one.waypoint.motion, LinearMotion)
             and not one.waypoint.motion.free
-            and {
-                one.before.rotation is None,
-                one.after.rotation is None,
-            }
-            == {free}
+            and {one.before.rotation is None, one.after.rotation is None} == {free}
+            and one.pinned_ends is None
         )
         line = Line(one.before, one.after)
         if not is_line or _stands_still(line) or (idle and isinstance(one.waypoint, JointWaypoint)):
@@ -217,7 +231,12 @@ def follow_chain(asked: Sequence[AskedMotion], start: FloatArray, guesses: Float
 
 def follow_path(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
     """Follow the path of the tool from a joint position (joints,) at its start, by its freedoms where it has to be."""
-    result = _follow_as_written(asked, start, path)
+    ends: list[FloatArray | None] = [*asked.given_ends(start)] or [None]
+    results = (_follow_as_written(asked, start, path, end) for end in ends)
+    result = first = next(results)
+    while isinstance(result, RefusedMotion) and (other := next(results, None)) is not None:
+        result = other
+    result = result if isinstance(result, ToolMotion) else first
     if isinstance(result, ToolMotion) or asked.motion.free is None or path.pose(0.0).rotation is None:
         return result
     return _follow_by_freedoms(asked, start, path, region_of(asked.motion.free)) or result
@@ -232,12 +251,10 @@ def _follow_by_freedoms(asked: AskedMotion, start: FloatArray, path: PosePath, r
         path: The path as it is written, which the tool is on at both ends.
         region: What is left open in between.
     """
-    robot, waypoint = asked.robot, asked.waypoint
-    if isinstance(waypoint, JointWaypoint):
-        ends: Sequence[FloatArray] = [_turned_to(robot, waypoint.position, start)]
-    else:
+    robot, ends = asked.robot, asked.given_ends(start)
+    if not ends:
         solutions = all_solutions(robot, path.pose(1.0), asked.options, start)
-        ends = in_configuration(robot, [_turned_to(robot, q, start) for q in solutions], asked.configuration)
+        ends = list(in_configuration(robot, [_turned_to(robot, q, start) for q in solutions], asked.configuration))
     free, at_ends = with_freedoms(robot, region.ranges), np.zeros(len(region.ranges))
     for end in sorted(ends, key=lambda q: float(np.abs(q - start).max()))[:MOST_ENDS]:
         arm, first, last = robot, start, end
@@ -248,7 +265,7 @@ def _follow_by_freedoms(asked: AskedMotion, start: FloatArray, path: PosePath, r
             arm, first, last = free, np.append(start, at_ends), np.append(end, at_ends)
         if to_follow is None:
             continue
-        curve, deviation = _followed(arm, to_follow, first, last, asked.motion)
+        curve, deviation = _followed(arm, to_follow, first, last, asked.motion, asked.still)
         if isinstance(curve, Lost) or first_beyond(arm, curve) is not None:
             continue
         reached = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]
@@ -258,13 +275,14 @@ def _follow_by_freedoms(asked: AskedMotion, start: FloatArray, path: PosePath, r
     return None
 
 
-def _follow_as_written(asked: AskedMotion, start: FloatArray, path: PosePath) -> ToolMotion | RefusedMotion:
-    """Follow the path of the tool from a joint position (joints,) at its start."""
-    robot, waypoint = asked.robot, asked.waypoint
-    given = _turned_to(robot, waypoint.position, start) if isinstance(waypoint, JointWaypoint) else None
+def _follow_as_written(
+    asked: AskedMotion, start: FloatArray, path: PosePath, given: FloatArray | None
+) -> ToolMotion | RefusedMotion:
+    """Follow the path of the tool from a joint position (joints,) at its start to one that is given, if it is."""
+    robot = asked.robot
     if _stands_still(path) and (given is None or np.abs(given - start).max() <= POSITION_TOLERANCE):
         return ToolMotion(path, PiecewisePolynomial(np.ones(1), start[None, :, None]), start)
-    result, deviation = _followed(robot, path, start, given, asked.motion)
+    result, deviation = _followed(robot, path, start, given, asked.motion, asked.still)
     curve = result.curve if isinstance(result, Lost) else result
     if (beyond := first_beyond(robot, curve)) is not None:
         u, position, joint = beyond
@@ -292,7 +310,12 @@ def _follow_as_written(asked: AskedMotion, start: FloatArray, path: PosePath) ->
 
 
 def _followed(
-    robot: Robot, path: PosePath, start: FloatArray, given: FloatArray | None, motion: CartesianMotion
+    robot: Robot,
+    path: PosePath,
+    start: FloatArray,
+    given: FloatArray | None,
+    motion: CartesianMotion,
+    still: Collection[str],
 ) -> tuple[PiecewisePolynomial | Lost, float]:
     """Follow the path from a joint position (joints,), and say how far the tool turns off it on purpose, rad."""
     tolerance = motion.tolerance_position, motion.tolerance_orientation
@@ -307,6 +330,10 @@ def _followed(
             if not isinstance(through, Lost):
                 return through, deviated.angle
     steepest = STEEPEST if motion.singularity == "slow" else STEEP
+    if still and robot.dof > len(path.twist(0.0)):
+        alone = follow(robot, path, start, given, tolerance, steepest, still)
+        if not isinstance(alone, Lost) and first_beyond(robot, alone) is None:
+            return alone, 0.0
     result = follow(robot, path, start, given, tolerance, steepest)
     is_redundant = robot.dof > len(path.twist(0.0))
     if is_redundant and (isinstance(result, Lost) or first_beyond(robot, result) is not None):
@@ -362,7 +389,7 @@ def start_of_motion(asked: AskedMotion, end: FloatArray) -> FloatArray | None:
     if asked.before.rotation is None and asked.after.rotation is not None:
         return None
     path = Reversed(asked.pose_path(end))
-    curve, _ = _followed(robot, path, end, None, asked.motion)
+    curve, _ = _followed(robot, path, end, None, asked.motion, asked.still)
     if isinstance(curve, Lost) or first_beyond(robot, curve) is not None:
         return None
     start: FloatArray = curve.evaluate(curve.breakpoints[-1:], [0])[0][0]

@@ -11,7 +11,8 @@ from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import manipulability
 from planner.kinematics.search import QUICK, Search
 from planner.kinematics.turns import TURN, turns_within
-from planner.tolerances import ROUNDING
+from planner.tolerances import POSITION_TOLERANCE, ROUNDING
+from planner.waypoints.still_axes import with_still_axes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
+    from planner.waypoints.pinned import Pinned
 
 MOST_TURNED = 32
 """The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
@@ -45,6 +47,7 @@ class Layer:
             or to none.
         is_given: Whether the waypoint is a joint position.
         solutions: The first so many candidates are the solutions that were found, each once.
+        pins: (joints,), rad or m: where external axes are pinned; NaN of all other joints; None: none is.
     """
 
     positions: FloatArray
@@ -55,6 +58,7 @@ class Layer:
     descend: Callable[[FloatArray], tuple[FloatArray, float] | None] | None = None
     is_given: bool = False
     solutions: int = 1
+    pins: FloatArray | None = None
 
     @classmethod
     def given(cls, position: FloatArray, may_turn: np.ndarray) -> Layer:
@@ -112,12 +116,40 @@ class Layer:
         search = Search(robot, pose, options)
 
         def descend(start: FloatArray) -> tuple[FloatArray, float] | None:
-            q = search.solve(np.clip(start, lower, upper), **QUICK)
+            start = np.clip(start, lower, upper)
+            q = with_still_axes(search, start, wanted) if options.prefer == "arm" and robot.external_axes else None
+            q = search.solve(start, **QUICK) if q is None else q
             if q is None or not in_configuration(robot, [q], wanted):
                 return None
             return q, min(float(manipulability(robot, q[None])[0]) / best, 1.0)
 
         return replace(layer, descend=descend).with_descents([ahead])
+
+    def on_pins(self, pinned: Pinned) -> Layer:
+        """Return candidates of the joints that are not pinned as those of all, which no whole turns take off pins."""
+        if not pinned.is_pinned:
+            return self
+        turns = np.zeros((2, len(self.positions), len(pinned.values)))
+        turns[:, :, pinned.left] = self.fewest, self.most
+        descend = self.descend
+
+        def descend_all(start: FloatArray) -> tuple[FloatArray, float] | None:
+            found = None if descend is None else descend(pinned.own(start))
+            return None if found is None else (pinned.whole(found[0]), found[1])
+
+        return replace(
+            self,
+            positions=pinned.whole(self.positions),
+            fewest=turns[0],
+            most=turns[1],
+            descend=None if descend is None else descend_all,
+            pins=np.where(pinned.left, np.nan, pinned.values),
+        )
+
+    @property
+    def pinned_ends(self) -> FloatArray | None:
+        """Solutions (n, joints) where a motion of the tool may end, if external axes are pinned there; None: any."""
+        return None if self.pins is None else self.positions
 
     def with_descents(self, starts: Sequence[FloatArray] | FloatArray) -> Layer:
         """Return the layer with the solutions of a continuum near some joint positions (joints,), if there is one."""
@@ -139,9 +171,9 @@ class Layer:
     def with_solutions(self, robot: Robot, solutions: Sequence[FloatArray]) -> Layer:
         """Return the layer with further solutions (joints,) of a continuum, each as it is and free to be turned.
 
-        Those in another configuration than the one asked are left out.
+        Those in another configuration than the one asked are left out, and those that leave a pin.
         """
-        solutions = in_configuration(robot, solutions, self.wanted)
+        solutions = [q for q in in_configuration(robot, solutions, self.wanted) if self._is_pinned(q)]
         if not solutions:
             return self
         positions = np.array([*solutions, *solutions])
@@ -154,6 +186,10 @@ class Layer:
             most=np.vstack([self.most, most]),
             conditioning=np.concatenate([self.conditioning, np.ones(len(positions))]),
         )
+
+    def _is_pinned(self, position: FloatArray) -> bool:
+        """Whether external axes are where they are pinned in a joint position (joints,)."""
+        return self.pins is None or not bool((np.abs(position - self.pins) > POSITION_TOLERANCE).any())
 
     def reached_from(self, origins: FloatArray) -> FloatArray:
         """Turn every candidate towards every origin (origins, joints): (origins, candidates, joints)."""

@@ -16,6 +16,7 @@ from planner.tool_motions.tool_motion import RefusedMotion, ToolMotion, follow_c
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from planner.kinematics.options import Preference
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.tool_motion import AskedMotion
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
 
 MOTION_PENALTY = 0.01
 """The weight of the times of all joints beside that of the slowest: no joint moves for nothing behind a slower one."""
+
+EXTERNAL_PENALTY = 10.0
+"""The weight of the times of external axes where the arm is to reach alone: a second of the arm's goes before a tenth
+of theirs."""
 
 LIMIT_PENALTY = 0.01
 """Cost of a joint position at a limit, s."""
@@ -91,13 +96,18 @@ class _Stage:
 
 
 def shortest_way(
-    robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float, follow: Follow = follow_motion
+    robot: Robot,
+    stops: Sequence[Stop],
+    start: FloatArray,
+    weight: float,
+    follow: Follow = follow_motion,
+    prefer: Preference = "continuous",
 ) -> list[Passage] | RefusedMotion:
     """Choose a joint position for every stop, and the tool's motion that leads there, so that their sum is least.
 
     - For every motion the time of its slowest joint, max_j t_j, t_j = |dq_j| / v_j (v_j: velocity limit; 1 rad/s or
       1 m/s without one), and `MOTION_PENALTY` sum_j t_j; of a Cartesian motion too; for the first, from `start`, times
-      `weight`.
+      `weight`. Where the arm is preferred, `EXTERNAL_PENALTY` sum_j t_j over the external axes, too.
     - For every joint position `LIMIT_PENALTY` max_j |q_j - middle_j| / (half the range of joint j), over the joints
       with limits, and `CONDITIONING_PENALTY` (1 - w / w_best), w its manipulability and w_best the largest of a
       solution of the same waypoint. The penalties are so small that they decide between ways that take about as long.
@@ -113,6 +123,7 @@ def shortest_way(
         start: (joints,), rad or m, from where the way begins.
         weight: Weight of the time to the first stop.
         follow: Follows a motion of the tool from a joint position (joints,).
+        prefer: What is preferred of the ways: `arm`, that external axes move little, or anything else.
 
     Returns:
         What is chosen at every stop; or, where no way is left, the first motion that could not be followed.
@@ -120,7 +131,7 @@ def shortest_way(
     Raises:
         InvalidProblem: A motion of the tool contradicts itself.
     """
-    return _Search(robot, stops, start, weight, follow).run()
+    return _Search(robot, stops, start, weight, follow, prefer).run()
 
 
 def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
@@ -142,6 +153,22 @@ def with_starts_of_motions(robot: Robot, stops: Sequence[Stop]) -> list[Stop]:
     return found
 
 
+def motion_costs(robot: Robot, starts: FloatArray, ends: FloatArray, prefer: Preference) -> FloatArray:
+    """Return what joint motions (...) cost, s, as `shortest_way` says.
+
+    Args:
+        robot: The robot.
+        starts: (..., joints).
+        ends: (..., joints).
+        prefer: What is preferred of the ways.
+    """
+    times = joint_times(robot, starts, ends)
+    costs: FloatArray = times.max(axis=-1) + MOTION_PENALTY * times.sum(axis=-1)
+    if prefer == "arm":
+        costs += EXTERNAL_PENALTY * times[..., : len(robot.external_axes)].sum(axis=-1)
+    return costs
+
+
 def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArray:
     """Time (..., joints), s, of every joint at its velocity limit: |dq_j| / v_j.
 
@@ -156,8 +183,16 @@ def joint_times(robot: Robot, starts: FloatArray, ends: FloatArray) -> FloatArra
 
 
 class _Search:
-    def __init__(self, robot: Robot, stops: Sequence[Stop], start: FloatArray, weight: float, follow: Follow) -> None:
-        self.robot, self.stops, self.weight, self.follow = robot, stops, weight, follow
+    def __init__(
+        self,
+        robot: Robot,
+        stops: Sequence[Stop],
+        start: FloatArray,
+        weight: float,
+        follow: Follow,
+        prefer: Preference,
+    ) -> None:
+        self.robot, self.stops, self.weight, self.follow, self.prefer = robot, stops, weight, follow, prefer
         self.stages = [_Stage(start[None], np.zeros(1), np.zeros(1, dtype=np.intp))]
         self.followed: dict[tuple[int, tuple[float, ...]], ToolMotion | RefusedMotion] = {}
         self.refused: RefusedMotion | None = None
@@ -207,9 +242,7 @@ class _Search:
         return _Stage(positions, costs + penalties, origins)
 
     def _motion_costs(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
-        times = joint_times(self.robot, starts, ends)
-        costs: FloatArray = times.max(axis=-1) + MOTION_PENALTY * times.sum(axis=-1)
-        return costs
+        return motion_costs(self.robot, starts, ends, self.prefer)
 
     def _penalties(self, positions: FloatArray, conditioning: FloatArray) -> FloatArray:
         nearness = np.abs(shares_of_range(self.robot, positions)).max(axis=1)

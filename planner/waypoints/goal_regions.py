@@ -15,7 +15,8 @@ from planner.regions import region_of
 from planner.robots.freedoms import with_freedoms
 from planner.robots.tools import with_tools
 from planner.tool_motions.least_cost import least_cost
-from planner.waypoints.choice import MOTION_PENALTY, joint_times
+from planner.waypoints.choice import motion_costs
+from planner.waypoints.pinned import pinned_robots
 from planner.waypoints.preferences import costs_of
 from planner.waypoints.targets import wanted_poses
 
@@ -58,20 +59,25 @@ def with_chosen_poses(
     chosen = list(waypoints)
     free = [k for k, waypoint in enumerate(chosen) if isinstance(waypoint, PoseWaypoint) and waypoint.free]
     robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
+    every_pinned = pinned_robots(robots, waypoints)
     near = robot.middle if options.reference is None else np.array(options.reference)
     origin = 0
     for k in range(free[-1] + 1 if free else 0):
         waypoint = chosen[k]
         if isinstance(waypoint, PoseWaypoint) and waypoint.free:
-            pose = _chosen(robots[k], waypoint, region_of(waypoint.free), near, options)
+            pinned = every_pinned[k]
+            region = region_of(waypoint.free)
+            pose = _chosen(pinned.robot, waypoint, region, pinned.own(near), pinned.options(options))
             chosen[k] = waypoint = replace(waypoint, pose=pose, free=None)
         if isinstance(waypoint, JointWaypoint):
             near = np.array(waypoint.position)
         elif k < free[-1]:
             origin = origin if isinstance(waypoint, RelativeWaypoint) else k
             there = wanted_poses(robots[origin : k + 1], chosen[origin : k + 1])[-1]
-            solved = None if there is None else inverse_kinematics(robots[k], there, options, near)
-            near = near if solved is None or solved.status != "solved" else solved.position
+            pinned = every_pinned[k]
+            if there is not None:
+                solved = inverse_kinematics(pinned.robot, there, pinned.options(options), pinned.own(near))
+                near = near if solved.status != "solved" else pinned.whole(solved.position)
         origin = k if isinstance(waypoint, JointWaypoint) else origin
     return tuple(chosen)
 
@@ -85,11 +91,7 @@ def _chosen(
     def costs(positions: FloatArray) -> FloatArray:
         """Return the costs (N,), s, of postures (N, joints and freedoms) in the configuration asked."""
         own = positions[:, : robot.dof]
-        if preferred is not None:
-            found = preferred(own)
-        else:
-            times = joint_times(robot, near, own)
-            found = times.max(axis=1) + MOTION_PENALTY * times.sum(axis=1)
+        found = motion_costs(robot, near, own, options.prefer) if preferred is None else preferred(own)
         if wanted.names:
             found[[not wanted.allows(other) for other in configurations(robot, own)]] = np.inf
         return found

@@ -41,7 +41,7 @@ def costs_of(robot: Robot, options: InverseKinematicsOptions) -> Costs | None:
         options: What is preferred, and the reference.
     """
     match options.prefer:
-        case "continuous":
+        case "continuous" | "arm":
             return None
         case "near_reference":
             return partial(_away, robot, np.array(options.reference))

@@ -18,6 +18,7 @@ from planner.robots.tools import with_tools
 from planner.spatial import Pose
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.goal_regions import with_chosen_poses
+from planner.waypoints.pinned import pinned_robots, without_pins
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
 from planner.waypoints.targets import moved_pose, of_other_tool, wanted_poses
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.waypoints.pinned import Pinned
 
 
 class LimitMargin(NamedTuple):
@@ -88,7 +90,7 @@ def reachability(
         raise InvalidProblem(faults)
     robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
     waypoints = with_chosen_poses(robot, within_limits(robot, waypoints, START_TOLERANCE), options)
-    wanted = wanted_poses(robots, waypoints)
+    wanted, every_pinned = wanted_poses(robots, waypoints), pinned_robots(robots, waypoints)
     answers: list[Reachability] = []
     before: Pose | None = None
     for index, (robot, waypoint, pose) in enumerate(zip(robots, waypoints, wanted, strict=True)):
@@ -104,13 +106,16 @@ def reachability(
             there = _pose_there(robot, answers[-1])
             axes, before = there.rotation, Pose(there.position) if before is None else before
             pose = moved_pose(before, axes, waypoint)
-        solutions = solutions_or_failure(robot, pose, options)
+        pinned = every_pinned[index]
+        solutions = solutions_or_failure(pinned.robot, pose, pinned.options(options))
         if isinstance(solutions, tuple):
             asked = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
-            answers.append(_pose_waypoint(robot, index, pose, solutions, asked, options))
+            answers.append(_pose_waypoint(robot, pinned, index, pose, solutions, asked, options))
         else:
-            error = unreachable_error(robot, index, waypoint, pose, solutions, before, axes)
-            answers.append(Reachability(error, 0, nearest=solutions))
+            nearest = pinned.failure(solutions)
+            error = unreachable_error(robot, index, waypoint, pose, nearest, before, axes)
+            error.remedies = (*error.remedies, *without_pins(robot, index, waypoint, pose, nearest.position))
+            answers.append(Reachability(error, 0, nearest=nearest))
         before = pose
     return answers
 
@@ -131,17 +136,20 @@ def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:
 
 def _pose_waypoint(
     robot: Robot,
+    pinned: Pinned,
     index: int,
     pose: Pose,
     solutions: tuple[FloatArray, ...],
     wanted: Configuration,
     options: InverseKinematicsOptions,
 ) -> Reachability:
-    allowed = solutions_in(robot, pose, solutions, wanted, options)
+    own = pinned.options(options)
+    allowed = solutions_in(pinned.robot, pose, solutions, wanted, own)
     if not allowed:
-        return Reachability(configuration_error(robot, index, pose, solutions, wanted, options), 0, solutions[0])
-    count = len(allowed) if is_isolated(robot, pose, allowed[0]) else None
-    return _reached(robot, count, max(allowed, key=lambda q: float(_margins(robot, q).min())))
+        error = configuration_error(pinned.robot, index, pose, solutions, wanted, own)
+        return Reachability(error, 0, pinned.whole(solutions[0]))
+    count = len(allowed) if is_isolated(pinned.robot, pose, allowed[0]) else None
+    return _reached(robot, count, max(pinned.solutions(allowed), key=lambda q: float(_margins(robot, q).min())))
 
 
 def _reached(robot: Robot, count: int | None, best: FloatArray) -> Reachability:

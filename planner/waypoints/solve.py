@@ -23,6 +23,7 @@ from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.motion_remedies import motion_remedies
+from planner.waypoints.pinned import pinned_robots, without_pins
 from planner.waypoints.preferences import best_of_continuum, costs_of
 from planner.waypoints.targets import moved_pose, of_other_tool, pose_remedy, wanted_poses
 
@@ -121,6 +122,7 @@ class _Sequence:
     ) -> None:
         self.robot, self.robots = robots[0], robots
         self.waypoints, self.options, self.follow = waypoints, options, follow
+        self.pinned = pinned_robots(robots, waypoints)
         self.wanted = wanted_poses(robots, waypoints)
         # Of the tool that goes on from there: the pose asked at the waypoint before each.
         changes = zip(self.wanted, robots, robots[1:], strict=False)
@@ -132,17 +134,18 @@ class _Sequence:
             self.given_ahead[index] = np.array(waypoint.position) if isinstance(waypoint, JointWaypoint) else ahead
 
     def solve(self) -> tuple[SolvedWaypoint, ...]:
-        position, weight = self.robot.middle, FREE_START_WEIGHT
+        position, weight, prefer = self.robot.middle, FREE_START_WEIGHT, self.options.prefer
         if self.options.reference is not None:
             position, weight = np.array(self.options.reference), 1.0
         solved: list[SolvedWaypoint] = []
         ends = [*filter(self._depends_on_posture, range(len(self.waypoints))), len(self.waypoints)]
         for end in ends:
             stops = self._stops(solved, end, position)
-            way = shortest_way(self.robot, stops, position, weight, self.follow)
+            way = shortest_way(self.robot, stops, position, weight, self.follow, prefer)
             if isinstance(way, RefusedMotion) and not way.is_out_of_reach:
                 wider = self._with_wider_choice(stops)
-                way = shortest_way(self.robot, wider, position, weight, self.follow) if wider != stops else way
+                if wider != stops:
+                    way = shortest_way(self.robot, wider, position, weight, self.follow, prefer)
             if isinstance(way, RefusedMotion):
                 way.error.remedies = tuple(motion_remedies(way, self.waypoints[way.asked.index - 1]))
                 raise way.error
@@ -171,9 +174,10 @@ class _Sequence:
             if not isinstance(self.waypoints[index], JointWaypoint) and (pose := self.wanted[index]) is not None
         }
         layers: dict[int, tuple[FloatArray, ...]] = {}
-        for robot in dict.fromkeys(self.robots[index] for index in wanted):
-            poses = {index: pose for index, pose in wanted.items() if self.robots[index] is robot}
-            found = solution_layers(robot, list(poses.values()), self.options, start)
+        for pinned in dict.fromkeys(self.pinned[index] for index in wanted):
+            poses = {index: pose for index, pose in wanted.items() if self.pinned[index] is pinned}
+            options = pinned.options(self.options)
+            found = solution_layers(pinned.robot, list(poses.values()), options, pinned.own(start))
             layers |= dict(zip(poses, found, strict=True))
         stops: list[Stop] = []
         near = start
@@ -185,18 +189,18 @@ class _Sequence:
             else:
                 layer = self._layer(index, wanted[index], layers[index], near)
             costs = None if layer.is_given else costs_of(self.robots[index], self.options)
-            stops.append(Stop(index, layer, self._asked_motion(index), costs))
+            stops.append(Stop(index, layer, self._asked_motion(index, layer), costs))
         return with_starts_of_motions(self.robot, stops)
 
     def _with_wider_choice(self, stops: list[Stop]) -> list[Stop]:
         """Return the stops, with more solutions of a redundant arm where motions of the tool begin."""
         wider = list(stops)
         for k, (stop, after) in enumerate(pairwise(stops)):
-            pose = self.wanted[stop.index]
+            pose, pinned = self.wanted[stop.index], self.pinned[stop.index]
             is_start = stop.layer.descend is not None and stop.asked is None and after.asked is not None
-            if pose is not None and is_start and self.robot.dof > (3 if pose.rotation is None else 6):
-                found = wide_spread(Search(self.robots[stop.index], pose, self.options))
-                wider[k] = replace(stop, layer=stop.layer.with_solutions(self.robot, found))
+            if pose is not None and is_start and pinned.robot.dof > (3 if pose.rotation is None else 6):
+                found = wide_spread(Search(pinned.robot, pose, pinned.options(self.options)))
+                wider[k] = replace(stop, layer=stop.layer.with_solutions(self.robot, pinned.solutions(found)))
         return wider
 
     def _depends_on_posture(self, index: int) -> bool:
@@ -217,13 +221,16 @@ class _Sequence:
         return may_turn
 
     def _layer(self, index: int, pose: Pose, solutions: tuple[FloatArray, ...], near: FloatArray) -> Layer:
-        robot, options = self.robots[index], self.options
+        """Return the layer of a pose: `solutions` are of the joints that are not pinned, `near` (joints,) is of all."""
+        waypoint, pinned = self.waypoints[index], self.pinned[index]
+        robot, options = pinned.robot, pinned.options(self.options)
         if not solutions:
-            result = inverse_kinematics(robot, pose, options, near)
+            result = pinned.failure(inverse_kinematics(robot, pose, options, pinned.own(near)))
             before = self.before[index]
             axes = None if before is None else before.rotation
-            raise unreachable_error(robot, index, self.waypoints[index], pose, result, before, axes)
-        waypoint = self.waypoints[index]
+            error = unreachable_error(self.robots[index], index, waypoint, pose, result, before, axes)
+            error.remedies = (*error.remedies, *without_pins(self.robots[index], index, waypoint, pose, near))
+            raise error
         wanted = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
         allowed = solutions_in(robot, pose, solutions, wanted, options)
         if not allowed:
@@ -231,21 +238,22 @@ class _Sequence:
         ahead = self.given_ahead[index]
         ahead = near if ahead is None else ahead
         if options.prefer == "near_reference":
-            ahead = np.array(options.reference)
+            ahead = np.array(self.options.reference)
         if is_isolated(robot, pose, allowed[0]):
-            return Layer.isolated(robot, allowed, ahead)
-        layer = Layer.continuum(robot, allowed, ahead, pose, options, wanted)
+            return Layer.isolated(robot, allowed, pinned.own(ahead)).on_pins(pinned)
+        layer = Layer.continuum(robot, allowed, pinned.own(ahead), pose, options, wanted).on_pins(pinned)
         if (costs := costs_of(robot, options)) is not None:
-            layer = layer.with_solutions(robot, best_of_continuum(robot, pose, options, allowed, costs, wanted))
+            best = best_of_continuum(robot, pose, options, allowed, costs, wanted)
+            layer = layer.with_solutions(self.robots[index], pinned.solutions(best))
         return layer
 
-    def _asked_motion(self, index: int) -> AskedMotion | None:
+    def _asked_motion(self, index: int, layer: Layer) -> AskedMotion | None:
         waypoint = self.waypoints[index]
         if index == 0 or isinstance(waypoint.motion, JointMotion):
             return None
         before, after = self.before[index], self.wanted[index]
         assert before is not None and after is not None  # noqa: S101 - filled in before
-        return AskedMotion(self.robots[index], self.options, index, waypoint, before, after)
+        return AskedMotion(self.robots[index], self.options, index, waypoint, before, after, layer.pinned_ends)
 
     def _solved(self, stop: Stop, before: FloatArray, passage: Passage) -> SolvedWaypoint:
         position, motion = passage

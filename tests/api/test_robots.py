@@ -289,6 +289,15 @@ def test_an_arm_on_a_rail_is_a_robot_like_any_other(service: RunningService) -> 
     reached = planned.json()["waypoints"][1]
     assert reached["position_error"] < 1e-6
     assert reached["position"][0] > 1.0
+    pinned = {"kind": "pose", "pose": {"position": [1.2, 0.3, 0.5]}, "external": {"rail": 0.9}}
+    to_pin = plan_request(robot="in_cell", waypoints=[joint(0.2, 0.5, -1.0), pinned], ik={"prefer": "arm"})
+    assert service.post(PLAN, to_pin).json()["waypoints"][1]["position"][0] == pytest.approx(0.9, abs=1e-9)
+    to_pin["waypoints"][1]["external"] = {"lift": 0.1}
+    refused = service.post(PLAN, to_pin)
+    assert [fault["pointer"] for fault in refused.json()["errors"]] == ["/waypoints/1/external/lift"]
+    to_pin["waypoints"][1]["external"] = {"rail": 2.5}
+    remedies = service.post(PLAN, to_pin).json()["remedies"]
+    assert {"change": "/waypoints/1/external", "value": None}.items() <= remedies[-1].items()
     shapes = service.client.get(f"{ROBOTS}/in_cell/geometry").json()["shapes"]
     assert min(shape["after"] for shape in shapes) >= 1
     refused = service.post(ROBOTS, derived_robot(id="other", external_axes=[{**rail, "axis": [0.0, 0.0, 0.0]}]))
