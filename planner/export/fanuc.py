@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import moves, name_of, numbers
+from planner.export.programs import JOINTS, moves, name_of, numbers, units_of
 
 if TYPE_CHECKING:
     from planner.actions import SetOutput
@@ -17,6 +15,9 @@ if TYPE_CHECKING:
 
 MILLISECOND = 1e-3
 """The unit of the times of motions, s."""
+
+MOST_EXTERNAL = 3
+"""The most external axes of a group, E1 to E3."""
 
 MOST_POINTS = 32_000
 """The most points that are written: no controller numbers more."""
@@ -33,14 +34,16 @@ REMARKS = (
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of joint motions with times in milliseconds.
 
-    Positions are in degrees. Fanuc counts J3 from the horizontal, not from the link before: it is the model's third
-    joint less its second, as models of ROS-Industrial have them. Outputs are called DO_3, RO_1, AO_1 or GO_1.
+    Positions are in degrees, those of external axes that slide in mm. Fanuc counts J3 from the horizontal, not from the
+    link before: it is the model's third joint less its second, as models of ROS-Industrial have them. Outputs are
+    called DO_3, RO_1, AO_1 or GO_1.
 
     Raises:
         UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, the arm
-            has not six joints that turn, or there are too many points.
+            has not six joints that turn, or more external axes than there are, or there are too many points.
     """
-    motions = moves(plan, "LS", options.sample_period)
+    motions = moves(plan, "LS", options.sample_period, MOST_EXTERNAL)
+    units = ["deg"] * JOINTS + units_of(plan.path.robot)
     statements, points = [f"!{remark} ;" for remark in REMARKS], [motions[0].position[0]]
     statements += ["UFRAME_NUM=0 ;", "UTOOL_NUM=1 ;", "J P[1] 5% FINE ;"]
     elapsed, written = 0.0, 0
@@ -66,7 +69,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         "/MN",
         *(f"{number:5d}:  {statement}" for number, statement in enumerate(statements, 1)),
         "/POS",
-        *(line for number, point in enumerate(points, 1) for line in _position(number, point)),
+        *(line for number, point in enumerate(points, 1) for line in _position(number, point, units)),
         "/END",
     ]
     return ("\r\n".join(lines) + "\r\n").encode()
@@ -80,11 +83,14 @@ def _output(output: SetOutput) -> str:
     return f"{found[1]}[{found[2]}]={round(output.value)} ;"
 
 
-def _position(number: int, joints: FloatArray) -> list[str]:
-    of_controller = np.degrees(joints)
+def _position(number: int, axes: FloatArray, units: list[str]) -> list[str]:
+    """Write a position of all axes, in degrees and millimetres, the arm's first."""
+    of_controller = axes.copy()
     of_controller[2] -= of_controller[1]
-    angles = [f"\tJ{i} = {angle} deg" for i, angle in enumerate(numbers(of_controller), 1)]
-    return [f"P[{number}]{{", "   GP1:", "\tUF : 0, UT : 1,", ",\r\n".join(angles), "};"]
+    names = (f"J{i}" if i <= JOINTS else f"E{i - JOINTS}" for i in range(1, len(axes) + 1))
+    values = zip(names, numbers(of_controller), units, strict=True)
+    lines = [f"\t{name} = {value} {unit}" for name, value, unit in values]
+    return [f"P[{number}]{{", "   GP1:", "\tUF : 0, UT : 1,", ",\r\n".join(lines), "};"]
 
 
 FORMAT = Format("fanuc_ls", "text/x-fanuc-ls", ".ls", render)

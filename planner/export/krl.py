@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import AT_START, moves, name_of, numbers
+from planner.export.programs import JOINTS, moves, name_of, numbers, tolerances_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.export.programs import Move
     from planner.result import Plan
+
+MOST_EXTERNAL = 6
+"""The most external axes that KRL has, E1 to E6."""
 
 OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,23}"
 """The names of signals: identifiers of 24 characters at most."""
@@ -22,20 +25,23 @@ OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,23}"
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of PTP_SPLINE blocks, one a motion from rest to rest, with time blocks.
 
-    Axes are in degrees, A1 to A6 in the order of the joints. Outputs are signals that the controller declares.
+    Axes are in degrees, A1 to A6 in the order of the joints, external ones, E1 and so on, in degrees or mm. Outputs are
+    signals that the controller declares.
 
     Raises:
         UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, or the arm
-            has not six joints that turn.
+            has not six joints that turn, or more external axes than there are.
     """
     robot = plan.path.robot
-    motions = moves(plan, "KRL", options.sample_period)
-    start = numbers(np.degrees(motions[0].position[0]))
-    away = " OR ".join(f"(ABS($AXIS_ACT.A{i} - ({angle})) > {np.degrees(AT_START):.3f})" for i, angle in _axes(start))
+    motions = moves(plan, "KRL", options.sample_period, MOST_EXTERNAL)
+    start = numbers(motions[0].position[0])
+    near = zip(_axes(start), tolerances_of(robot), strict=True)
+    away = " OR ".join(f"(ABS($AXIS_ACT.{axis} - ({value})) > {most:.3f})" for (axis, value), most in near)
+    external = ", E1 and so on its external axes in degrees or mm" if robot.external_axes else ""
     lines = [
         "DEF planned_trajectory()",
         f"; {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: a point every {options.sample_period:g} s",
-        "; A1 to A6 are the joints of the model in degrees: its zeros and signs have to be the robot's",
+        f"; A1 to A6 are the joints of the model in degrees{external}: its zeros and signs have to be the robot's",
         "; the controller plans its own spline through the points; velocities and torques are not carried",
         f"IF {away} THEN",
         "HALT ; the robot is not at the start of the trajectory",
@@ -52,7 +58,7 @@ def _block(move: Move) -> Iterator[str]:
     if duration > 0.0:
         yield "PTP_SPLINE"
         yield "TIME_BLOCK START"
-        for angles, part in zip(np.degrees(move.position[1:]), np.diff(move.time) / duration * 100.0, strict=True):
+        for angles, part in zip(move.position[1:], np.diff(move.time) / duration * 100.0, strict=True):
             yield f"SPTP {_position(numbers(angles))}"
             yield f"TIME_BLOCK PART = {part:.9f}"
         yield f"TIME_BLOCK END = {duration:.6f}"
@@ -67,11 +73,12 @@ def _block(move: Move) -> Iterator[str]:
 
 
 def _position(angles: list[str]) -> str:
-    return "{" + ", ".join(f"A{i} {angle}" for i, angle in _axes(angles)) + "}"
+    return "{" + ", ".join(f"{axis} {value}" for axis, value in _axes(angles)) + "}"
 
 
-def _axes(angles: list[str]) -> Iterator[tuple[int, str]]:
-    yield from enumerate(angles, 1)
+def _axes(values: list[str]) -> Iterator[tuple[str, str]]:
+    for i, value in enumerate(values, 1):
+        yield (f"A{i}" if i <= JOINTS else f"E{i - JOINTS}"), value
 
 
 FORMAT = Format("krl", "text/x-krl", ".src", render)

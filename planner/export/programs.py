@@ -18,12 +18,16 @@ if TYPE_CHECKING:
     from planner.action_times import TimedAction
     from planner.kinematics import FloatArray
     from planner.result import Plan
+    from planner.robots import Robot
 
 JOINTS = 6
 """The number of joints of the arms that these programs move."""
 
 AT_START = 0.01
-"""How far a joint may be from the start, rad; further away a program halts in place of going there."""
+"""How far a joint may be from the start, rad or m; further away a program halts in place of going there."""
+
+MILLIMETRES = 1e3
+"""Millimetres in a metre: the unit in which programs have axes that slide."""
 
 SHORTEST_PERIOD = 0.004
 """The shortest sample period that programs take, s: controllers interpolate points no faster than that."""
@@ -35,7 +39,7 @@ class Move:
 
     Attributes:
         time: (N,), s from the start of the motion, strictly increasing from 0; N is 1 where there is only a rest.
-        position: (N, joints), rad.
+        position: (N, joints), in degrees and millimetres, as `axes_first` orders them.
         rest: How long the robot rests at its end, s.
         outputs: The outputs that are set in the rest, each with the time since it began, s, in their order.
     """
@@ -57,21 +61,24 @@ class Move:
             yield self.rest - waited
 
 
-def moves(plan: Plan, language: str, period: float) -> list[Move]:
+def moves(plan: Plan, language: str, period: float, most_external: int = 0) -> list[Move]:
     """Cut a plan where the robot rests, and sample each motion.
 
     Args:
-        plan: The plan of an arm with six joints that turn.
+        plan: The plan of an arm with six joints that turn, perhaps on external axes.
         language: The name of the language, for the refusal.
         period: The time between points, s; the last point of a motion is at its end.
+        most_external: The most external axes that the language has.
 
     Raises:
         UnsupportedFormat: The arm is another, the trajectory begins or ends in motion, an output is set in motion, or
             the period is too short.
     """
     robot, trajectory = plan.path.robot, plan.trajectory
-    if robot.dof != JOINTS or not robot.is_angle.all():
-        raise UnsupportedFormat(f"{language} moves arms of {JOINTS} joints that turn, which {robot.id} is not")
+    external = len(robot.external_axes)
+    if robot.dof - external != JOINTS or not robot.is_angle[external:].all() or external > most_external:
+        axes = f" and {most_external} external axes at most" if most_external else ""
+        raise UnsupportedFormat(f"{language} moves arms of {JOINTS} joints that turn{axes}, which {robot.id} is not")
     if period < SHORTEST_PERIOD:
         raise UnsupportedFormat(f"{language} takes points {SHORTEST_PERIOD:g} s apart or more, not {period:g} s")
     peak = max((check.peak for check in plan.certificate.checks if check.quantity == "velocity"), default=0.0)
@@ -80,6 +87,24 @@ def moves(plan: Plan, language: str, period: float) -> list[Move]:
     if not (is_stop[0] and is_stop[-1]):
         raise UnsupportedFormat(f"{language} begins and ends at rest, which this trajectory does not")
     return list(_between(plan, np.flatnonzero(is_stop).tolist(), period, _outputs(plan), language))
+
+
+def axes_first(robot: Robot, positions: FloatArray) -> FloatArray:
+    """Return positions (N, joints) in degrees and millimetres: first the axes of the arm, then the external ones."""
+    units = np.where(robot.is_angle, np.degrees(1.0), MILLIMETRES)
+    found: FloatArray = np.roll(positions * units, -len(robot.external_axes), axis=1)
+    return found
+
+
+def units_of(robot: Robot) -> list[str]:
+    """Return the units of the external axes in programs: `deg` or `mm`."""
+    return ["deg" if is_angle else "mm" for is_angle in robot.is_angle[: len(robot.external_axes)]]
+
+
+def tolerances_of(robot: Robot) -> list[float]:
+    """Return how far each axis may be from the start, in degrees and millimetres, in the order of `axes_first`."""
+    found: list[float] = axes_first(robot, np.full((1, robot.dof), AT_START))[0].tolist()
+    return found
 
 
 def _outputs(plan: Plan) -> list[TimedAction]:
@@ -95,7 +120,7 @@ def _between(plan: Plan, stops: list[int], period: float, outputs: list[TimedAct
         start, end = (arrivals[after], arrivals[after]) if before == after else (departures[before], arrivals[after])
         count = max(int(np.ceil((end - start) / period * (1.0 - NEGLIGIBLE_SHARE))), 0)
         time = np.append(start + np.arange(count) * period, end)
-        position = trajectory.evaluate(time, [0])[0]
+        position = axes_first(plan.path.robot, trajectory.evaluate(time, [0])[0])
         only_rests = bool((position == position[0]).all())
         begin = float(start if only_rests else end)
         rest = float(departures[after]) - begin

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import AT_START, moves, name_of, numbers
+from planner.export.programs import JOINTS, moves, name_of, numbers, tolerances_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.export.programs import Move
+    from planner.kinematics import FloatArray
     from planner.result import Plan
 
-NO_EXTERNAL_AXES = "[9E9,9E9,9E9,9E9,9E9,9E9]"
-"""The value of RAPID for external axes that there are not."""
+MOST_EXTERNAL = 6
+"""The most external axes that RAPID has, eax_a to eax_f."""
+
+NO_AXIS = "9E9"
+"""The value of RAPID for an external axis that there is not."""
+
+NAMES = (*(f"robax.rax_{i}" for i in range(1, JOINTS + 1)), *(f"extax.eax_{letter}" for letter in "abcdef"))
+"""The names of the axes in a position, the arm's first."""
 
 OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}"
 """The names of signals: identifiers of 32 characters at most."""
@@ -25,18 +30,18 @@ OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}"
 def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a module of MoveAbsJ with the time of every point.
 
-    Axes are in degrees, rax_1 to rax_6 in the order of the joints. Outputs are signals that the controller has.
+    Axes are in degrees, rax_1 to rax_6 in the order of the joints, external ones, eax_a and so on, in degrees or mm.
+    Outputs are signals that the controller has.
 
     Raises:
         UnsupportedFormat: An output is set in motion or has another name, it does not begin and end at rest, or the arm
-            has not six joints that turn.
+            has not six joints that turn, or more external axes than there are.
     """
     robot = plan.path.robot
-    motions = moves(plan, "RAPID", options.sample_period)
-    start, period = numbers(np.degrees(motions[0].position[0])), options.sample_period
-    away = " OR ".join(
-        f"Abs(actual.robax.rax_{i}-({angle}))>{np.degrees(AT_START):.3f}" for i, angle in enumerate(start, 1)
-    )
+    motions = moves(plan, "RAPID", options.sample_period, MOST_EXTERNAL)
+    start, period = numbers(motions[0].position[0]), options.sample_period
+    near = zip(NAMES, start, tolerances_of(robot), strict=False)
+    away = " OR ".join(f"Abs(actual.{name}-({value}))>{most:.3f}" for name, value, most in near)
     lines = [
         "MODULE PlannedTrajectory",
         f"  ! {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: a point every {period:g} s",
@@ -59,9 +64,8 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 def _statements(move: Move) -> Iterator[str]:
     last = len(move.time) - 1
     for k in range(1, last + 1):
-        target = f"[[{','.join(numbers(np.degrees(move.position[k])))}],{NO_EXTERNAL_AXES}]"
         zone = "fine" if k == last else "z0"
-        yield f"MoveAbsJ {target},v1000\\T:={move.time[k] - move.time[k - 1]:.6f},{zone},tool0;"
+        yield f"MoveAbsJ {_target(move.position[k])},v1000\\T:={move.time[k] - move.time[k - 1]:.6f},{zone},tool0;"
     for step in move.steps_of_the_rest():
         if isinstance(step, float):
             yield f"WaitTime {step:.6f};"
@@ -70,6 +74,13 @@ def _statements(move: Move) -> Iterator[str]:
             yield (
                 f"SetDO {name},{int(step.value)};" if isinstance(step.value, bool) else f"SetAO {name},{step.value!r};"
             )
+
+
+def _target(position: FloatArray) -> str:
+    """Return a position of all axes, in degrees and millimetres, the arm's first."""
+    values = numbers(position)
+    external = [*values[JOINTS:], *[NO_AXIS] * MOST_EXTERNAL][:MOST_EXTERNAL]
+    return f"[[{','.join(values[:JOINTS])}],[{','.join(external)}]]"
 
 
 FORMAT = Format("rapid", "text/x-rapid", ".mod", render)

@@ -22,7 +22,7 @@ from planner.problem import (
     ThroughTransition,
 )
 from planner.result import Plan
-from planner.robots import load_robot
+from planner.robots import ExternalAxis, load_robot
 from planner.spatial import Pose
 from tests.planner.problems import problem_of
 
@@ -223,3 +223,40 @@ def test_moves_refuse_a_way_of_the_back_ends_own() -> None:
     problem = PlanningProblem(ROBOT, [JointWaypoint(START), replace(JointWaypoint(START + 0.3), duration=2.0)])
     with pytest.raises(UnsupportedFormat, match="the way to waypoint 1"):
         render(plan(problem, MinEffort(iterations=0)), "urscript_moves")
+
+
+RAIL = ExternalAxis("rail", "prismatic", (1, 0, 0), lower=0.0, upper=3.0, velocity=1.0)
+TABLE = ExternalAxis("table", "revolute", (0, 0, 1), lower=-3.0, upper=3.0, velocity=1.0)
+ROWS = {
+    "krl": r"\{" + ", ".join(f"{axis} ({NUMBER})" for axis in ("A1", "A2", "A3", "A4", "A5", "A6", "E1", "E2")) + r"\}",
+    "rapid": rf"\[\[{','.join([f'({NUMBER})'] * 6)}\],\[({NUMBER}),({NUMBER}),9E9,9E9,9E9,9E9\]\]",
+    "fanuc_ls": ",\r\n".join(
+        [rf"\tJ{i} = ({NUMBER}) deg" for i in range(1, 7)] + [rf"\tE1 = ({NUMBER}) mm", rf"\tE2 = ({NUMBER}) deg"]
+    ),
+}
+"""Positions of an arm on a rail and a turntable, as each language writes them."""
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_external_axes_come_behind_the_arm_in_degrees_and_millimetres(name: str) -> None:
+    robot = ROBOT.derived(external_axes=[RAIL, TABLE])
+    end = [1.25, -0.5, *(START + 0.2)]
+    solved = plan(PlanningProblem(robot, [JointWaypoint([0.5, 0.1, *START]), JointWaypoint(end)]), Cubic())
+    program = render(solved, name, ExportOptions(PERIOD)).decode()
+    rows = np.array([[float(value) for value in row] for row in re.findall(ROWS[name], program)])
+    assert len(rows) >= solved.trajectory.duration / PERIOD
+    arm = np.degrees(START + 0.2)
+    arm[2] -= arm[1] if name == "fanuc_ls" else 0.0
+    np.testing.assert_allclose(rows[-1], [*arm, 1250.0, np.degrees(-0.5)], atol=1e-5)
+    for near in re.findall(r"(?:E1|eax_a) ?- ?\(500\.0+\)\)+ ?> ?([\d.]+)", program):
+        assert float(near) == 10.0
+    if name != "fanuc_ls":
+        assert len(re.findall(r"(?:E1|eax_a) ?- ?\(500\.0+\)", program)) == 1
+
+
+def test_programs_without_external_axes_refuse_them() -> None:
+    robot = ROBOT.derived(external_axes=[RAIL])
+    solved = plan(PlanningProblem(robot, [JointWaypoint([0.5, *START]), JointWaypoint([0.6, *START])]), Cubic())
+    for name in ("urscript", "urscript_moves"):
+        with pytest.raises(UnsupportedFormat, match="6 joints that turn"):
+            render(solved, name, ExportOptions(PERIOD))
