@@ -9,7 +9,7 @@ import numpy as np
 
 from api.action_conversion import to_actions, with_waits
 from api.kept_meshes import kept_pieces
-from api.pose_conversion import to_pose, to_rotation
+from api.pose_conversion import to_pose, to_rotation, with_axes
 from api.scene_conversion import to_scene
 from api.schemas import common, external_axes, requests, robots, waypoints
 from planner import polar_moves, problem
@@ -106,7 +106,7 @@ def mounted(robot: Robot, mounting: common.Pose | None) -> Robot:
 def _frames_in_base(robot: Robot, frames: Mapping[str, common.Pose]) -> dict[str, Pose | None]:
     """Return the frames that waypoints may name, in the base frame; None: that itself."""
     here = robot.mounting
-    in_world = {WORLD: Pose(np.zeros(3)), **{name: to_pose(pose) for name, pose in frames.items()}}
+    in_world = {WORLD: Pose(np.zeros(3), np.eye(3)), **{name: with_axes(to_pose(p)) for name, p in frames.items()}}
     return {BASE: None, **{name: pose if here is None else pose.to_frame(here) for name, pose in in_world.items()}}
 
 

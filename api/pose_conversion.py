@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,11 @@ if TYPE_CHECKING:
 def to_pose(pose: common.Pose) -> Pose:
     """Make a pose; without an orientation the position alone counts."""
     return Pose(np.array(pose.position), to_rotation(pose.orientation))
+
+
+def with_axes(pose: Pose) -> Pose:
+    """Return the pose of a frame, which has axes: without a rotation, those of the frame that it is in."""
+    return pose if pose.rotation is not None else replace(pose, rotation=np.eye(3))
 
 
 def to_rotation(orientation: common.Orientation | None) -> FloatArray | None:

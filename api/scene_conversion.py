@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from api.pose_conversion import to_pose
+from api.pose_conversion import to_pose, with_axes
 from api.schemas import scenes
 from planner.errors import InvalidProblem
 from planner.scene import AttachedObject, PointCloud, Scene, SceneObject
@@ -43,7 +42,7 @@ def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: Fie
         if thing.frame not in in_world:
             faults.append(((*at, "frame"), f"there is no frame {thing.frame!r}; there are {', '.join(in_world)}"))
             continue
-        pose = _to_pose(thing.pose).from_frame(_turned(in_world[thing.frame]))
+        pose = _to_pose(thing.pose).from_frame(with_axes(in_world[thing.frame]))
         shapes = _shapes(thing.shape, at, faults)
         objects.append(SceneObject(thing.id, shapes, pose, thing.margin))
     for i, held in enumerate(asked.attached):
@@ -57,12 +56,7 @@ def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: Fie
 
 
 def _to_pose(pose: common.Pose | None) -> Pose:
-    return _turned(Pose(np.zeros(3)) if pose is None else to_pose(pose))
-
-
-def _turned(pose: Pose) -> Pose:
-    """Return a pose with a rotation: without one its axes are those of the frame that it is in."""
-    return pose if pose.rotation is not None else replace(pose, rotation=np.eye(3))
+    return with_axes(Pose(np.zeros(3)) if pose is None else to_pose(pose))
 
 
 def _shapes(

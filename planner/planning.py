@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.backends.splines.cubic import Cubic
-from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration, LimitsUnsatisfiable, PlanningError
+from planner.errors import (
+    ClearanceUnproved,
+    Collision,
+    InfeasibleDuration,
+    JointPositionLimit,
+    LimitsUnsatisfiable,
+    PlanningError,
+)
 from planner.free_motion.ways import free_waypoints
 from planner.free_planning import plan_around
 from planner.paths import solve_path
@@ -30,18 +37,28 @@ def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
     Raises:
         PlanningError: Of the kind that says why there is no plan, with remedies where there are any.
     """
-    check_problem(problem, backend)
-    if free_waypoints(problem):
-        return plan_around(problem, backend)
     try:
+        check_problem(problem, backend)
+        if free_waypoints(problem):
+            return plan_around(problem, backend)
         path = solve_path(problem)
     except PlanningError as refusal:
-        suggested = refusal.remedies
-        refusal.remedies = proved(suggested, problem, backend)
-        refusal.hints = tuple(remedy for remedy in suggested if remedy not in refusal.remedies)
+        _try_remedies(refusal, problem, backend)
         raise
     try:
         return certified_plan(problem, backend, path)
-    except (InfeasibleDuration, LimitsUnsatisfiable, Collision, ClearanceUnproved) as refusal:
+    except (JointPositionLimit, LimitsUnsatisfiable) as refusal:
+        _try_remedies(refusal, problem, backend)
+        if isinstance(refusal, LimitsUnsatisfiable) and not refusal.remedies:
+            refusal.remedies = tuple(remedies_for(refusal, problem, backend, path))
+        raise
+    except (InfeasibleDuration, Collision, ClearanceUnproved) as refusal:
         refusal.remedies = tuple(remedies_for(refusal, problem, backend, path))
         raise
+
+
+def _try_remedies(refusal: PlanningError, problem: PlanningProblem, backend: BackEnd) -> None:
+    """Leave those remedies of a refusal that lead to a plan; the others become hints."""
+    suggested = refusal.remedies
+    refusal.remedies = proved(suggested, problem, backend)
+    refusal.hints = tuple(remedy for remedy in suggested if remedy not in refusal.remedies)

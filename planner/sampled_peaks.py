@@ -59,6 +59,16 @@ MOST_ROUNDS = 10
 """Times that steps are cut: from the coarsest, a millionth of them is left."""
 
 
+SLOWING = 0.3
+"""Share of its speed by which the tool may change its velocity between samples: its path is then resolved by them."""
+
+LEAST_BEND = 0.01
+"""Use of the limit of the acceleration across the path up to which bends between samples do not matter."""
+
+BEND_COLUMNS = 3
+"""Number of columns after the functions that tell how much bends between samples may use."""
+
+
 class Peaks(NamedTuple):
     """The largest magnitude of each quantity (second axis) on the pieces of each group (first axis).
 
@@ -102,29 +112,34 @@ def sampled_peaks(
     known_to: float = KNOWN_TO,
     decided_at: float = np.inf,
     above: FloatArray | float = 0.0,
+    bend: tuple[int, float] | None = None,
 ) -> Peaks:
     """Find the largest magnitude of each quantity over the pieces of each group.
 
     Args:
         use: Functions of piece (N,) and unit time (N,), (N, columns), signed, as shares of their limits; smooth on each
-            piece.
+            piece. With `bend`, `BEND_COLUMNS` more: the speed of the tool, by that at which the tightest bend uses all
+            of the limit; its acceleration, by the limit; and its acceleration by that speed and the unit of time.
         parts: (pieces,), that a piece has: as many as make the functions about parabolas on a part (`parts_of`).
         quantities: (columns,), index of the quantity that each function belongs to, ascending from 0 without gaps.
         groups: (pieces,), index of the group of each piece, from 0 on without gaps.
         known_to: Relative amount by which a true peak may exceed the one that is found.
         decided_at: Whether a peak exceeds this is found out however near it comes.
         above: Peaks up to this, one number or (groups,), do not matter: what is found of them may be less.
+        bend: Column of the acceleration of the tool across its path, and the power of its use that stands there. Where
+            the tool is slow, its path bends within a moment that samples may miss; None: there is none.
     """
+    count = len(quantities)
     coarse = -(-parts // COARSER)
     counts = 2 * coarse + 1
     pieces = np.repeat(np.arange(len(parts)), counts)
     number = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)
     units = number / (counts - 1)[pieces]
     values = use(pieces, units)
-    samples = [(pieces, units, np.abs(values))]
+    samples = [(pieces, units, np.abs(values[:, :count]))]
     best = np.zeros((int(groups.max()) + 1, int(quantities[-1]) + 1))
     first_columns = np.flatnonzero(np.diff(quantities, prepend=-1))
-    scale = samples[0][2].max(axis=0)
+    scale = np.abs(values).max(axis=0)
     first = np.flatnonzero((number % 2 == 0) & (number < counts[pieces] - 1))
     triples = np.stack([values[first], values[first + 1], values[first + 2]])
     pieces, units, step = pieces[first], units[first], 0.5 / coarse[pieces[first]]
@@ -138,19 +153,39 @@ def sampled_peaks(
         bends = np.abs(triples[0] - 2.0 * triples[1] + triples[2])
         off = OFF_PARABOLA * np.maximum((step / fine[pieces]) ** 3 - 1.0, 0.0)
         room = np.abs(triples).max(axis=0) + CAUTION * (bends / 8.0 + off[:, None] * scale)
-        rows = np.flatnonzero((room > enough[groups[pieces]][:, quantities]).any(axis=1))
+        if bend is not None:
+            column, power = bend
+            turning = _bends_between(triples[..., count:], room[:, count:], step)
+            room[:, column] = np.maximum(room[:, column], turning**power)
+        rows = np.flatnonzero((room[:, :count] > enough[groups[pieces]][:, quantities]).any(axis=1))
         if not len(rows) or rounds == MOST_ROUNDS:
             break
         pieces, units, step = pieces[rows], units[rows], step[rows] / FINER
         seen, times = np.tile(pieces, len(between)), (units + between[:, None] * step).ravel()
         values = use(seen, times)
-        samples.append((seen, times, np.abs(values)))
-        grid = np.empty((2 * FINER + 1, len(rows), len(quantities)))
+        samples.append((seen, times, np.abs(values[:, :count])))
+        grid = np.empty((2 * FINER + 1, len(rows), values.shape[1]))
         grid[::FINER], grid[between] = triples[:, rows], values.reshape(len(between), len(rows), -1)
-        triples = np.stack([grid[:-2:2], grid[1::2], grid[2::2]]).reshape(3, -1, len(quantities))
+        triples = np.stack([grid[:-2:2], grid[1::2], grid[2::2]]).reshape(3, -1, values.shape[1])
         units = (units + 2.0 * np.arange(FINER)[:, None] * step).ravel()
         pieces, step = np.tile(pieces, FINER), np.tile(step, FINER)
     return _located(samples, best, quantities, groups)
+
+
+def _bends_between(triples: FloatArray, most: FloatArray, step: FloatArray) -> FloatArray:
+    """Bound the use (N,) of the limit of the acceleration across the path, where samples do not resolve the path.
+
+    That is no more than the acceleration, and no more than the speed squared by the radius of the tightest bend.
+
+    Args:
+        triples: (3, N, `BEND_COLUMNS`), samples one after the other.
+        most: (N, `BEND_COLUMNS`), bounds of the same.
+        step: (N,), unit time between two of them.
+    """
+    slower = step * most[:, 2]
+    bounds = np.minimum(most[:, 1], (triples[..., 0].max(axis=0) + slower) ** 2)
+    is_unresolved = (slower > SLOWING * triples[..., 0].min(axis=0)) & (bounds > LEAST_BEND)
+    return np.where(is_unresolved, bounds, 0.0)
 
 
 def _located(

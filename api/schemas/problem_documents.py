@@ -113,7 +113,8 @@ class ProblemDocument(Answer):
     checks: int | None = None
     """With `no_path_found`: the number of motions that the search looked at."""
     remedies: list[RemedyAnswer] | None = None
-    """Changes to the request, each of which would make it feasible by itself."""
+    """Changes to the request, each of which makes it feasible by itself; those of several durations do it together, and
+    so do those of several limits."""
     hints: list[RemedyAnswer] | None = None
     """Changes that mend what is refused here, but after each of which something else is refused."""
     errors: list[Fault] | None = None

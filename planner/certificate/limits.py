@@ -19,7 +19,7 @@ from planner.certificate.checks import Certificate, Check
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates, Guarantee
-from planner.kinematics.forward import tool_rates_on
+from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, bend_bounds, tool_rates_on
 from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 
@@ -168,6 +168,7 @@ def _sampled_checks(
     # What is the same in both directions is measured from nought; a torque from the middle between its limits.
     bounds = [halves if quantity == "torque" else getattr(limits, quantity)[:, None] for quantity in limited]
     bounds = np.hstack(bounds)[segments]
+    rated = [*limits.of_tool, *(OF_BENDS if CENTRIPETAL in limited else ())]
 
     def use(pieces: np.ndarray, units: FloatArray) -> FloatArray:
         """Return the shares (N, columns) of the limits that are used at unit times (N,) of pieces (N,)."""
@@ -176,16 +177,20 @@ def _sampled_checks(
         if torque:
             values["torque"] = dynamics.torques(segments[pieces], q, dq, ddq) - middles[segments[pieces]]
         if tool:
-            rates = tool_rates_on(dynamics, segments[pieces], limits.of_tool, q, dq, ddq, dddq)
+            rates = tool_rates_on(dynamics, segments[pieces], list(dict.fromkeys(rated)), q, dq, ddq, dddq)
             values |= {quantity: rate[:, None] for quantity, rate in rates.items()}
         shares: FloatArray = np.hstack([values[quantity] for quantity in limited]) / bounds[pieces]
-        return shares
+        if CENTRIPETAL not in limited:
+            return shares
+        bends = bend_bounds(rates, bounds[pieces, columns.index(CENTRIPETAL)], trajectory.lengths[pieces])
+        return np.hstack([shares, bends])
 
     quantities = np.array([limited.index(quantity) for quantity in columns])
     checks = []
     whole = np.zeros_like(segments)
     parts = parts_of(derivatives, trajectory.lengths)
-    peaks = sampled_peaks(use, parts, quantities, whole, decided_at=BROKEN)
+    bend = (columns.index(CENTRIPETAL), 1.0) if CENTRIPETAL in limited else None
+    peaks = sampled_peaks(use, parts, quantities, whole, decided_at=BROKEN, bend=bend)
     for quantity, ratio, piece, unit, column in zip(limited, *(part[0].tolist() for part in peaks), strict=True):
         limit = float(bounds[piece, column])
         known = bool(np.isfinite(limit))  # if not, nothing is used anywhere that is limited

@@ -39,6 +39,9 @@ JERKS = ("tcp_linear_jerk", "tcp_angular_jerk")
 CENTRIPETAL = "tcp_centripetal_acceleration"
 """The quantity that is the acceleration of the tool across its path."""
 
+OF_BENDS = (VELOCITIES[0], ACCELERATIONS[0])
+"""The quantities that bound the centripetal acceleration between samples."""
+
 OF_PATH_SPEED = (*VELOCITIES, CENTRIPETAL)
 """The quantities that follow from the speed along a path alone."""
 
@@ -276,6 +279,18 @@ def tool_rates_on(
         return tuple(tool_rates(robot, quantities, *states).values())
 
     return dict(zip(quantities, dynamics.by_robot(rates, segments, *states), strict=True))
+
+
+def bend_bounds(rates: Mapping[str, FloatArray], limits: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Return what bounds the acceleration of the tool across its path between samples (N, 3), as `sampled_peaks` asks.
+
+    Args:
+        rates: Magnitudes (N,) of the tool's linear velocity and acceleration, m/s and m/s^2.
+        limits: Limits (N,) of the acceleration across the path, m/s^2.
+        lengths: Units of time (N,) of the samples' pieces, s.
+    """
+    gain, fastest = rates[ACCELERATIONS[0]], np.sqrt(limits * TIGHTEST_BEND)
+    return np.stack([rates[VELOCITIES[0]] / fastest, gain / limits, gain * lengths / fastest], axis=1)
 
 
 class AccelerationOnPath(NamedTuple):

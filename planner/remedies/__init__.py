@@ -37,7 +37,7 @@ def remedies_for(
         return duration_remedies(refusal, problem, backend, path)
     if isinstance(refusal, Collision | ClearanceUnproved):
         return collision_remedies(refusal, problem, backend, path)
-    return list(refusal.remedies) or holding_remedies(problem, backend, path)
+    return holding_remedies(problem, backend, path)
 
 
 __all__ = ["remedies_for"]

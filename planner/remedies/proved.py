@@ -9,6 +9,7 @@ from planner.errors import PlanningError
 from planner.free_motion.ways import free_waypoints
 from planner.free_planning import plan_around
 from planner.paths import solve_path
+from planner.problem_check import check_problem
 from planner.result import certified_plan
 
 if TYPE_CHECKING:
@@ -28,7 +29,8 @@ def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: Bac
         PlanningError: It has none, either.
     """
     for remedy in remedies:
-        problem = remedy.applied_to(problem)
+        problem, backend = remedy.applied_to(problem), remedy.applied_to_backend(backend)
+    check_problem(problem, backend)
     at_once = backend.without_search() if isinstance(backend, Searching) else backend
     if free_waypoints(problem):
         return plan_around(problem, at_once)

@@ -102,6 +102,25 @@ def test_poses_in_the_frame_of_a_pallet_and_a_hanging_robot(service: RunningServ
     assert found["status"] == "reachable" or found["solutions"]
 
 
+def test_the_axes_of_the_world_and_of_a_shifted_frame_under_a_turned_base(service: RunningService) -> None:
+    """Hanging from 2 m, the base has y and z of the world turned round, and of all that is parallel to the world."""
+    hanging = {"position": [0.0, 0.0, 2.0], "orientation": {"kind": "rpy", "rpy": [math.pi, 0.0, 0.0]}}
+    shifted = {"position": [0.1, 0.0, 0.2], "orientation": None}
+    down = {"kind": "rpy", "rpy": [0.0, math.pi, 0.0]}
+    for position, frame in (([1.15, 0.3, 0.7], "world"), ([1.05, 0.3, 0.5], "shelf")):
+        request = plan_request(
+            robot="kuka_kr16_2",
+            waypoints=[joint(0.0, -1.5, 1.5, 0.0, 0.5, 0.0), pose_waypoint(position, down, frame=frame)],
+            frames={"shelf": shifted},
+            mounting=hanging,
+        )
+        plan = checked(service.post("/v1/trajectories", request), answers.PlanAnswer)
+        reached = plan["waypoints"][1]["pose"]
+        assert reached["position"] == pytest.approx([1.15, -0.3, 1.3], abs=2e-6)
+        axis = rotation_from_quaternion(np.array(reached["orientation"]["xyzw"]))[:, 2]
+        assert axis == pytest.approx([0.0, 0.0, 1.0], abs=2e-6)
+
+
 def test_a_circle_goes_through_a_pose_in_the_frame_of_its_waypoint(service: RunningService) -> None:
     """The same circle with its poses in the base frame."""
     table = {"position": [0.1, -0.2, 0.3], "orientation": {"kind": "rpy", "rpy": [0.0, 0.0, 0.5]}}

@@ -142,19 +142,38 @@ def test_samples_whose_velocity_jumps_have_no_bounded_acceleration_of_the_tool()
     assert not check.enforced
 
 
-@pytest.mark.parametrize("sideways", [0.0, 1e-6, 1e-4, 3e-3, 0.03, 0.2])
-def test_a_tool_that_turns_almost_at_rest_is_no_matter_of_luck(sideways: float) -> None:
-    """It goes back and forth at 1 m/s^2 on one slide, and at an even speed on the other, across it."""
+@pytest.mark.parametrize("turn", [0.15, 0.1137, 0.0289])
+@pytest.mark.parametrize("sideways", [0.0, 1e-6, 1e-4, 3e-3, 0.011, 0.03, 0.2])
+def test_a_tool_that_turns_almost_at_rest_is_no_matter_of_luck(sideways: float, turn: float) -> None:
+    """It goes back and forth at 1 m/s^2 on one slide, turning at a time, and at an even speed on the other one."""
     robot = load_robot("date_sorting_arm")
     coefficients = np.zeros((1, robot.dof, 3))
     coefficients[0, :, 0] = robot.limit("lower") + 0.4 * (robot.limit("upper") - robot.limit("lower"))
-    coefficients[0, 1, 1], coefficients[0, 2, 1:] = sideways, (-0.15, 0.5)
+    coefficients[0, 1, 1], coefficients[0, 2, 1:] = sideways, (-turn, 0.5)
     ends = np.array([0.0, 0.3])
     trajectory = Trajectory(np.array([0.3]), coefficients, np.zeros(1, dtype=int), ends, ends)
     limits = Limits(tcp_centripetal_acceleration=10.0)
     found = certify(robot, trajectory, limits=limits, enforced=["position"])
     (peak,) = [check.peak for check in found.checks if check.quantity == "tcp_centripetal_acceleration"]
-    time = np.linspace(-0.15, 0.15, 300_001)
+    time = np.linspace(-turn, 0.3 - turn, 300_001)
     speed = np.hypot(sideways, time)
     across = np.divide(sideways, speed, out=np.zeros_like(speed), where=speed > 0.0)
     assert peak == pytest.approx(np.minimum(across, speed**2 / 1e-4).max(), rel=1e-2, abs=1e-6)
+
+
+@pytest.mark.parametrize("turn", [0.15, 0.1137, 0.0289, 0.28])
+@pytest.mark.parametrize("sideways", [0.0101, 0.03, 0.2])
+def test_a_turn_between_samples_is_seen_where_another_one_is_larger_than_it_seems(sideways: float, turn: float) -> None:
+    """Before it goes back and forth at 1 m/s^2, the tool passes fast under 0.6 m/s^2 across its path."""
+    robot = load_robot("date_sorting_arm")
+    coefficients = np.zeros((2, robot.dof, 3))
+    coefficients[:, :, 0] = robot.limit("lower") + 0.4 * (robot.limit("upper") - robot.limit("lower"))
+    coefficients[0, 1, 1], coefficients[0, 2, 2] = 2.0, 0.3
+    coefficients[1, 1, 1], coefficients[1, 2, 1:] = sideways, (-turn, 0.5)
+    ends, lengths = np.array([0.0, 0.6]), np.array([0.3, 0.3])
+    trajectory = Trajectory(lengths, coefficients, np.zeros(2, dtype=int), ends, ends)
+    for limit in (10.0, 0.8):
+        limits = Limits(tcp_centripetal_acceleration=limit)
+        found = certify(robot, trajectory, limits=limits, enforced=["tcp_centripetal_acceleration"])
+        (peak,) = [check.peak for check in found.checks if check.quantity == "tcp_centripetal_acceleration"]
+        assert peak == pytest.approx(1.0, rel=1e-3)

@@ -10,7 +10,7 @@ import numpy as np
 from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.extrema import derivatives_on_unit_time
 from planner.guarantees import TCP_ORDERS
-from planner.kinematics.forward import tool_rates_on
+from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, bend_bounds, tool_rates_on
 from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
@@ -74,12 +74,12 @@ class SampledLimits:
         def needed(at: np.ndarray, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
             """Return the factors (N, limits) that samples of pieces `at` (N,) need."""
             torque = partial(self._stretch_for_torque, rows=rows[at], segments=pieces.segments[at], q=q, v=v, a=a)
-            values = self._of_samples(rows[at], pieces.segments[at], (q, v, a, j), torque)
+            values = self._of_samples(rows[at], pieces.segments[at], (q, v, a, j), torque, pieces.lengths[at])
             for column, quantity in enumerate(self.tool, self.robot.dof):
                 values[:, column] **= 1.0 / TCP_ORDERS[quantity]
             return values
 
-        return _peaks(needed, len(self.each), pieces, groups, above)
+        return self._peaks(needed, pieces, groups, above, power=1.0 / TCP_ORDERS[CENTRIPETAL])
 
     def use(self, pieces: SegmentedPolynomial, rows: np.ndarray) -> FloatArray:
         """Return the largest share (pieces,) of one of these limits that each piece uses.
@@ -93,9 +93,13 @@ class SampledLimits:
             """Return the shares (N, limits) that samples of pieces `at` (N,) use."""
             torques = partial(self.dynamics.torques, pieces.segments[at], q, v, a)
             segments, middle = pieces.segments[at], self.middle[rows[at]]
-            return self._of_samples(rows[at], segments, (q, v, a, j), lambda limit: np.abs(torques() - middle) / limit)
 
-        return _peaks(shares, len(self.each), pieces, np.arange(len(rows)))[0]
+            def of_torque(limit: FloatArray) -> FloatArray:
+                return np.asarray(np.abs(torques() - middle) / limit)
+
+            return self._of_samples(rows[at], segments, (q, v, a, j), of_torque, pieces.lengths[at])
+
+        return self._peaks(shares, pieces, np.arange(len(rows)))[0]
 
     def _of_samples(
         self,
@@ -103,17 +107,56 @@ class SampledLimits:
         segments: np.ndarray,
         states: tuple[FloatArray, ...],
         of_torque: Callable[[FloatArray], FloatArray],
+        lengths: FloatArray,
     ) -> FloatArray:
-        """Join the shares of the limits of the tool and what `of_torque` makes of those of torque: (N, limits)."""
+        """Join the shares of the limits of the tool and what `of_torque` makes of those of torque: (N, limits).
+
+        Where the centripetal acceleration is limited, what bounds it between samples follows.
+        """
         torque, dof = self.torque[rows], self.robot.dof
         values = np.zeros((len(rows), len(self.each)))
+        bends = np.empty((len(rows), 0))
         if self.tool:
-            rates = tool_rates_on(self.dynamics, segments, self.tool, *states)
+            rated = dict.fromkeys([*self.tool, *(OF_BENDS if CENTRIPETAL in self.tool else ())])
+            rates = tool_rates_on(self.dynamics, segments, rated, *states)
             for column, (quantity, limit) in enumerate(self.tool.items(), dof):
                 values[:, column] = rates[quantity] / limit[rows]
+            if CENTRIPETAL in self.tool:
+                bends = bend_bounds(rates, self.tool[CENTRIPETAL][rows], lengths)
         if np.isfinite(torque).any():
             values[:, :dof] = of_torque(torque)
-        return values
+        return np.hstack([values, bends])
+
+    def _peaks(
+        self,
+        of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray, FloatArray], FloatArray],
+        motion: SegmentedPolynomial,
+        groups: np.ndarray,
+        above: FloatArray | float = 0.0,
+        power: float = 1.0,
+    ) -> tuple[FloatArray, np.ndarray]:
+        """Find the largest values (groups,) over the pieces of each group, with the margin, and the column of each.
+
+        Args:
+            of_samples: Values of piece (N,), position, velocity, acceleration and jerk (N, joints).
+            motion: The motion, in pieces of positive length.
+            groups: Group (pieces,) of each piece, from 0 on without gaps.
+            above: Values up to this, one for all or (groups,), do not matter: what is found may be less.
+            power: That of its use which stands for the centripetal acceleration.
+        """
+        derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
+        states = derivatives[:4]
+
+        def values(pieces: np.ndarray, units: FloatArray) -> FloatArray:
+            """Return the values (N, columns) at unit times (N,) of pieces (N,)."""
+            return of_samples(pieces, *states.evaluate(pieces, units))
+
+        parts, one = parts_of(derivatives, motion.lengths), np.zeros(len(self.each), dtype=int)
+        bend = None
+        if CENTRIPETAL in self.tool:
+            bend = self.robot.dof + list(self.tool).index(CENTRIPETAL), power
+        peaks = sampled_peaks(values, parts, one, groups, above=above / SAMPLED_MARGIN, bend=bend)
+        return peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]
 
     def _stretch_for_torque(
         self,
@@ -137,31 +180,3 @@ class SampledLimits:
         headroom = limit - np.sign(inertial) * (gravity - middle)
         factors: FloatArray = np.sqrt(np.abs(inertial) / headroom)
         return factors
-
-
-def _peaks(
-    of_samples: Callable[[np.ndarray, FloatArray, FloatArray, FloatArray, FloatArray], FloatArray],
-    columns: int,
-    motion: SegmentedPolynomial,
-    groups: np.ndarray,
-    above: FloatArray | float = 0.0,
-) -> tuple[FloatArray, np.ndarray]:
-    """Find the largest values (groups,) over the pieces of each group, with the margin, and in which column each is.
-
-    Args:
-        of_samples: Values (N, columns) of piece (N,), position, velocity, acceleration and jerk (N, joints).
-        columns: The number of values of each sample.
-        motion: The motion, in pieces of positive length.
-        groups: Group (pieces,) of each piece, from 0 on without gaps.
-        above: Values up to this, one for all or (groups,), do not matter: what is found may be less.
-    """
-    derivatives = derivatives_on_unit_time(motion, DERIVATIVES)
-    states = derivatives[:4]
-
-    def values(pieces: np.ndarray, units: FloatArray) -> FloatArray:
-        """Return the values (N, columns) at unit times (N,) of pieces (N,)."""
-        return of_samples(pieces, *states.evaluate(pieces, units))
-
-    parts, one = parts_of(derivatives, motion.lengths), np.zeros(columns, dtype=int)
-    peaks = sampled_peaks(values, parts, one, groups, above=above / SAMPLED_MARGIN)
-    return peaks.use[:, 0] * SAMPLED_MARGIN, peaks.columns[:, 0]

@@ -68,6 +68,17 @@ def test_every_back_end_keeps_clear(kind: str) -> None:
     assert least_distance(ARM, SCENE, made.trajectory, coarse=0.02) > 0.01 - 2e-5
 
 
+def test_what_mends_one_fault_of_two_is_a_hint() -> None:
+    """The start is beyond a limit, and the goal out of reach: neither change by itself leads to a plan."""
+    robot = planner.load_robot("kuka_kr16_2")
+    beyond = planner.JointWaypoint([0.0, 3.0, 1.5, 0.0, 0.5, 0.0])
+    far = planner.PoseWaypoint(planner.Pose([10.0, 0.0, 0.0], np.eye(3)), motion=FREE)
+    with pytest.raises(planner.JointPositionLimit) as refused:
+        planner.plan(planner.PlanningProblem(robot, [beyond, far]))
+    assert not refused.value.remedies
+    assert refused.value.hints
+
+
 def test_without_anything_in_the_way_it_is_a_joint_motion() -> None:
     made = planner.plan(replace(PROBLEM, scene=None), planner.Quintic())
     joint = planner.plan(

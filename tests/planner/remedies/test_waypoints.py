@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.backends import Ruckig
 from planner.backends.splines.cubic import Cubic
-from planner.errors import PlanningError, UnreachableWaypoint
+from planner.errors import JointPositionLimit, PlanningError, UnreachableWaypoint
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
 from planner.problem import (
@@ -81,3 +82,16 @@ def test_a_position_in_millimetres_is_said_to_look_like_it(count: int) -> None:
     (change,) = refusal.value.remedies + refusal.value.hints
     assert len(refusal.value.remedies) == (count == 1)
     assert np.allclose(change.value.position, pose.position)
+
+
+@pytest.mark.parametrize(("duration", "helps"), [(None, True), (0.05, False)])
+def test_rest_at_the_start_is_a_remedy_only_where_nothing_else_is_refused(duration: float | None, helps: bool) -> None:
+    """A slide at its limit begins towards it; at rest it could go, but not within 0.05 s."""
+    start, end = np.array([[0.0, 0.0, 0.2, 0.0, 0.3, 0.0], [0.1, 0.1, 0.2, 0.0, 0.3, 0.0]])
+    waypoints = [JointWaypoint(start), JointWaypoint(end, duration=duration)]
+    problem = PlanningProblem(load_robot("date_sorting_arm"), waypoints)
+    with pytest.raises(JointPositionLimit) as refused:
+        plan(problem, Ruckig(initial_velocity=(0.0, -0.05, 0.0, 0.0, 0.0, 0.0)))
+    (remedy,) = refused.value.remedies if helps else refused.value.hints
+    assert remedy.field == ("backend", "initial_velocity")
+    assert bool(refused.value.remedies) == helps
