@@ -29,14 +29,16 @@ class Size(NamedTuple):
 
 
 SIZES = {
-    "quick": Size(20, 30, 3, 12, 10),
-    "large": Size(720, 500, 90, 600, 1),
-    "soak": Size(5_000, 2_000, 150, 6_000, 1),
+    "quick": Size(20, 30, 3, 16, 10),
+    "large": Size(720, 500, 90, 5_000, 1),
+    "soak": Size(5_000, 2_000, 150, 50_000, 1),
 }
 NAME = os.environ.get("TEST_SIZE", "quick")
 SIZE = SIZES[NAME]
 HTTP = int(os.environ.get("TEST_HTTP", SIZE.http))
 """Made-up HTTP requests an operation, or as many as `TEST_HTTP` says: 1,670 are 100,000 in all, with chains."""
+OVER_FIELDS = int(os.environ.get("TEST_FIELDS", SIZE.over_fields))
+"""Random requests over the fields, or as many as `TEST_FIELDS` says."""
 
 LARGER = "hypothesis or sized or long_table or large_only"
 

@@ -1,0 +1,113 @@
+"""Conversations with the service: a random robot, a plan and what is made of it, each answer before a judge.
+
+`python -m tests.api.random_requests 0 1000` holds the first thousand, prints what fails and goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.spatial import Pose
+from tests.api.random_requests.judged_goals import goals_hold
+from tests.api.random_requests.judged_limits import limits_hold
+from tests.api.random_requests.judged_refusals import is_precise, with_remedies
+from tests.api.random_requests.judged_scenes import check_holds, collides, is_free
+from tests.api.random_requests.operations import Operations
+from tests.api.random_requests.poses import placement
+from tests.api.random_requests.robots import made_up_robot
+
+if TYPE_CHECKING:
+    import httpx
+
+    from planner.robots import Robot
+
+LONGEST = 30.0
+"""Processor time of an answer, s: the deadline that the requests name."""
+
+REFUSED_BY_SCENES = ("collision", "start_in_collision", "clearance_unproved")
+
+
+class Conversation:
+    """Requests about one random robot, which follow from a number alone.
+
+    Attributes:
+        statuses: How many answers there were, by operation and status or code.
+    """
+
+    def __init__(self, client: httpx.Client, number: int) -> None:
+        self.client, self.statuses = client, Counter[tuple[str, str]]()
+        self.random = np.random.default_rng([12, number])
+        self.robot, self.added = made_up_robot(self.random, f"own_{number}")
+
+    def hold(self) -> None:
+        """Plan, and go on with an operation on the answer, or with a remedy of the refusal."""
+        if self.added is not None:
+            reply = self.client.post("/v1/robots", json=self.added)
+            assert reply.status_code == 201, reply.text
+        try:
+            self._hold()
+        finally:
+            if self.added is not None:
+                self.client.delete(f"/v1/robots/{self.robot.id}")
+
+    def _hold(self) -> None:
+        made = Operations(self.robot, self.random)
+        if made.chance(0.1):
+            self._ask("collisions/check", made.check({}, None))
+            return
+        request = made.plan()
+        if made.chance(0.05):
+            request = made.spoiled(request)
+        answer, problem = self._ask("trajectories", request)
+        if answer is not None:
+            path, asked = made.operation(request, answer)
+            self._ask(path, asked)
+        elif problem.get("remedies") and made.chance(0.3):
+            chosen = int(self.random.integers(len(problem["remedies"])))
+            helped, refused = self._ask("trajectories", with_remedies(request, problem["remedies"], chosen))
+            said = f"{json.dumps(request)} is refused: {json.dumps(problem)}"
+            assert helped is not None, f"remedy {chosen} does not help: {json.dumps(refused)}; {said}"
+
+    def _ask(self, path: str, body: dict[str, Any]) -> tuple[dict[str, Any] | None, dict[str, Any]]:
+        """Ask, and put what comes back before the judges."""
+        start = time.process_time()
+        reply = self.client.post(f"/v1/{path}", json=body, timeout=600.0)
+        took = time.process_time() - start
+        try:
+            assert reply.status_code in (200, 422)
+            assert took < LONGEST, f"it took {took:.0f} s"
+            found = reply.json()
+            outcome = "200" if reply.status_code == 200 else found["code"]
+            self.statuses[path, outcome] += 1
+            self._judge(path, body, found, reply.status_code)
+        except Exception as broken:
+            raise AssertionError(f"/v1/{path} {json.dumps(body)} {reply.text[:600]}") from broken
+        return (found, {}) if reply.status_code == 200 else (None, found)
+
+    def _judge(self, path: str, body: dict[str, Any], found: dict[str, Any], status: int) -> None:
+        if status != 200:
+            is_precise(self.robot, body, found)
+            if found["code"] == "start_in_collision" and body["waypoints"][0]["kind"] == "joint":
+                collides(self._mounted(body), body, found, np.array(body["waypoints"][0]["position"]))
+            elif found["code"] in REFUSED_BY_SCENES:
+                collides(self._mounted(body), body, found, None)
+            return
+        robot = self._mounted(body)
+        if path == "collisions/check":
+            check_holds(robot, body, found)
+            return
+        limits_hold(robot, body, found, self.random)
+        if path == "trajectories":
+            goals_hold(robot, body, found)
+            is_free(robot, body, found["polynomials"], found["certificate"].get("clearance"))
+
+    def _mounted(self, body: dict[str, Any]) -> Robot:
+        if not body.get("mounting"):
+            return self.robot
+        where = placement(body["mounting"])
+        return self.robot.derived(mounting=Pose(where.translation, where.rotation))

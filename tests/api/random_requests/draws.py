@@ -1,0 +1,95 @@
+"""What random requests are made of: draws of numbers, of limits and of joint positions of a robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.robots import Robot
+
+TOOL_LIMITS = {
+    "tcp_linear_velocity": (0.05, 1.0),
+    "tcp_angular_velocity": (0.2, 3.0),
+    "tcp_linear_acceleration": (0.2, 5.0),
+    "tcp_angular_acceleration": (0.5, 10.0),
+    "tcp_centripetal_acceleration": (0.1, 3.0),
+    "tcp_linear_jerk": (2.0, 100.0),
+    "tcp_angular_jerk": (5.0, 200.0),
+}
+"""Limits of the tool, each with the least and the most that is asked."""
+
+
+class Draws:
+    """Draws for requests of one robot, by random numbers.
+
+    Attributes:
+        robot: Whose limits and joints they heed.
+    """
+
+    def __init__(self, robot: Robot, random: np.random.Generator) -> None:
+        self.robot, self.random = robot, random
+
+    def chance(self, share: float) -> bool:
+        return bool(self.random.random() < share)
+
+    def choice(self, items: Sequence[Any]) -> Any:
+        return items[int(self.random.integers(len(items)))]
+
+    def between(self, least: float, most: float) -> float:
+        """As often a hundredth as a tenth of the largest."""
+        return float(np.exp(self.random.uniform(np.log(least), np.log(most))))
+
+    def limits(self, share: float) -> dict[str, Any]:
+        """Limits of joints by value or by direction, of the tool, and scales; each with this probability."""
+        asked: dict[str, Any] = {}
+        quantities = ("velocity", "acceleration", "jerk", *(["torque"] if self.robot.has_dynamics else []))
+        for quantity in quantities:
+            own = np.minimum(self.robot.limit(quantity), 1e4)
+            least = 0.6 if quantity == "torque" else 0.2  # what holds the arm up takes a share of its own
+            if self.chance(share):
+                asked[quantity] = (own * self.random.uniform(least, 1.0, len(own))).tolist()
+            if quantity != "jerk" and self.chance(share):
+                lower, upper = self.random.uniform(least, 1.0, (2, len(own))) * own
+                asked[f"{quantity}_range"] = np.stack([-lower, upper], axis=1).tolist()
+            if quantity in ("velocity", "acceleration") and self.chance(share):
+                asked[f"{quantity}_scale"] = self.random.uniform(0.2, 1.0)
+        for quantity, (least, most) in TOOL_LIMITS.items():
+            if self.chance(share):
+                asked[quantity] = self.between(least, most)
+        return asked
+
+    def payload(self) -> dict[str, Any]:
+        moments = self.random.uniform(1.0, 2.0, 3) * self.between(1e-6, 1e-2)
+        center = self.random.normal(scale=0.05, size=3)
+        return {"mass": self.between(1e-3, 8.0), "center_of_mass": center.tolist(), "inertia": moments.tolist()}
+
+    def velocity(self) -> list[float]:
+        """Of each joint, a share of its limit."""
+        shares = self.random.uniform(-0.3, 0.3, self.robot.dof)
+        return (shares * self.between(0.05, 1.0) * np.minimum(self.robot.limit("velocity"), 1e4)).tolist()
+
+    def position(self, near: np.ndarray | None) -> np.ndarray:
+        """Within the limits, half a radian or so from another one; some aligned, at a limit, tiny steps or none."""
+        lower = np.maximum(self.robot.limit("lower"), -np.pi)
+        upper = np.minimum(self.robot.limit("upper"), np.pi)
+        if near is None:
+            if self.chance(0.05):
+                return np.clip(np.zeros(self.robot.dof), lower, upper)
+            return np.asarray(self.random.uniform(0.7 * lower + 0.3 * upper, 0.3 * lower + 0.7 * upper))
+        step = self.random.normal(size=len(near)) * self.between(1e-3, 0.5)
+        match int(self.random.integers(30)):
+            case 0:
+                step *= 1e-7
+            case 1:
+                step *= 0.0
+            case 2:
+                step *= np.arange(len(near)) == self.random.integers(len(near))
+            case 3:
+                step += 10.0 * (self.random.random(len(near)) < 0.2)
+            case 4:
+                step = np.round(near + step, 1) - near
+        return np.asarray(np.clip(near + step, lower, upper))

@@ -1,0 +1,176 @@
+"""The judge of goals and curves: plans arrive where, when and as fast as was asked, along what was asked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from tests.api.random_requests.answered import Answered, segments, times_of
+from tests.api.random_requests.poses import in_base, placement, tool_at
+
+if TYPE_CHECKING:
+    from planner.robots import Robot
+    from tests.api.random_requests.answered import Segment
+
+ON_CURVE = 40
+"""Number of times at which the tool is held against a curve."""
+
+
+def goals_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
+    """Fail where a plan is not what was asked; the robot is mounted as the request has it."""
+    trajectory, times = Answered(answer["polynomials"]), times_of(answer)
+    _continuous(trajectory, request)
+    if request.get("duration"):
+        assert abs(answer["duration"] - request["duration"]) <= 1e-6 * request["duration"], "duration of the whole"
+    waypoints = request["waypoints"]
+    for segment in segments(request, answer):
+        k = segment.index
+        assert k is not None
+        asked, row, before = waypoints[k], times[k], times[k - 1]
+        takes = segment.last - segment.first
+        moves = np.abs(np.subtract(row["position"], before["position"])).max() > 1e-8
+        if asked.get("duration") and moves:
+            assert abs(takes - asked["duration"]) <= 1e-6 * (1.0 + asked["duration"]), f"duration {k}"
+        if asked.get("minimum_duration") and moves:
+            assert takes >= asked["minimum_duration"] - 1e-6, f"minimum duration {k}"
+        assert row["departure_time"] - row["arrival_time"] >= asked.get("dwell", 0.0) - 1e-9, f"dwell {k}"
+        passage = asked.get("transition", {"kind": "stop"})
+        if passage["kind"] != "blend":
+            here, velocity = trajectory.at(np.array([row["arrival_time"]]), 2)
+            assert np.abs(here[0] - row["position"]).max() <= 1e-6, f"waypoint {k} is not passed"
+            if passage.get("velocity") and moves:
+                assert np.abs(velocity[0] - passage["velocity"]).max() <= 1e-6, f"velocity {k}"
+        _arrives(robot, request, k, segment.tool, times)
+        if k > 0 and moves and _stops(waypoints, k - 1) and _stops(waypoints, k):
+            _keeps_to_curve(robot, request, segment, trajectory, times)
+
+
+def _stops(waypoints: list[dict[str, Any]], k: int) -> bool:
+    return k in (0, len(waypoints) - 1) or waypoints[k].get("transition", {"kind": "stop"})["kind"] == "stop"
+
+
+def _continuous(trajectory: Answered, request: dict[str, Any]) -> None:
+    """Positions and velocities do not jump; it ends at rest, and begins so if nothing else is asked."""
+    lengths, count = np.diff(trajectory.breakpoints), len(trajectory.coefficients)
+    ends = trajectory.derivatives(np.arange(count), lengths, 2)
+    starts = trajectory.derivatives(np.arange(count), np.zeros(count), 2)
+    for end, start in zip(ends, starts, strict=True):
+        assert np.abs(end[:-1] - start[1:]).max(initial=0.0) <= 1e-6, "it jumps"
+    assert np.abs(ends[1][-1]).max() <= 1e-6, "it does not end at rest"
+    initial = request["backend"].get("initial_velocity") or np.zeros(starts[1].shape[1])
+    assert np.abs(starts[1][0] - initial).max() <= 1e-6, "initial velocity"
+
+
+def _arrives(
+    robot: Robot, request: dict[str, Any], k: int, tool: dict[str, Any] | None, times: dict[int, dict[str, Any]]
+) -> None:
+    """Hold the posture of a waypoint against what was asked there."""
+    asked, posture = request["waypoints"][k], np.array(times[k]["position"])
+    if asked["kind"] in ("joint", "named"):
+        wanted = asked["position"] if asked["kind"] == "joint" else robot.named_positions[asked["name"]]
+        off = posture - np.array(wanted)
+        off = np.where(robot.is_continuous, np.abs(np.mod(off + np.pi, 2.0 * np.pi) - np.pi), np.abs(off))
+        inside = np.clip(wanted, robot.limit("lower"), robot.limit("upper")) == np.array(wanted)
+        assert (off <= np.where(inside, 1e-6, 1.1e-4)).all(), f"waypoint {k} is another one"
+        return
+    reached = tool_at(robot, posture, tool)
+    if asked["kind"] == "relative":
+        start = tool_at(robot, np.array(times[k - 1]["position"]), tool)
+        wanted = _moved(start, asked)
+        assert np.linalg.norm(reached.translation - wanted) <= 1e-5, f"the move to waypoint {k}"
+        return
+    pose = asked["pose"]
+    goal = in_base(robot, request, asked.get("frame")) * placement(pose)
+    if pose["orientation"] is None:
+        assert np.linalg.norm(reached.translation - goal.translation) <= 1e-5, f"position of waypoint {k}"
+        return
+    off_goal = goal.actInv(reached)
+    free = asked.get("free") or {}
+    free = {"rotation_z": [-np.pi, np.pi]} if free == "rotation_z" else free
+    offsets = [*off_goal.translation, *Rotation.from_matrix(off_goal.rotation).as_euler("XYZ")]
+    names = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+    for name, offset in zip(names, offsets, strict=True):
+        least, most = free.get(name) or (0.0, 0.0)
+        assert least - 1e-5 <= offset <= most + 1e-5, f"{name} of waypoint {k}: {offset}"
+
+
+def _moved(start: pin.SE3, asked: dict[str, Any]) -> np.ndarray:
+    """Where the tool is to be after a relative move."""
+    move = asked["move"]
+
+    def shift(x: float, z: float) -> pin.SE3:
+        return pin.SE3(np.eye(3), np.array([x, 0.0, z]))
+
+    def turn(axis: str, angle: float) -> pin.SE3:
+        return pin.SE3(Rotation.from_euler(axis, angle).as_matrix(), np.zeros(3))
+
+    match move["kind"]:
+        case "cartesian":
+            step = np.array(move["translation"])
+        case "cylindrical":
+            step = (shift(0.0, move["l"]) * turn("z", move["alpha"]) * shift(move["r"], 0.0)).translation
+        case _:
+            step = (turn("z", move["gamma"]) * turn("y", move["beta"]) * shift(0.0, move["r"])).translation
+    return np.asarray(start.act(step) if asked["frame"] == "tool" else start.translation + step)
+
+
+def _keeps_to_curve(
+    robot: Robot,
+    request: dict[str, Any],
+    segment: Segment,
+    trajectory: Answered,
+    times: dict[int, dict[str, Any]],
+) -> None:
+    """Hold the places of the tool against the line, the circle, the polyline or the spline."""
+    k = segment.index
+    assert k is not None
+    asked = request["waypoints"][k]
+    motion = asked.get("motion", {"kind": "joint"})
+    shifts = isinstance(motion.get("free"), dict) and set("xyz") & motion["free"].keys()
+    if motion["kind"] in ("joint", "free") or shifts:
+        return
+    into = in_base(robot, request, asked.get("frame") if asked["kind"] == "pose" else None)
+    corners = motion.get("poses") or [motion["via"]] if motion["kind"] != "linear" else []
+    start, end = (tool_at(robot, np.array(times[i]["position"]), segment.tool).translation for i in (k - 1, k))
+    points = np.array([start, *(into.act(np.array(pose["position"])) for pose in corners), end])
+    moments = np.linspace(segment.first, segment.last, ON_CURVE)
+    tool = np.array([tool_at(robot, q, segment.tool).translation for q in trajectory.at(moments)[0]])
+    tolerance = motion.get("tolerance_position", 1e-4) * 1.01 + 1e-6
+    match motion["kind"]:
+        case "linear" | "polyline":
+            off = _off_polyline(tool, points)
+            near_corner = np.linalg.norm(tool[:, None] - points[None, 1:-1], axis=2).min(axis=1, initial=np.inf)
+            is_cut = near_corner <= motion.get("blend", -1.0) + tolerance
+            assert (is_cut | (off <= tolerance)).all(), f"off the lines to waypoint {k} by {off.max()}"
+            assert (off <= max(motion.get("blend", 0.0), tolerance)).all(), f"off the blends to waypoint {k}"
+        case "circular":
+            assert _off_circle(tool, points).max() <= tolerance, f"off the circle to waypoint {k}"
+        case "spline":
+            chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+            if chords.min() > 1e-6:
+                along = np.concatenate([[0.0], np.cumsum(chords)])
+                dense = CubicSpline(along, points, bc_type="natural")(np.linspace(0.0, along[-1], 400))
+                assert _off_polyline(tool, dense).max() <= tolerance + 1e-4 * along[-1], f"off the spline to {k}"
+
+
+def _off_polyline(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Distances (N,) of points (N, 3) from the nearest of the lines between corners (M, 3)."""
+    starts, ways = corners[:-1], np.diff(corners, axis=0)
+    squares = np.maximum((ways**2).sum(axis=1), 1e-300)
+    shares = np.clip(((points[:, None] - starts) * ways).sum(axis=2) / squares, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(points[:, None] - starts - shares[..., None] * ways, axis=2).min(axis=1))
+
+
+def _off_circle(points: np.ndarray, three: np.ndarray) -> np.ndarray:
+    """Distances (N,) of points (N, 3) from the circle through three."""
+    a, b = three[1] - three[0], three[2] - three[0]
+    normal = np.cross(a, b)
+    middle = three[0] + np.cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * (normal @ normal))
+    normal /= np.linalg.norm(normal)
+    above = (points - middle) @ normal
+    around = np.linalg.norm(points - middle - above[:, None] * normal, axis=1)
+    return np.asarray(np.hypot(around - np.linalg.norm(three[0] - middle), above))

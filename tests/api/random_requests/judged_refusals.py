@@ -1,0 +1,88 @@
+"""The judge of refusals: they say what is wrong, where, in words; and their remedies help."""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from planner.robots import Robot
+
+CODES = {
+    "invalid_request",
+    "unreachable_waypoint",
+    "joint_position_limit",
+    "configuration_change",
+    "singular_path",
+    "missing_dynamics",
+    "infeasible_duration",
+    "limits_unsatisfiable",
+    "clearance_unproved",
+    "collision",
+    "start_in_collision",
+    "no_path_found",
+}
+"""What a request of these kinds may be refused with."""
+
+
+def is_precise(robot: Robot, request: dict[str, Any], problem: dict[str, Any]) -> None:
+    """Fail where a refusal does not say what is wrong and where."""
+    assert problem["code"] in CODES
+    assert problem["detail"]
+    assert problem["title"]
+    if problem["code"] == "invalid_request":
+        assert problem["errors"]
+        for fault in problem["errors"]:
+            assert fault["message"]
+            _parent_of(request, fault["pointer"])
+    count = len(request.get("waypoints", []))
+    if count:
+        assert problem.get("waypoint") is None or 0 <= problem["waypoint"] < count
+        assert problem.get("segment") is None or 0 <= problem["segment"] < count - 1
+    assert problem.get("joint") is None or problem["joint"] in robot.joint_names
+    assert problem.get("time") is None or problem["time"] >= 0.0
+    if problem["code"] in ("collision", "start_in_collision"):
+        assert problem["depth"] > 0.0
+        assert len(problem["pair"]) == 2
+    for remedy in [*(problem.get("remedies") or []), *(problem.get("hints") or [])]:
+        assert remedy["explanation"]
+        with_remedy(request, remedy)
+
+
+def with_remedies(request: dict[str, Any], remedies: list[dict[str, Any]], chosen: int) -> dict[str, Any]:
+    """The request with one of its remedies, and those that belong to it: of durations all, and of limits."""
+
+    def group(remedy: dict[str, Any]) -> str:
+        change = remedy["change"]
+        if change.endswith("/duration"):
+            return "durations"
+        return "limits" if "/limits" in change else change
+
+    for remedy in remedies:
+        if remedy is remedies[chosen] or group(remedy) == group(remedies[chosen]) != remedies[chosen]["change"]:
+            request = with_remedy(request, remedy)
+    return request
+
+
+def with_remedy(request: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:
+    """The request with a remedy's change."""
+    changed = copy.deepcopy(request)
+    parent, key = _parent_of(changed, remedy["change"])
+    if isinstance(parent, list) and key == len(parent):
+        parent.append(remedy["value"])
+    else:
+        parent[key] = remedy["value"]
+    return changed
+
+
+def _parent_of(request: Any, pointer: str) -> tuple[Any, Any]:
+    """What holds the place that a JSON pointer names, which need not be there, and its key."""
+    if not pointer:
+        return {"": request}, ""
+    assert pointer.startswith("/"), pointer
+    *way, last = (part.replace("~1", "/").replace("~0", "~") for part in pointer[1:].split("/"))
+    for part in way:
+        if isinstance(request, dict) and request.get(part) is None:
+            request[part] = {}
+        request = request[int(part)] if isinstance(request, list) else request[part]
+    return request, int(last) if isinstance(request, list) else last

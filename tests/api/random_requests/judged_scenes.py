@@ -1,0 +1,108 @@
+"""The judge of scenes: what is said to be free is, and what is said to collide does, by distances of dense samples."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tests.api.random_requests.answered import Answered
+from tests.api.random_requests.distances import CLOSED_FORMS
+from tests.api.random_requests.surroundings import Surroundings
+
+if TYPE_CHECKING:
+    from planner.robots import Robot
+
+CONTACT = 1.1e-5
+"""Distance by which a margin may be missed, m: what docs/collisions.md states, and rounding."""
+
+GENEROUS = 2e-3
+"""Room beyond the margin from which on nothing may be refused, m."""
+
+RESTING = [0.0, 1.0]
+
+
+def is_free(robot: Robot, request: dict[str, Any], polynomials: list[dict[str, Any]], clearance: Any) -> None:
+    """Fail where a trajectory that is said to be free comes nearer to something than it may."""
+    if not request.get("scene") and not request.get("self_collision"):
+        return
+    around, trajectory = Surroundings(robot, request), Answered(polynomials)
+    excess, apart, pair = around.least_excess(trajectory)
+    assert excess >= -CONTACT, f"{pair} are {-excess} m too near"
+    if clearance is None:
+        return
+    if clearance["scene"] is not None:
+        lower = clearance["scene"]["lower"]
+        assert lower <= apart + 1e-6 or np.isinf(apart), f"{pair} are {apart} m apart, not {lower}"
+    if clearance["itself"] is not None:
+        sources = {"model", "estimate"} if request.get("self_collision") else {"model"}
+        apart, pair = around.least_between_links(trajectory, sources)
+        assert apart >= -CONTACT, f"{pair} overlap by {-apart} m"
+        assert clearance["itself"]["lower"] <= apart + 1e-6, f"{pair} are {apart} m apart"
+
+
+def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], posture: np.ndarray | None) -> None:
+    """Fail where two things are said to be too near that, at a posture, are clearly not."""
+    around = Surroundings(robot, request)
+    names = {body.name for body in around.bodies} | {thing.name for thing in around.things}
+    assert set(found["pair"]) <= names, "nothing has these names"
+    assert found["detail"]
+    if found["code"] == "clearance_unproved":
+        return
+    assert found["depth"] > 0.0
+    assert (found.get("time") or 0.0) >= 0.0
+    bodies = [body for body in around.bodies if body.name in found["pair"] and body.is_line and body.joint]
+    things = [thing for thing in around.things if thing.name in found["pair"] and thing.kind in CLOSED_FORMS]
+    if posture is None or len({thing.name for thing in around.things}) < len(around.things):
+        return
+    of_pair = [body for body in around.bodies if body.name in found["pair"]]
+    if things and len(bodies) == len(of_pair) > 0:
+        rooms = [
+            around.apart(body, thing, posture[None])[0] - max(body.margin, thing.margin)
+            for body in bodies
+            for thing in things
+        ]
+        assert min(rooms) < GENEROUS, f"{found['pair']} have {min(rooms)} m more than they need"
+
+
+def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
+    """Hold the answer of a collision check against distances of dense samples."""
+    results = answer["results"]
+    assert answer["free"] == all(result["free"] for result in results)
+    if "positions" in request:
+        motions = [_at_rest(robot, row) for row in request["positions"]]
+    elif "polynomials" in request:
+        motions = [request["polynomials"]]
+    else:
+        motions = [_interpolated(robot, request["samples"])]
+    assert len(results) == len(motions)
+    for result, motion in zip(results, motions, strict=True):
+        assert result["free"] == (result["collision"] is None)
+        if result["free"]:
+            is_free(robot, request, motion, result["clearance"])
+        else:
+            time = result["collision"]["time"]
+            posture = Answered(motion).at(np.array([time or 0.0]))[0][0]
+            collides(robot, request, result["collision"], posture)
+
+
+def _at_rest(robot: Robot, position: list[float]) -> list[dict[str, Any]]:
+    pairs = zip(robot.joint_names, position, strict=True)
+    return [{"joint": name, "breakpoints": RESTING, "coefficients": [[value]]} for name, value in pairs]
+
+
+def _interpolated(robot: Robot, samples: dict[str, Any]) -> list[dict[str, Any]]:
+    """What a controller runs: straight lines, or cubics (Hermite) where there are velocities."""
+    time, q = np.array(samples["time"]), np.array(samples["position"])
+    h, rise = np.diff(time)[:, None], np.diff(q, axis=0)
+    if "velocity" in samples:
+        v = np.array(samples["velocity"])
+        second = 3.0 * rise / h**2 - (2.0 * v[:-1] + v[1:]) / h
+        third = -2.0 * rise / h**3 + (v[:-1] + v[1:]) / h**2
+        rows = np.stack([q[:-1], v[:-1], second, third], axis=-1)
+    else:
+        rows = np.stack([q[:-1], rise / h], axis=-1)
+    return [
+        {"joint": name, "breakpoints": time.tolist(), "coefficients": rows[:, k].tolist()}
+        for k, name in enumerate(robot.joint_names)
+    ]

@@ -1,0 +1,79 @@
+"""Random operations on what was planned: those on trajectories, and its collisions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tests.api.random_requests.draws import TOOL_LIMITS
+from tests.api.random_requests.plans import BACKENDS, Plans
+
+AS_THEY_ARE = ("mounting", "tool")
+"""What of a plan its operations are asked with."""
+
+
+class Operations(Plans):
+    """Random operations for a robot."""
+
+    def operation(self, request: dict[str, Any], planned: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+        """An operation on a planned trajectory: its path after /v1/, and the request."""
+        trajectory, duration = {"polynomials": planned["polynomials"]}, planned["duration"]
+        asked: dict[str, Any] = {"robot": self.robot.id, "include": ["polynomials"], "deadline": 30.0}
+        asked |= {name: request[name] for name in AS_THEY_ARE if name in request}
+        if self.chance(0.4):
+            asked["limits"] = self.limits(0.1)
+        if self.chance(0.3):
+            quantities = ("position", "velocity", "acceleration", "jerk", *TOOL_LIMITS)
+            asked["enforced"] = [quantity for quantity in quantities if self.chance(0.6)]
+        at = sorted(self.random.uniform(0.0, 1.0, 2) * duration)
+        name = self.choice(("retime", "stop", "stop", "reverse", "slice", "join", "resample", "check"))
+        if name == "check":
+            return "collisions/check", self.check(request, planned)
+        if name == "retime":
+            asked.pop("enforced", None)
+            asked |= {"backend": self.choice(BACKENDS), "max_deviation": self.between(1e-3, 0.05)}
+            asked |= {"points": self.points()} if self.chance(0.5) else {"trajectory": trajectory}
+        elif name == "stop":
+            asked |= {"trajectory": trajectory, "time": at[0], "mode": self.choice(("on_path", "joints"))}
+        elif name == "slice":
+            asked |= {"trajectory": trajectory, "start": at[0], "end": at[1]}
+        elif name == "join":
+            asked |= {"trajectories": [trajectory, trajectory] if self.chance(0.3) else [trajectory]}
+        elif name == "resample":
+            asked |= {"trajectory": trajectory, "period": self.between(0.01, 0.5)}
+        else:
+            asked |= {"trajectory": trajectory}
+        return f"trajectories/{name}", asked
+
+    def check(self, request: dict[str, Any], planned: dict[str, Any] | None) -> dict[str, Any]:
+        """What was planned, samples of it, or postures, in a scene."""
+        asked: dict[str, Any] = {"robot": self.robot.id, "deadline": 30.0}
+        asked |= {name: request[name] for name in (*AS_THEY_ARE, "frames") if name in request}
+        if self.chance(0.2):
+            asked["tolerance"] = self.choice((2e-4, 5e-3, 0.1))
+        if self.chance(0.3):
+            asked["self_collision"] = self.chance(0.5)
+        if planned is None or self.chance(0.4):
+            postures = [self.position(None) for _ in range(int(self.random.integers(1, 6)))]
+            asked["positions"] = [posture.tolist() for posture in postures]
+        elif self.chance(0.6):
+            asked["polynomials"] = planned["polynomials"]
+            postures = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
+        else:
+            rows = planned["samples"]
+            asked["samples"] = {"time": rows["time"], "position": rows["position"]}
+            if self.chance(0.5):
+                asked["samples"]["velocity"] = rows["velocity"]
+            postures = [np.array(row) for row in rows["position"]]
+        if not self.chance(0.1):
+            asked["scene"] = self.scene(asked, postures)
+        return asked
+
+    def points(self) -> list[list[float]]:
+        """A walk of joint positions, smooth or rough, some of them repeated."""
+        count, step = 2 + int(self.random.integers(40)), self.between(1e-4, 0.05)
+        walk = self.position(None) + np.cumsum(self.random.normal(scale=step, size=(count, self.robot.dof)), axis=0)
+        walk = np.clip(walk, self.robot.limit("lower"), self.robot.limit("upper"))
+        rows = np.sort(self.random.integers(0, count, count)) if self.chance(0.3) else np.arange(count)
+        return list(walk[rows].tolist())

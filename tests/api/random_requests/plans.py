@@ -1,0 +1,148 @@
+"""Random plan requests over all that may be asked at waypoints and of the whole.
+
+Most of them can be planned; what contradicts itself is to be refused, never to fail.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tests.api.random_requests.scenes import Scenes
+from tests.api.random_requests.waypoints import TOOLS, Waypoints
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+BACKENDS: Sequence[dict[str, Any]] = (
+    {"kind": "cubic"},
+    {"kind": "quintic"},
+    {"kind": "trapezoidal"},
+    {"kind": "ruckig"},
+    {"kind": "ruckig", "synchronization": "time"},
+    {"kind": "toppra"},
+    {"kind": "toppra", "jerk_limited": True},
+    {"kind": "auto"},
+)
+"""Back ends that take milliseconds."""
+
+FRAMES = {"pallet": {"position": [0.2, -0.1, 0.05], "orientation": {"kind": "rpy", "rpy": [0.1, -0.2, 0.7]}}}
+MOUNTING = {"position": [0.0, 0.0, 0.5], "orientation": {"kind": "rpy", "rpy": [0.3, 0.0, 0.2]}}
+FEW_CHECKS = (1, 30, 300)
+"""Bounds on the search for a way around, so that it takes no longer than the rest."""
+
+
+class Plans(Waypoints, Scenes):
+    """Random plan requests for a robot."""
+
+    def plan(self) -> dict[str, Any]:
+        """A request to plan, with some of all that may be asked."""
+        request: dict[str, Any] = {
+            "robot": self.robot.id,
+            "backend": dict(self.choice(BACKENDS)),
+            "limits": self.limits(0.08),
+            "include": ["polynomials"],
+            "sample_period": 0.5,
+            "deadline": 30.0,
+        }
+        if self.chance(0.2):
+            request["tool"] = self.choice(TOOLS)
+        if self.chance(0.1):
+            request["mounting"] = MOUNTING
+        if self.chance(0.15):
+            request["frames"] = FRAMES
+        if self.chance(0.1):
+            request["payload"] = self.payload()
+        if self.chance(0.04):
+            request["backend"] = {"kind": "ruckig"}
+            return self._passing_joints(request)
+        near, tool = self.position(None), request.get("tool")
+        waypoints: list[dict[str, Any]] = [{"kind": "joint", "position": near.tolist()}]
+        postures, count = [near], 2 + int(self.random.integers(3))
+        for k in range(1, count):
+            made, near, tool = self.waypoint(near, request, tool)
+            if "tool" in made and self.chance(0.95):
+                waypoints[-1].pop("transition", None)
+            self._passage(made, is_last=k == count - 1)
+            postures.append(near)
+            waypoints.append(made)
+        request["waypoints"] = waypoints
+        if self.chance(0.25):
+            request["scene"] = self.scene(request, postures)
+            self._leave_ways_open(waypoints)
+        if self.chance(0.1):
+            request["self_collision"] = self.chance(0.5)
+        self._of_the_whole(request)
+        if len(waypoints) == 2 and self.chance(0.03):
+            request["backend"] = {"kind": "min_effort"}
+        return request
+
+    def _passage(self, made: dict[str, Any], *, is_last: bool) -> None:
+        """How a waypoint is passed, how long it takes to get there, and what holds on the way."""
+        if not is_last and self.chance(0.5):
+            made["transition"] = self.choice(
+                ({"kind": "through"}, {"kind": "blend", "radius": self.between(1e-3, 0.1)})
+            )
+            if self.chance(0.02):
+                made["transition"] = {"kind": "through", "velocity": self.velocity()}
+        elif self.chance(0.3):
+            made["dwell"] = self.between(0.01, 1.0)
+        if self.chance(0.12):
+            made["duration"] = self.between(0.1, 10.0)
+        elif self.chance(0.12):
+            made["minimum_duration"] = self.between(0.1, 5.0)
+        if self.chance(0.25):
+            made["limits"] = self.limits(0.12)
+        if self.chance(0.06):
+            made |= {"payload": self.payload()} if self.chance(0.5) else {"put_down": True}
+
+    def _passing_joints(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Joint positions that are passed, some of them at velocities that are asked."""
+        near = self.position(None)
+        request["waypoints"] = [{"kind": "joint", "position": near.tolist()}]
+        for _ in range(2 + int(self.random.integers(4))):
+            near = self.position(near)
+            passed: dict[str, Any] = {"kind": "joint", "position": near.tolist(), "transition": {"kind": "through"}}
+            if self.chance(0.7):
+                passed["transition"]["velocity"] = self.velocity()
+            request["waypoints"].append(passed)
+        del passed["transition"]
+        if self.chance(0.5):
+            request["backend"]["initial_velocity"] = self.velocity()
+        return request
+
+    def _leave_ways_open(self, waypoints: list[dict[str, Any]]) -> None:
+        for waypoint in waypoints[1:]:
+            if waypoint["kind"] != "relative" and self.chance(0.25):
+                waypoint["motion"] = {"kind": "free", "most_checks": self.choice(FEW_CHECKS)}
+                waypoint.pop("duration", None)
+
+    def _of_the_whole(self, request: dict[str, Any]) -> None:
+        if self.chance(0.08):
+            request["duration"] = self.between(0.5, 20.0)
+        if self.chance(0.15) and request["backend"]["kind"] == "ruckig":
+            request["backend"]["initial_velocity"] = self.velocity()
+        if self.chance(0.1):
+            prefer = ("continuous", "near_reference", "manipulability", "far_from_limits")
+            request["ik"] = {"prefer": self.choice(prefer), "reference": self.position(None).tolist()}
+        if self.chance(0.15):
+            at = self.choice(({"waypoint": 0}, {"waypoint": 1}, {"time": 0.01}, {"distance": 0.0}))
+            request["actions"] = [{"kind": "set_output", "at": at, "name": "gripper", "value": True}]
+
+    def spoiled(self, request: dict[str, Any]) -> dict[str, Any]:
+        """A request with one number, somewhere in it, that is huge, tiny or of the other sign."""
+        places: list[tuple[Any, Any]] = []
+
+        def collect(value: Any) -> None:
+            for key, child in value.items() if isinstance(value, dict) else enumerate(value):
+                if isinstance(child, dict | list):
+                    collect(child)
+                elif isinstance(child, float):
+                    places.append((value, key))
+
+        collect(request)
+        container, key = self.choice(places)
+        container[key] = self.choice((0.0, -container[key], 1e-12, 1e-300, 1e6, -1e6, 1e9, np.pi, 5e-324))
+        request["deadline"] = 30.0
+        return request

@@ -1,0 +1,223 @@
+"""A robot among the things of a request's scene: least distances by dense samples of its motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from planner.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from planner.shapes.hulls import ConvexHull
+from tests.api.random_requests.distances import Distance, core_of, distance_to
+from tests.api.random_requests.poses import in_base, placement
+
+if TYPE_CHECKING:
+    from planner.robots import Robot
+    from tests.api.random_requests.answered import Answered
+
+COARSE = 40
+"""Number of times at which all that moves is held against all that stands."""
+
+FINE = 21
+"""Number of times around the nearest of them at which the nearest pairs are looked at once more, twice."""
+
+CLOSEST = 3
+"""Number of pairs that are looked at closely."""
+
+
+class Body(NamedTuple):
+    """A thing that moves.
+
+    Attributes:
+        name: Of the link or of what is attached.
+        joint: Pinocchio's number of the joint that carries it.
+        points: (P, 3), of its core in the joint's frame, m.
+        radius: How far it goes beyond its core, m.
+        is_line: Whether the core is the line from the first point to the last.
+        margin: Of its own, m.
+    """
+
+    name: str
+    joint: int
+    points: np.ndarray
+    radius: float
+    is_line: bool
+    margin: float = 0.0
+
+
+class Thing(NamedTuple):
+    """A thing that stands still: its name, kind, distance from points in the base frame, and margin (m)."""
+
+    name: str
+    kind: str
+    distance: Distance
+    margin: float
+
+
+class Surroundings:
+    """A robot, mounted as the request has it, and what its request says about a scene."""
+
+    def __init__(self, robot: Robot, request: dict[str, Any]) -> None:
+        scene = request.get("scene") or {}
+        self.robot, self.data = robot, robot.model.createData()
+        self.bodies = [
+            _body(shape.link, shape.joint, shape.placement, _as_asked(shape.shape)) for shape in robot.collision_shapes
+        ]
+        self.links = len(self.bodies)
+        self.touched: dict[str, set[str]] = {}
+        for held in scene.get("attached", []):
+            link = held.get("link")
+            frame = robot.model.frames[robot.model.getFrameId(link or robot.tip_frame)]
+            where = (
+                frame.placement * (pin.SE3.Identity() if link else self._tool(request)) * placement(held.get("pose"))
+            )
+            body = _body(held["id"], frame.parentJoint, where, held["shape"])
+            self.bodies.append(body._replace(margin=held.get("margin") or 0.0))
+            self.touched[held["id"]] = {link or robot.tip_frame, *held.get("touch_links", [])}
+        self.allowed = {frozenset(pair) for pair in scene.get("allowed_pairs", [])}
+        self.things = []
+        for thing in scene.get("objects", []):
+            where = in_base(robot, request, thing.get("frame", "world")) * placement(thing.get("pose"))
+            margin = thing.get("margin", scene.get("margin", 0.0))
+            self.things.append(Thing(thing["id"], thing["shape"]["kind"], _placed(thing["shape"], where), margin))
+
+    def _tool(self, request: dict[str, Any]) -> pin.SE3:
+        return placement(request["tool"]) if request.get("tool") else self.robot.tool_in_tip
+
+    def moved(self, body: Body, positions: np.ndarray) -> np.ndarray:
+        """The core of a body (T, P, 3) in the base frame at postures (T, joints)."""
+        return self._moved([body], positions)[0]
+
+    def _moved(self, bodies: list[Body], positions: np.ndarray) -> list[np.ndarray]:
+        rotations = np.empty((len(positions), self.robot.model.njoints, 3, 3))
+        origins = np.empty((len(positions), self.robot.model.njoints, 3))
+        for row, position in enumerate(positions):
+            pin.forwardKinematics(self.robot.model, self.data, position)
+            for joint, where in enumerate(self.data.oMi.tolist()):
+                rotations[row, joint], origins[row, joint] = where.rotation, where.translation
+        return [
+            body.points @ rotations[:, body.joint].transpose(0, 2, 1) + origins[:, None, body.joint] for body in bodies
+        ]
+
+    def least_excess(self, trajectory: Answered) -> tuple[float, float, str]:
+        """The least distance less the margin of a body from a thing; the least distance; and of which pair.
+
+        What may touch is left out. Both are no less than the truth.
+        """
+        pairs = [
+            (body, thing, max(thing.margin, body.margin))
+            for body in self.bodies
+            for thing in self.things
+            if body.joint and frozenset((body.name, thing.name)) not in self.allowed
+        ]
+        if not pairs:
+            return np.inf, np.inf, ""
+        ends = trajectory.breakpoints[[0, -1]]
+        times = np.linspace(ends[0], ends[1], COARSE)
+        bodies = list({id(body): body for body, _, _ in pairs}.values())
+        cores = dict(zip(map(id, bodies), self._moved(bodies, trajectory.at(times)[0]), strict=True))
+        coarse = []
+        for body, thing, margin in pairs:
+            core = cores[id(body)]
+            apart = thing.distance(core.reshape(-1, 3)).reshape(core.shape[:2]).min(axis=1) - body.radius
+            coarse.append((float(apart.min()) - margin, float(times[apart.argmin()]), body, thing, margin))
+        coarse.sort(key=lambda found: found[0])
+        best = (np.inf, np.inf, "")
+        for _, time, body, thing, margin in coarse[:CLOSEST]:
+            apart = self._closely(trajectory, body, thing, time, (ends[1] - ends[0]) / COARSE)
+            best = min(best, (apart - margin, apart, f"{body.name} and {thing.name}"))
+        return best
+
+    def _closely(self, trajectory: Answered, body: Body, thing: Thing, time: float, step: float) -> float:
+        least = np.inf
+        for _ in range(2):
+            times = np.clip(time + np.linspace(-step, step, FINE), *trajectory.breakpoints[[0, -1]])
+            apart = self.apart(body, thing, trajectory.at(times)[0])
+            least = min(least, float(apart.min()))
+            time, step = float(times[apart.argmin()]), step / 10.0
+        return least
+
+    def apart(self, body: Body, thing: Thing, positions: np.ndarray) -> np.ndarray:
+        """Distances (T,) of a body from a thing at postures (T, joints); those of lines exactly."""
+        core = self.moved(body, positions)
+        if body.is_line:
+            return nearest_on_lines(core[:, 0], core[:, -1], thing.distance) - body.radius
+        least: np.ndarray = thing.distance(core.reshape(-1, 3)).reshape(core.shape[:2]).min(axis=1)
+        return least - body.radius
+
+    def least_between_links(self, trajectory: Answered, sources: set[str]) -> tuple[float, str]:
+        """The least distance of two links that are held against each other, both with lines for cores; and which."""
+        kinds = [shape.source for shape in self.robot.collision_shapes]
+        checked = {
+            frozenset((pair.link_1, pair.link_2)) for pair in self.robot.collision_pairs if pair.reason is None
+        } - self.allowed
+        numbers = [k for k in range(self.links) if kinds[k] in sources and self.bodies[k].is_line]
+        ends = trajectory.breakpoints[[0, -1]]
+        positions = trajectory.at(np.linspace(ends[0], ends[1], COARSE))[0]
+        cores = self._moved([self.bodies[k] for k in numbers], positions) if numbers else []
+        best = (np.inf, "")
+        for i, first in enumerate(numbers):
+            for j, second in enumerate(numbers[:i]):
+                a, b = self.bodies[first], self.bodies[second]
+                if frozenset((a.name, b.name)) in checked:
+                    from_line = _distance_from_lines(cores[j][:, 0], cores[j][:, -1])
+                    apart = nearest_on_lines(cores[i][:, 0], cores[i][:, -1], from_line) - a.radius - b.radius
+                    best = min(best, (float(apart.min()), f"{a.name} and {b.name}"))
+        return best
+
+
+def _as_asked(shape: Shape) -> dict[str, Any]:
+    """A shape of a robot as a request would have it."""
+    match shape:
+        case Sphere():
+            return {"kind": "sphere", "radius": shape.radius}
+        case Capsule():
+            return {"kind": "capsule", "radius": shape.radius, "length": shape.length}
+        case Box():
+            return {"kind": "box", "size": shape.size}
+        case Cylinder():
+            return {"kind": "cylinder", "radius": shape.radius, "length": shape.length}
+        case ConvexHull():
+            return {"kind": "convex", "vertices": shape.vertices}
+    raise TypeError(type(shape))
+
+
+def _body(name: str, joint: int, where: pin.SE3, shape: dict[str, Any]) -> Body:
+    points, radius, is_line = core_of(shape)
+    return Body(name, joint, points @ where.rotation.T + where.translation, radius, is_line)
+
+
+def _placed(shape: dict[str, Any], where: pin.SE3) -> Distance:
+    distance = distance_to(shape)
+    return lambda points: distance((points - where.translation) @ where.rotation)
+
+
+def _distance_from_lines(starts: np.ndarray, ends: np.ndarray) -> Distance:
+    """The distance of points (N, 3) from the lines between points (N, 3), each from its own."""
+    ways = ends - starts
+    squares = np.maximum((ways**2).sum(axis=1), 1e-300)
+
+    def distance(points: np.ndarray) -> np.ndarray:
+        shares = np.clip(((points - starts) * ways).sum(axis=1) / squares, 0.0, 1.0)
+        return np.asarray(np.linalg.norm(points - starts - shares[:, None] * ways, axis=1))
+
+    return distance
+
+
+def nearest_on_lines(starts: np.ndarray, ends: np.ndarray, distance: Distance) -> np.ndarray:
+    """The least of a convex function on lines between points (N, 3), by thirds: (N,)."""
+    low, high = np.zeros(len(starts)), np.ones(len(starts))
+
+    def at(share: np.ndarray) -> np.ndarray:
+        return distance(starts + share[:, None] * (ends - starts))
+
+    least: np.ndarray = np.minimum(at(low), at(high))
+    if np.array_equal(starts, ends):
+        return least
+    for _ in range(28):
+        a, b = low + (high - low) / 3.0, high - (high - low) / 3.0
+        at_a, at_b = at(a), at(b)
+        low, high = np.where(at_a < at_b, low, a), np.where(at_a < at_b, b, high)
+        least = np.minimum(least, np.minimum(at_a, at_b))
+    return least
