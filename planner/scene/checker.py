@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from planner.robots import Robot
     from planner.scene.scene import AttachedObject
+    from planner.shapes import Shape
     from planner.spatial import FloatArray
 
 CONTACT_TOLERANCE = 1e-5
@@ -92,6 +93,7 @@ class CollisionChecker:
         carried = [body for thing in self.scene.attached for body in _bodies_of(robot, thing)]
         self.bodies = Bodies(robot, [*links, *carried])
         self.obstacles = Obstacles(self.scene.objects, robot.mounting)
+        self._joints = np.append(self.bodies.joints, np.zeros(len(self.obstacles.all), dtype=int))
         self._allowed = {frozenset(pair) for pair in self.scene.allowed_pairs}
         described = {k for k, shape in enumerate(shapes) if self_collision or shape.source == "model"}
         pairs = [] if self_collision is False else list(self._own_pairs(robot, len(links), described))
@@ -188,6 +190,28 @@ class CollisionChecker:
         bodies = (items.pairs[~own] - self.own_pairs) // max(len(self.obstacles.all), 1)
         moved[~own] = displacements.sum(axis=2)[items.rows[~own], bodies]
         return moved
+
+    def numbers_of(self, pairs: np.ndarray) -> np.ndarray:
+        """Return the numbers of the two pieces of pairs (n, 2): bodies first, and then obstacles."""
+        numbers = np.empty((len(pairs), 2), dtype=int)
+        own = pairs < self.own_pairs
+        numbers[own, 0], numbers[own, 1] = self.first[pairs[own]], self.second[pairs[own]]
+        body, obstacle = np.divmod(pairs[~own] - self.own_pairs, max(len(self.obstacles.all), 1))
+        numbers[~own, 0], numbers[~own, 1] = body, obstacle + len(self.bodies.pieces)
+        return numbers
+
+    def joints_of(self, pairs: np.ndarray) -> np.ndarray:
+        """Return the numbers of the joints that the two pieces of pairs move with (n, 2); 0: an obstacle's."""
+        joints: np.ndarray = self._joints[self.numbers_of(pairs)]
+        return joints
+
+    def placed_shape(self, number: int) -> tuple[int, FloatArray, FloatArray, Shape | Cluster]:
+        """Return the joint, and in its frame the rotation (3, 3), translation (3,) and shape of a body or obstacle."""
+        if number < len(self.bodies.pieces):
+            piece = self.bodies.pieces[number]
+            return piece.joint, piece.rotation, piece.translation, piece.shape
+        obstacle = self.obstacles.all[number - len(self.bodies.pieces)]
+        return 0, obstacle.rotation, obstacle.translation, obstacle.shape
 
     def separate(self, postures: Postures, row: int, pair: int) -> Separation:
         """Compute how far a pair is apart at one posture, with proof."""

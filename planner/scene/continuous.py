@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, ITSELF, Items
 from planner.scene.excursions import excursions
+from planner.scene.planes import normals_at, plane_bounds
 
 if TYPE_CHECKING:
     from planner.polynomials import PiecewisePolynomial
@@ -160,11 +161,13 @@ class _Batch(NamedTuple):
         starts: (N,), s.
         ends: (N,), s.
         items: Rows are numbers of intervals; None: all pairs on all of them.
+        normals: (n, 2, 3): of the planes that were last found between the items, see `planner.scene.planes`.
     """
 
     starts: FloatArray
     ends: FloatArray
     items: Items | None
+    normals: FloatArray
 
 
 class _Search:
@@ -191,7 +194,7 @@ class _Search:
 
     def start(self, starts: FloatArray, ends: FloatArray) -> None:
         """Begin with intervals on which all pairs count."""
-        self.waiting.append(_Batch(starts, ends, None))
+        self.waiting.append(_Batch(starts, ends, None, np.zeros((0, 2, 3))))
 
     def wanted(self, pairs: np.ndarray) -> FloatArray:
         """Return the distances (n,) from which on pairs are done with, m."""
@@ -203,7 +206,7 @@ class _Search:
 
     def step(self) -> None:
         """Look at the first intervals that are left, and split those where pairs are not done with."""
-        starts, ends, items = self.waiting.pop(0)
+        starts, ends, items, normals = self.waiting.pop(0)
         middles = (starts + ends) / 2.0
         positions = self.motion.evaluate(middles, [0])[0]
         postures = self.checker.bodies.at(positions)
@@ -212,13 +215,20 @@ class _Search:
         self.found.postures += len(starts)
         if items is None:
             items = self._all_items(postures, displacements, middles)
+            normals = np.zeros((len(items.rows), 2, 3))
         motions = self.checker.motions(displacements, items)
         near = self.checker.bounds(postures, items)
+        wanted = self.wanted(items.pairs)
+        seen = (near - motions < wanted) & normals.any(axis=(1, 2))
+        if seen.any():
+            bounds = plane_bounds(self.checker, postures, Items(items.rows[seen], items.pairs[seen]), normals[seen])
+            near[seen] = np.maximum(near[seen], bounds)
         low = near - motions
         order = np.argsort(low, kind="stable")
-        wanted = self.wanted(items.pairs)
+        upper = self.found.upper
         for item in order.tolist():
-            if low[item] >= wanted[item] or motions[item] <= ENOUGH_PARTS * (near[item] - wanted[item]):
+            enough = 0.0 if seen[item] else motions[item] / ENOUGH_PARTS
+            if low[item] >= wanted[item] or enough <= near[item] - wanted[item]:
                 continue
             if not self.has_budget:
                 break
@@ -226,11 +236,13 @@ class _Search:
             apart = self._look(postures, row, pair, float(middles[row]))
             near[item] = apart.proved
             low[item] = apart.proved - motions[item]
+            normals[item] = normals_at(self.checker, postures, row, pair, apart.normal)
             if self.found.hit is not None and self.tolerance is None:
                 break
-            if self.tolerance is not None:
-                wanted = np.maximum(wanted, (self.found.upper - self.tolerance)[self.checker.kinds(items.pairs)])
-        self._split(_Batch(starts, ends, items), near, low, self.wanted(items.pairs))
+            if self.tolerance is not None and (self.found.upper < upper).any():
+                upper = self.found.upper
+                wanted = self.wanted(items.pairs)
+        self._split(_Batch(starts, ends, items, normals), near, low, self.wanted(items.pairs))
 
     def _look(self, postures: Postures, row: int, pair: int, time: float) -> Separation:
         apart = self.checker.separate(postures, row, pair)
@@ -263,13 +275,13 @@ class _Search:
 
     def _split(self, batch: _Batch, near: FloatArray, low: FloatArray, wanted: FloatArray) -> None:
         """Split the intervals on which pairs are left, into as many parts as should do."""
-        starts, ends, items = batch
+        starts, ends, items, normals = batch
         if items is None:
             raise ValueError("nothing was looked at")
         left = low < wanted
         for kind in (ITSELF, AMONG_OBJECTS):
             self._done(kind, low[~left & (self.checker.kinds(items.pairs) == kind)])
-        rows, pairs = items.rows[left], items.pairs[left]
+        rows, pairs, normals = items.rows[left], items.pairs[left], normals[left]
         if not len(rows):
             return
         room = np.maximum(near[left] - wanted[left], 1e-9)
@@ -284,11 +296,11 @@ class _Search:
             (float(middles[row]), int(pair), float(distance))
             for row, pair, distance in zip(rows[short], pairs[short], near[left][short], strict=True)
         ]
-        rows, pairs = rows[~short], pairs[~short]
+        rows, pairs, normals = rows[~short], pairs[~short], normals[~short]
         chosen = np.unique(rows)
         for first in range(0, len(chosen), AT_ONCE // MOST_SPLITS):
             some = chosen[first : first + AT_ONCE // MOST_SPLITS]
-            self.waiting.append(_split_into(starts[some], ends[some], parts[some], some, rows, pairs))
+            self.waiting.append(_split_into(starts[some], ends[some], parts[some], some, rows, pairs, normals))
 
     def finish(self) -> None:
         """Say what is left: what was not looked at may be as near as anything."""
@@ -305,9 +317,15 @@ class _Search:
 
 
 def _split_into(
-    starts: FloatArray, ends: FloatArray, parts: np.ndarray, rows: np.ndarray, of: np.ndarray, pairs: np.ndarray
+    starts: FloatArray,
+    ends: FloatArray,
+    parts: np.ndarray,
+    rows: np.ndarray,
+    of: np.ndarray,
+    pairs: np.ndarray,
+    normals: FloatArray,
 ) -> _Batch:
-    """Return intervals in so many parts each, with the pairs of the rows `of` that they had."""
+    """Return intervals in so many parts each, with the pairs of the rows `of` that they had, and their planes."""
     first = np.cumsum(parts) - parts
     new_of = np.repeat(np.arange(len(parts)), parts)
     number = np.arange(len(new_of)) - first[new_of]
@@ -318,4 +336,4 @@ def _split_into(
     count = parts[position]
     inner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     items = Items(np.repeat(first[position], count) + inner, np.repeat(pairs[mine], count))
-    return _Batch(edges[0], edges[1], items)
+    return _Batch(edges[0], edges[1], items, np.repeat(normals[mine], count, axis=0))

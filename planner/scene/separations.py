@@ -28,6 +28,10 @@ SUSPICIOUS = 1e-4
 way: it is some nanometres as a rule, and several millimetres for one in a million pairs of hulls."""
 
 
+NO_NORMAL = np.zeros(3)
+"""In the place of the normal of a plane where one plane does not prove a distance."""
+
+
 class Separation(NamedTuple):
     """How far two shapes are apart; negative: how deep they overlap.
 
@@ -35,11 +39,14 @@ class Separation(NamedTuple):
         proved: A lower bound of the signed distance, m, rounding included.
         distance: An upper bound of it, as computed, m.
         point: (3,), m: a point of the first shape that is nearest to, or deepest in, the second.
+        normal: (3,): of the plane that proves it, from the first shape to the second; zero: no other posture has
+            a use for it.
     """
 
     proved: float
     distance: float
     point: FloatArray
+    normal: FloatArray
 
 
 class Placed(NamedTuple):
@@ -70,6 +77,7 @@ def separation(first: Placed, second: Placed) -> Separation:
         return found
     again = [_by_gjk(first, second, request) for request in _more_requests]
     back = _by_gjk(second, first, _request)
+    back = back._replace(normal=-back.normal)
     best = max([found, *again, back], key=lambda each: each.proved)
     distances = (each.distance for each in (found, *again, back) if each.distance >= best.proved)
     return best._replace(distance=min(distances, default=best.proved))
@@ -93,7 +101,7 @@ def cluster_separation(first: Placed, cluster: Cluster, rotation: FloatArray, tr
     if isinstance(first.shape, Sphere | Capsule):  # which is its own bound
         row = int(np.argmin(bounds))
         scale = 1.0 + float(np.abs(centers[row]).max() + np.abs(start).max())
-        return Separation(float(bounds[row]) - ROUNDING * scale, float(bounds[row]), centers[row])
+        return Separation(float(bounds[row]) - ROUNDING * scale, float(bounds[row]), centers[row], NO_NORMAL)
     best: Separation | None = None
     least = np.inf
     for row in np.argsort(bounds).tolist():
@@ -106,7 +114,7 @@ def cluster_separation(first: Placed, cluster: Cluster, rotation: FloatArray, tr
             best = found
     if best is None:
         raise ValueError("a cluster has balls")
-    return best._replace(proved=least)
+    return best._replace(proved=least, normal=NO_NORMAL)
 
 
 def _by_gjk(first: Placed, second: Placed, request: coal.DistanceRequest) -> Separation:
@@ -125,7 +133,7 @@ def _by_gjk(first: Placed, second: Placed, request: coal.DistanceRequest) -> Sep
     scale = 1.0 + float(np.abs(first.translation).max() + np.abs(second.translation).max())
     proved = -second.support(-n) - first.support(n) - ROUNDING * scale
     distance = max(distance, proved) if np.isfinite(distance) else proved
-    return Separation(proved, distance, point)
+    return Separation(proved, distance, point, n)
 
 
 def _above_plane(first: Placed, second: Placed) -> Separation:
@@ -141,7 +149,7 @@ def _above_plane(first: Placed, second: Placed) -> Separation:
     ends = [first.translation] if capsule is None else [first.rotation @ p + first.translation for p in capsule[:2]]
     lowest = min(ends, key=lambda point: float(point @ normal))
     foot = lowest - normal * (float(normal @ lowest) - offset - distance)
-    return Separation(distance - ROUNDING * scale, distance, foot)
+    return Separation(distance - ROUNDING * scale, distance, foot, NO_NORMAL)
 
 
 def _distances_to_segment(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
