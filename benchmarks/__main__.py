@@ -150,9 +150,9 @@ def jobs(
     from benchmarks.jobs.report import print_json, print_table
     from benchmarks.jobs.verdicts import judge
     from benchmarks.pages import corpus
-    from tests.jobs.corpus import BACK_ENDS, names
+    from tests.jobs.corpus import back_ends_of, names
 
-    chosen = {name: tuple(backend or BACK_ENDS) for name in ([job] if job else names(family)[::every])}
+    chosen = {name: tuple(backend or back_ends_of(name)) for name in ([job] if job else names(family)[::every])}
     if like is not None:
         chosen = {name: tuple(own) for name, own in corpus.load(like).items()}
     records = judge(measure(chosen))

@@ -33,9 +33,11 @@ COUNTED = ("refused", "broken", "slow", "slow on its path", "over budget")
 HEADER = """\
 # The corpus of real jobs
 
-`tests/jobs/` makes some 2,500 jobs as robot programmers send them: structured lists of waypoints, seeded, with the
-reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind and for six
-arms, through all back ends ({plans:,} plans), before the work on them began and now. `python -m benchmarks jobs
+`tests/jobs/` makes some 3,000 jobs as robot programmers send them: structured lists of waypoints, seeded, with the
+reference joint path or the reference time where one is known. Here are {jobs} of them, of every kind that there was
+then and for six arms, through all back ends ({plans:,} plans), before the work on them began and now; those with
+splines, goal regions, freedoms on the way, tools by waypoint, rails, velocities at waypoints, jerk limits of the tool
+and teach speeds (`tests/jobs/features.py`) came later. `python -m benchmarks jobs
 --like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans them again (in about ten
 minutes), `python -m benchmarks corpus` writes this page.
 

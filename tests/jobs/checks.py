@@ -6,10 +6,21 @@ from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
+from scipy.interpolate import CubicSpline
 
-from planner.problem import BlendTransition, CircularMotion, JointWaypoint, LinearMotion, PolylineMotion, PoseWaypoint
+from planner.problem import (
+    BlendTransition,
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    PolylineMotion,
+    PoseWaypoint,
+    SplineMotion,
+    ThroughTransition,
+)
+from planner.regions import Region
 from planner.result import Plan
-from planner.spatial import FloatArray
+from planner.spatial import FloatArray, Pose
 from tests.jobs.job import Job, Law
 from tests.jobs.tracing import circle, tool_at
 from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
@@ -65,19 +76,45 @@ def keeps_promises(plan: Plan, kind: str) -> None:
 
 def meets_waypoints(plan: Plan) -> None:
     """Every waypoint that is not blended, at its arrival."""
-    robot, trajectory = plan.path.robot, plan.trajectory
+    trajectory = plan.trajectory
     for k, (waypoint, time) in enumerate(zip(plan.problem.waypoints, trajectory.arrivals, strict=True)):
         if isinstance(waypoint.transition, BlendTransition):
             continue
-        q = trajectory.evaluate([time], [0])[0][0]
+        robot = plan.problem.robots[k]
+        q, v = (rows[0] for rows in trajectory.evaluate([time], [0, 1]))
+        if isinstance(waypoint.transition, ThroughTransition) and waypoint.transition.velocity is not None:
+            assert np.abs(v - waypoint.transition.velocity).max() <= MET, f"the velocity at waypoint {k} is missed"
+        if isinstance(waypoint, PoseWaypoint) and waypoint.external:
+            pinned = [q[robot.joint_names.index(name)] - pin for name, pin in waypoint.external.items()]
+            assert np.abs(pinned).max() <= MET, f"an axis is not where waypoint {k} pins it"
         if isinstance(waypoint, JointWaypoint):
             assert np.abs(q - waypoint.position).max() <= (MET if k else SNAPPED), f"waypoint {k} is missed"
+        elif isinstance(waypoint, PoseWaypoint) and waypoint.free is not None:
+            is_in_its_region(waypoint, tool_at(robot, q))
         elif isinstance(waypoint, PoseWaypoint):
             tool = tool_at(robot, q)
             assert np.linalg.norm(tool.position - waypoint.pose.position) <= MET, f"waypoint {k} is missed"
             if waypoint.pose.rotation is not None:
                 turned = np.linalg.norm(pin.log3(tool.rotation @ waypoint.pose.rotation.T))
                 assert turned <= MET, f"the orientation at waypoint {k} is missed"
+
+
+def is_in_its_region(waypoint: PoseWaypoint, tool: Pose) -> None:
+    """The tool turned about its own axis from the pose that is written, or shifted and turned within its ranges."""
+    asked, free = waypoint.pose, waypoint.free
+    assert asked.rotation is not None and tool.rotation is not None
+    shift, turn = asked.rotation.T @ (tool.position - asked.position), asked.rotation.T @ tool.rotation
+    ranges = {} if not isinstance(free, Region) else free.ranges
+    for axis, moved in zip("xyz", shift, strict=True):
+        lower, upper = ranges.get(axis, (0.0, 0.0))
+        assert lower - MET <= moved <= upper + MET, f"the tool is {moved:.3g} m along {axis} off its pose"
+    if free == "rotation_z":
+        assert np.abs(turn[2, :2]).max() <= MET, "the tool's axis is not that of its pose"
+        return
+    about = pin.log3(turn)
+    for axis, angle in zip("xyz", about, strict=True):
+        lower, upper = ranges.get(f"rotation_{axis}", (0.0, 0.0))
+        assert lower - MET <= angle <= upper + MET, f"the tool is turned by {angle:.3g} rad about {axis}"
 
 
 def keeps_to_lines(plan: Plan) -> None:
@@ -87,10 +124,11 @@ def keeps_to_lines(plan: Plan) -> None:
         before, waypoint = waypoints[k - 1], waypoints[k]
         motion = waypoint.motion
         if not (
-            isinstance(motion, LinearMotion | CircularMotion | PolylineMotion) and isinstance(waypoint, PoseWaypoint)
+            isinstance(motion, LinearMotion | CircularMotion | PolylineMotion | SplineMotion)
+            and isinstance(waypoint, PoseWaypoint)
         ):
             continue
-        if not isinstance(before, PoseWaypoint):
+        if not isinstance(before, PoseWaypoint) or before.free is not None or waypoint.free is not None:
             continue
         transitions = (before.transition, waypoint.transition)
         radius = max((it.radius for it in transitions if isinstance(it, BlendTransition)), default=0.0)
@@ -100,6 +138,8 @@ def keeps_to_lines(plan: Plan) -> None:
         away = _from_line(tools, start, end)
         if isinstance(motion, PolylineMotion):
             away = _from_polyline(tools, start, motion, end)
+        if isinstance(motion, SplineMotion):
+            away = _from_spline(tools, start, motion, end)
         if isinstance(motion, CircularMotion):
             away = _from_circle(tools, start, motion.via.position, end)
         allowed = 1.01 * motion.tolerance_position + radius
@@ -119,6 +159,15 @@ def _from_polyline(points: FloatArray, start: FloatArray, motion: PolylineMotion
     away: FloatArray = np.min([_from_line(points, first, last) for first, last in pairwise(corners)], axis=0)
     near = np.min([np.linalg.norm(points - corner, axis=1) for corner in corners[1:-1]], axis=0)
     return np.where(near <= motion.blend, 0.0, away)
+
+
+def _from_spline(points: FloatArray, start: FloatArray, motion: SplineMotion, end: FloatArray) -> FloatArray:
+    """The distances (N,) of points (N, 3) from the natural cubic spline that scipy makes of the poses."""
+    through = np.array([start, *(pose.position for pose in motion.poses), end])
+    knots = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1)))
+    dense = CubicSpline(knots, through, bc_type="natural")(np.linspace(0.0, knots[-1], 2_000))
+    away: FloatArray = np.min([_from_line(points, *chord) for chord in pairwise(dense)], axis=0)
+    return away
 
 
 def _from_circle(points: FloatArray, start: FloatArray, via: FloatArray, end: FloatArray) -> FloatArray:

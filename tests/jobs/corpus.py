@@ -10,16 +10,22 @@ import numpy as np
 from planner.backends import Auto, BackEnd, Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.planning import plan
 from planner.result import Plan
-from tests.jobs import contours, degenerate, handling, seams
+from tests.jobs import contours, degenerate, features, handling, seams
 from tests.jobs.arms import ARMS, INSTALLED, places
 from tests.jobs.checks import SLOW
 from tests.jobs.infeasible import infeasible
 from tests.jobs.job import Draft, Job
 from tests.jobs.programme import Untraceable
 
-DRAFTS = {**handling.FAMILIES, **seams.FAMILIES, **contours.FAMILIES, **degenerate.FAMILIES}
+DRAFTS = {**handling.FAMILIES, **seams.FAMILIES, **contours.FAMILIES, **degenerate.FAMILIES, **features.FAMILIES}
 
-VARIANTS = {**dict.fromkeys(DRAFTS, 18), "near_equal": 36, "still_joints": 20, "infeasible": 12}
+VARIANTS = {
+    **dict.fromkeys(DRAFTS, 18),
+    **dict.fromkeys(features.FAMILIES, 6),
+    "near_equal": 36,
+    "still_joints": 20,
+    "infeasible": 12,
+}
 """How many of each family there are for each arm."""
 
 BACK_ENDS = ("cubic", "quintic", "trapezoidal", "ruckig", "toppra", "toppra_jerk_limited", "min_effort", "auto")
@@ -29,6 +35,15 @@ FROM_PACKAGE = ("ur5", "panda")
 
 SUITE_SHIPPED, SUITE_FROM_PACKAGE = 14, 3
 """Jobs of every family in the tests."""
+
+FEATURES_SHIPPED, FEATURES_FROM_PACKAGE = 5, 2
+"""Jobs of those families in the tests that need what robot programmers ask for besides."""
+
+ONLY_BY = {
+    "past_a_switch": ("ruckig", "auto"),
+    "full_cups": ("quintic", "ruckig", "toppra_jerk_limited", "auto"),
+}
+"""Back ends of families that the others refuse: they keep no such limit."""
 
 SHORT_ONES = {"deburring": (0, 1, 3, 5, 8, 10, 12, 13, 15, 17)}
 """Variants of a family whose others take long."""
@@ -46,6 +61,11 @@ def names(family: str | None = None) -> list[str]:
     return [
         f"{name}-{variant:02d}-{arm}" for name in families for variant in range(VARIANTS[name]) for arm in INSTALLED
     ]
+
+
+def back_ends_of(name: str) -> tuple[str, ...]:
+    """Names of the back ends that can do a job: those that keep what it asks for."""
+    return ONLY_BY.get(name.split("-")[0], BACK_ENDS)
 
 
 def backend_of(kind: str, job: Job) -> BackEnd:
@@ -117,7 +137,10 @@ def suite() -> list[str]:
     chosen = []
     for family, count in VARIANTS.items():
         variants = SHORT_ONES.get(family, tuple(range(count)))
-        for arms, number in ((shipped, SUITE_SHIPPED), (FROM_PACKAGE, SUITE_FROM_PACKAGE)):
+        counts = (SUITE_SHIPPED, SUITE_FROM_PACKAGE)
+        if family in features.FAMILIES:
+            counts = (FEATURES_SHIPPED, FEATURES_FROM_PACKAGE)
+        for arms, number in zip((shipped, FROM_PACKAGE), counts, strict=True):
             picks = [
                 (variants[(5 * i + i // len(variants)) % len(variants)], arms[i % len(arms)]) for i in range(number)
             ]

@@ -6,7 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problem import (
     AnyWaypoint,
@@ -17,6 +19,7 @@ from planner.problem import (
     PlanningProblem,
     PolylineMotion,
     PoseWaypoint,
+    SplineMotion,
     StopTransition,
     ThroughTransition,
     Transition,
@@ -47,6 +50,7 @@ class Programme:
         seconds: What the lines and circles take at their speed limits, s.
         seconds_cut: What blends may save of that, s.
         heaviest: The heaviest part that is gripped, as a share of what the arm can carry.
+        options: How poses are solved.
     """
 
     def __init__(self, place: Place, first: Pose | FloatArray | None = None, **options: Any) -> None:
@@ -54,6 +58,7 @@ class Programme:
         self.waypoints: list[AnyWaypoint] = []
         self.positions: list[FloatArray] = []
         self.seconds = self.seconds_cut = self.heaviest = 0.0
+        self.options = InverseKinematicsOptions()
         self._q, self.pose = place.posture, place.pose
         if isinstance(first, Pose):
             self.to(first, **options)
@@ -100,9 +105,29 @@ class Programme:
             self._trace(on_line(self.pose, pose, STEP * self.place.size))
         self._add(PoseWaypoint(pose=poses[-1], motion=motion, limits=_speed(speed), **options))
 
+    def spline(self, poses: list[Pose], speed: float, **options: Any) -> None:
+        """By poses to the last of them on one smooth curve, which is traced as scipy has it."""
+        points = np.array([self.pose.position, *(pose.position for pose in poses)])
+        knots = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+        count = int(np.ceil(knots[-1] / (STEP * self.place.size)))
+        dense = CubicSpline(knots, points, bc_type="natural")(np.linspace(0.0, knots[-1], count + 1)[1:])
+        self._time(float(knots[-1]), speed, None)
+        self._trace([*(Pose(point, poses[-1].rotation) for point in dense[:-1]), poses[-1]])
+        motion = SplineMotion(poses[:-1])
+        self._add(PoseWaypoint(pose=poses[-1], motion=motion, limits=_speed(speed), **options))
+
+    def known(self, waypoint: PoseWaypoint, position: FloatArray) -> None:
+        """To a waypoint whose joint position (joints,) is known."""
+        self._q, self.pose = position, waypoint.pose
+        self._add(waypoint)
+
+    def change_last(self, **changes: Any) -> None:
+        """Change fields of the last waypoint, at which the arm is where it was traced."""
+        self.waypoints[-1] = replace(self.waypoints[-1], **changes)
+
     def pass_last(self, transition: Transition) -> None:
         """Give the last waypoint a transition."""
-        self.waypoints[-1] = replace(self.waypoints[-1], transition=transition)
+        self.change_last(transition=transition)
 
     def grip(self, share: float) -> None:
         """Take a part at the last waypoint, as heavy as this share of what the arm can carry; 0: put it down."""
@@ -120,7 +145,13 @@ class Programme:
         self.pass_last(STOP)
         if not holds_still(robot.with_payload(heaviest) if heaviest else robot, np.array(self.positions)):
             raise Untraceable
-        return PlanningProblem(robot, tuple(self.waypoints), limits=limits or Limits(), payload=self._part(carries))
+        return PlanningProblem(
+            robot,
+            tuple(self.waypoints),
+            limits=limits or Limits(),
+            inverse_kinematics=self.options,
+            payload=self._part(carries),
+        )
 
     def _part(self, share: float) -> Payload | None:
         """Something as heavy as a share of what the arm can carry; None: of nothing."""
