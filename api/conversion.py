@@ -23,6 +23,7 @@ from planner.regions import Free, Region
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
 from planner.robots.collision.mesh_files import kept_meshes
 from planner.robots.payload import Payload
+from planner.scene import Attach
 from planner.spatial import (
     FloatArray,
     Pose,
@@ -260,6 +261,8 @@ def _to_waypoint(waypoint: waypoints.Waypoint, robot: Robot, frame: Pose | None)
         "limits": None if waypoint.limits is None else to_limits(waypoint.limits),
         "payload": None if waypoint.payload is None else to_payload(waypoint.payload),
         "put_down": waypoint.put_down,
+        "attach": tuple(Attach(taken.id, taken.link, taken.touch_links) for taken in waypoint.attach),
+        "detach": tuple(waypoint.detach),
         "tool": None if waypoint.tool is None else to_pose(waypoint.tool),
     }
     match waypoint:

@@ -134,6 +134,7 @@ if TYPE_CHECKING:
     from planner.robots.collision.geometry import LinkShape as LinkShape
     from planner.robots.collision.pairs import CollisionPair as CollisionPair
     from planner.robots.payload import Payload as Payload
+    from planner.scene import Attach as Attach
     from planner.scene import AttachedObject as AttachedObject
     from planner.scene import CollisionChecker as CollisionChecker
     from planner.scene import PointCloud as PointCloud
@@ -286,7 +287,7 @@ _NAMES = {
         "Shape",
         "Sphere",
     ),
-    "planner.scene": ("AttachedObject", "CollisionChecker", "PointCloud", "Scene", "SceneObject"),
+    "planner.scene": ("Attach", "AttachedObject", "CollisionChecker", "PointCloud", "Scene", "SceneObject"),
     "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
     "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
     "planner.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),

@@ -14,6 +14,7 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
 from planner.polar_moves import CylindricalMove, SphericalMove
 from planner.robots.tools import with_tools
+from planner.scene.scene import Handling
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from planner.regions import Free
     from planner.robots import Robot
     from planner.robots.payload import Payload
-    from planner.scene.scene import Scene
+    from planner.scene.scene import Attach, Scene
     from planner.spatial import FloatArray, Pose
 
 Frame = Literal["tool", "base"]
@@ -216,6 +217,10 @@ class Waypoint:
         payload: What the robot carries from here on, in place of what it carried; None: that. It changes only where the
             robot stops, and while it rests there both are held: a gripper may close at any time of the dwell.
         put_down: Whether the robot puts down here what it carries, and goes on without a payload.
+        attach: Objects of the scene that the robot takes here: from here on they move with it. It has to stop here;
+            what they weigh is the `payload`.
+        detach: Names of objects that the robot puts down here, which it has taken or which were attached to it: from
+            here on they stay where they are. It has to stop here.
         tool: The tool centre point in the tip frame from here on, in place of the one before; None: that. It is the
             tool whose pose is meant here, and whose motion leads here: a line begins where this tool is at the waypoint
             before. There the robot has to stop.
@@ -230,6 +235,8 @@ class Waypoint:
     limits: Limits | None = None
     payload: Payload | None = None
     put_down: bool = False
+    attach: Sequence[Attach] = ()
+    detach: Sequence[str] = ()
     tool: Pose | None = None
 
 
@@ -375,6 +382,11 @@ class PlanningProblem:
             payload = None if waypoint.put_down else waypoint.payload or payload
             carried.append(payload)
         return tuple(carried)
+
+    @property
+    def handling(self) -> tuple[Handling, ...]:
+        """What the robot takes and puts down at each waypoint."""
+        return tuple(Handling(waypoint.attach, waypoint.detach) for waypoint in self.waypoints)
 
     @property
     def all_limits(self) -> tuple[Limits, ...]:

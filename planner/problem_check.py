@@ -26,7 +26,7 @@ from planner.problem import (
 )
 from planner.regions import Region, region_faults
 from planner.robots.description import RANGED_QUANTITIES
-from planner.scene.faults import scene_faults
+from planner.scene.faults import handling_faults, scene_faults
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -196,6 +196,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
     yield from _payload_faults(problem)
+    yield from _handling_faults(problem)
     yield from _tool_faults(problem)
     yield from _action_faults(problem)
     for i in (0, len(waypoints) - 1):
@@ -265,6 +266,20 @@ def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
         if payload != before and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "transition"), "a payload is taken or put down only where the robot stops"
         before = payload
+
+
+def _handling_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find objects that are taken or put down where that cannot be."""
+    if problem.scene is not None:
+        yield from handling_faults(problem.robot, problem.scene, problem.handling)
+    for i, (waypoint, done) in enumerate(zip(problem.waypoints, problem.handling, strict=True)):
+        if not done.is_none and problem.scene is None:
+            yield (
+                ("waypoints", i, "attach" if done.taken else "detach"),
+                "there is no scene whose objects could be taken",
+            )
+        elif not done.is_none and not isinstance(waypoint.transition, StopTransition):
+            yield ("waypoints", i, "transition"), "an object is taken or put down only where the robot stops"
 
 
 def _tool_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

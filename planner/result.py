@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.action_times import action_times
 from planner.backends.shared.assembly import assemble
-from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance
+from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.passages import certify_passages
@@ -20,7 +20,6 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import JOINT_QUANTITIES
-from planner.scene.checker import checker_of
 from planner.tolerances import ROUNDING
 from planner.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from planner.free_motion.ways import FoundWay
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
+    from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
 WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
@@ -95,14 +95,14 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
         raise duration_error(problem.duration, trajectory.duration)
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
-    certificate = replace(certificate, clearance=_clearance(problem, trajectory))
+    certificate = replace(certificate, clearance=_clearance(problem, path.positions, trajectory))
     warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
     made = Plan(problem, backend, path, trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
     return made
 
 
-def _clearance(problem: PlanningProblem, trajectory: Trajectory) -> ClearanceReport | None:
+def _clearance(problem: PlanningProblem, positions: FloatArray, trajectory: Trajectory) -> ClearanceReport | None:
     """Prove the trajectory free; without a scene the margins alone, which is faster.
 
     Raises:
@@ -111,8 +111,8 @@ def _clearance(problem: PlanningProblem, trajectory: Trajectory) -> ClearanceRep
     """
     if problem.scene is None and not problem.self_collision:
         return None
-    checker = checker_of(problem.robot, problem.scene, problem.self_collision)
-    return certify_clearance(checker, trajectory, None if problem.scene is None else CLEARANCE_TOLERANCE)
+    tolerance = None if problem.scene is None else CLEARANCE_TOLERANCE
+    return certify_clearance_along(segment_checkers(problem, positions), trajectory, tolerance)
 
 
 def _rest(path: JointPath, backend: BackEnd) -> Trajectory:

@@ -24,6 +24,7 @@ from api.schemas.common import (
     Vector3,
     Wrist,
 )
+from api.schemas.scenes import Name  # noqa: TC001
 
 
 class JointMotion(Schema):
@@ -253,6 +254,17 @@ Move = TypeAliasType(
 )
 
 
+class Attach(Schema):
+    """An object of the scene that the robot takes at a waypoint."""
+
+    id: Name
+    """The id of the object."""
+    link: Name | None = None
+    """The name of the link that it moves with from here on; omitted: it is held at the tool."""
+    touch_links: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
+    """The names of links and attached objects that may touch it, besides what moves with the same joint as its link."""
+
+
 class WaypointBase(Schema):
     """What every kind of waypoint has."""
 
@@ -278,6 +290,12 @@ class WaypointBase(Schema):
     are both held there within the torque limits."""
     put_down: bool = False
     """Whether the robot puts down here what it carries, and goes on without a payload."""
+    attach: Annotated[list[Attach], Field(max_length=64)] = Field(default_factory=list)
+    """Objects of the `scene` that the robot takes here: from here on they move with it, where they are now, and keep
+    clear of everything else. What they weigh is the `payload`."""
+    detach: Annotated[list[Name], Field(max_length=64)] = Field(default_factory=list)
+    """The ids of objects that the robot puts down here, taken before or `attached` in the scene: from here on they stay
+    where they are. At one waypoint this comes before `attach`."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m) from here on, in place of the tool before; omitted: that.
     It is this tool whose pose is meant here, and the motion to here is its motion: a line begins where this tool is at

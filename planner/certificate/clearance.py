@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
-from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, ITSELF
+from planner.scene.carried import segment_scenes
+from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, ITSELF, checker_of
 from planner.scene.continuous import Nearest, clearances
 from planner.scene.postures import edge
 from planner.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.problem import PlanningProblem
     from planner.scene.checker import CollisionChecker
     from planner.scene.continuous import Clearances
     from planner.spatial import FloatArray
@@ -115,6 +120,90 @@ def certify_clearance(
             pair=(first, second),
         )
     return report_of(checker, found)
+
+
+def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[CollisionChecker, ...]:
+    """Return what the robot and its surroundings are on each segment, the same object where nothing changes.
+
+    Args:
+        problem: What is asked, free of faults.
+        positions: (waypoints, joints), of the waypoints, rad or m.
+    """
+    if problem.scene is None:
+        return (checker_of(problem.robot, None, problem.self_collision),) * max(1, len(positions) - 1)
+    scenes = segment_scenes(problem.robot, problem.scene, problem.handling, positions)
+    return tuple(checker_of(problem.robot, scene, problem.self_collision) for scene in scenes)
+
+
+def certify_clearance_along(
+    checkers: Sequence[CollisionChecker], trajectory: Trajectory, tolerance: float | None = CLEARANCE_TOLERANCE
+) -> ClearanceReport | None:
+    """Prove that a trajectory keeps every margin where what the robot carries changes on its way.
+
+    Args:
+        checkers: The robot and what is around it on each segment; one: on all of them.
+        trajectory: A trajectory from any source.
+        tolerance: See `certify_clearance`.
+
+    Raises:
+        PlanningError: See `certify_clearance`; times, segments and waypoints are those of the whole.
+    """
+    report: ClearanceReport | None = None
+    for checker, part, begin in _parts(checkers, trajectory):
+        try:
+            found = certify_clearance(checker, part, tolerance)
+        except StartInCollision as refusal:
+            if begin == 0.0:
+                raise
+            waypoint = int(part.segments[0])
+            fields = {name: getattr(refusal, name) for name in ("pair", "depth", "point", "value", "limit")}
+            message = refusal.message.replace("where the robot starts", f"from waypoint {waypoint} on")
+            raise Collision(message, **fields, time=begin, segment=waypoint, waypoint=waypoint) from None
+        except (Collision, ClearanceUnproved) as refusal:
+            if refusal.time is not None:
+                refusal.time += begin
+            raise
+        report = _nearer(report, _later(found, begin))
+    return report
+
+
+def _parts(
+    checkers: Sequence[CollisionChecker], trajectory: Trajectory
+) -> Iterator[tuple[CollisionChecker, Trajectory, float]]:
+    """Yield the parts of a trajectory on which nothing changes, each with the time at which it begins, s."""
+    numbers = np.minimum(trajectory.segments, len(checkers) - 1)
+    changes = [k for k in range(1, len(numbers)) if checkers[numbers[k]] is not checkers[numbers[k - 1]]]
+    for first, last in pairwise([0, *changes, len(numbers)]):
+        part = trajectory
+        if changes:
+            lengths = trajectory.lengths[first:last]
+            ends = np.array([0.0, lengths.sum()])
+            pieces = trajectory.coefficients[first:last], trajectory.segments[first:last]
+            part = Trajectory(lengths, *pieces, ends, ends)
+        yield checkers[numbers[first]], part, float(trajectory.breakpoints[first])
+
+
+def _later(report: ClearanceReport | None, begin: float) -> ClearanceReport | None:
+    """Return the clearances of a part that begins at a time, s."""
+
+    def later(part: Clearance | None) -> Clearance | None:
+        return part if part is None or part.time is None else replace(part, time=part.time + begin)
+
+    return None if report is None else ClearanceReport(later(report.itself), later(report.scene))
+
+
+def _nearer(one: ClearanceReport | None, other: ClearanceReport | None) -> ClearanceReport | None:
+    """Return the clearances of two parts together."""
+    if one is None or other is None:
+        return one or other
+    return ClearanceReport(_nearer_of(one.itself, other.itself), _nearer_of(one.scene, other.scene))
+
+
+def _nearer_of(one: Clearance | None, other: Clearance | None) -> Clearance | None:
+    if one is None or other is None:
+        return one or other
+    nearest = one if other.upper is None or (one.upper is not None and one.upper <= other.upper) else other
+    return replace(nearest, lower=min(one.lower, other.lower))
 
 
 def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:

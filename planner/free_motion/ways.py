@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.actions import AtWaypoint
-from planner.certificate.clearance import refuse_collision_at
+from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.errors import NoPathFound, PathPoint
 from planner.free_motion.way import find_way
 from planner.kinematics.configurations import Configuration, in_configuration
@@ -16,7 +16,6 @@ from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
 from planner.problem import FreeMotion, JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
-from planner.scene.checker import checker_of
 from planner.waypoints.pinned import pinned_robots
 
 if TYPE_CHECKING:
@@ -100,12 +99,13 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
         PlanningError: A waypoint cannot be solved; its index is that of the problem.
     """
     itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
-    checker = checker_of(problem.robot, problem.scene, itself)
     ways: list[FoundWay] = []
     for index in free_waypoints(problem):
         so_far = with_ways(problem, ways)
         number = asked_indices(problem, ways).index(index)
         _, solved = solved_waypoints(so_far)
+        positions = np.array([waypoint.position for waypoint in solved])
+        checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
         goals = _goals(problem, index, solved[number - 1], solved[number])
         start, motion = solved[number - 1].position, problem.waypoints[index].motion
         most = motion.most_checks if isinstance(motion, FreeMotion) else 0

@@ -1,17 +1,20 @@
 """What stands around a robot, and proved distances of its pieces: at postures and along whole motions."""
 
+from planner.scene.carried import segment_scenes
 from planner.scene.checker import CONTACT_TOLERANCE, CollisionChecker
 from planner.scene.continuous import Budget, Clearances, Nearest, clearances
 from planner.scene.point_cloud import PointCloud
 from planner.scene.postures import edge, is_edge_free, is_free
-from planner.scene.scene import AttachedObject, Scene, SceneObject
+from planner.scene.scene import Attach, AttachedObject, Handling, Scene, SceneObject
 
 __all__ = [
     "CONTACT_TOLERANCE",
+    "Attach",
     "AttachedObject",
     "Budget",
     "Clearances",
     "CollisionChecker",
+    "Handling",
     "Nearest",
     "PointCloud",
     "Scene",
@@ -20,4 +23,5 @@ __all__ = [
     "edge",
     "is_edge_free",
     "is_free",
+    "segment_scenes",
 ]

@@ -278,6 +278,10 @@ class CollisionChecker:
             for pair in self._allowed:
                 for other in pair - {body.name} if body.name in pair else ():
                     margins[number, by_name.get(other, [])] = -np.inf
+            for moving, standing, least in self.scene.pair_margins:
+                if moving == body.name:
+                    among = by_name.get(standing, [])
+                    margins[number, among] = np.minimum(margins[number, among], least)
         return margins
 
 

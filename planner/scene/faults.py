@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.errors import InvalidProblem
+from planner.scene.point_cloud import PointCloud
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from planner.fields import FieldPath
     from planner.robots import Robot
-    from planner.scene.scene import Scene
+    from planner.scene.scene import Handling, Scene
+    from planner.shapes import Shape
 
 
 def refuse_faults(robot: Robot, scene: Scene) -> None:
@@ -47,3 +49,33 @@ def scene_faults(robot: Robot, scene: Scene) -> Iterator[tuple[FieldPath, str]]:
         for name in pair:
             if name not in seen:
                 yield ("scene", "allowed_pairs", i), f"nothing is called {name!r}"
+
+
+def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) -> Iterator[tuple[FieldPath, str]]:
+    """Find what cannot be taken or put down at the waypoints of a robot, in their order."""
+    shapes = {thing.id: thing.shapes for thing in scene.objects} | {held.id: held.shapes for held in scene.attached}
+    links = {frame.name for frame in robot.model.frames}
+    carried = {held.id for held in scene.attached}
+    for i, done in enumerate(handling):
+        for k, name in enumerate(done.put_down):
+            if name not in carried:
+                yield ("waypoints", i, "detach", k), f"the robot does not carry {name!r} here"
+            carried.discard(name)
+        for k, take in enumerate(done.taken):
+            field = ("waypoints", i, "attach", k)
+            if take.id not in shapes:
+                yield (*field, "id"), f"nothing in the scene is called {take.id!r}"
+            elif take.id in carried:
+                yield (*field, "id"), f"the robot carries {take.id!r} already"
+            elif not all(map(_has_end, shapes[take.id])):
+                yield (*field, "id"), f"{take.id!r} cannot be carried: it is no solid with an end"
+            if take.link is not None and take.link not in links:
+                yield (*field, "link"), f"{robot.id} has no link called {take.link!r}"
+            for j, name in enumerate(take.touch_links):
+                if name not in links | shapes.keys():
+                    yield (*field, "touch_links", j), f"nothing is called {name!r}"
+            carried.add(take.id)
+
+
+def _has_end(shape: Shape | PointCloud) -> bool:
+    return not isinstance(shape, PointCloud) and shape.bounding_capsule is not None

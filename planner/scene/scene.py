@@ -78,6 +78,49 @@ class AttachedObject:
         object.__setattr__(self, "touch_links", tuple(self.touch_links))
 
 
+@dataclass(frozen=True)
+class Attach:
+    """The taking of an object at a waypoint: from there on it moves with a link of the robot.
+
+    Attributes:
+        id: Name of the object of the scene.
+        link: Name of the link that it moves with; None: it is held at the tool.
+        touch_links: Names of links and attached objects that may touch it, besides what moves with the same joint as
+            that link.
+
+    Examples:
+        >>> import planner
+        >>> planner.Attach("date").link is None
+        True
+    """
+
+    id: str
+    link: str | None = None
+    touch_links: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        """Keep the names in a tuple, which cannot change."""
+        object.__setattr__(self, "touch_links", tuple(self.touch_links))
+
+
+@dataclass(frozen=True)
+class Handling:
+    """What a robot does with the objects of a scene at a waypoint.
+
+    Attributes:
+        taken: What it takes.
+        put_down: Names of what it puts down.
+    """
+
+    taken: Sequence[Attach] = ()
+    put_down: Sequence[str] = ()
+
+    @property
+    def is_none(self) -> bool:
+        """Whether it does nothing."""
+        return not self.taken and not self.put_down
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """The surroundings of a robot.
@@ -87,6 +130,7 @@ class Scene:
         attached: What moves with the robot.
         allowed_pairs: Pairs of names, of links, objects or attached objects, that may touch.
         margin: Least distance that the robot and what it carries keep from objects, m.
+        pair_margins: Least distances of single pairs in place of that: names of what moves and of what stands still, m.
 
     Examples:
         >>> import planner
@@ -100,9 +144,11 @@ class Scene:
     attached: Sequence[AttachedObject] = ()
     allowed_pairs: Sequence[tuple[str, str]] = field(default_factory=tuple)
     margin: float = 0.0
+    pair_margins: Sequence[tuple[str, str, float]] = ()
 
     def __post_init__(self) -> None:
         """Keep lists in tuples, which cannot change."""
         for name in ("objects", "attached"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "allowed_pairs", tuple((first, second) for first, second in self.allowed_pairs))
+        object.__setattr__(self, "pair_margins", tuple((moving, other, m) for moving, other, m in self.pair_margins))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from api.schemas import answers, collisions
 from tests.api.answers import checked
 from tests.api.requests import joint, plan_request
+from tests.locations import ROOT
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
@@ -174,3 +176,24 @@ def test_comparing_in_a_scene(service: RunningService) -> None:
     floor = {"id": "floor", "shape": {"kind": "half_space", "normal": [0.0, 0.0, 1.0], "offset": 5.0}}
     results = service.post(f"{PLAN}/compare", shared | {"scene": {"objects": [floor]}}).json()["results"]
     assert [result["status"] for result in results] == ["start_in_collision"] * 2
+
+
+def test_a_date_is_taken_and_put_on_another_tray(service: RunningService) -> None:
+    """The example of document 004; without the stop, or without the date, the fault is at its field."""
+    request = json.loads((ROOT / "examples" / "pick_and_place_dates.json").read_text(encoding="utf-8"))
+    planned = service.post(PLAN, request)
+    assert planned.status_code == 200, planned.text
+    assert planned.json()["certificate"]["clearance"]["scene"]["pair"] == ["cup", "date"]
+    for changes, pointer in (
+        ({"transition": {"kind": "through"}}, "/waypoints/2/transition"),
+        ({"attach": [{"id": "fig"}]}, "/waypoints/2/attach/0/id"),
+        ({"attach": [{"id": "date", "touch_links": ["thumb"]}]}, "/waypoints/2/attach/0/touch_links/0"),
+    ):
+        waypoints = [*request["waypoints"][:2], request["waypoints"][2] | changes, *request["waypoints"][3:]]
+        refused = service.post(PLAN, request | {"waypoints": waypoints})
+        assert pointer in [fault["pointer"] for fault in refused.json()["errors"]]
+    low = [waypoint | {} for waypoint in request["waypoints"]]
+    for k in (3, 4):
+        low[k]["position"] = [low[k]["position"][0], 0.06, *low[k]["position"][2:]]
+    hit = service.post(PLAN, request | {"waypoints": low}).json()
+    assert (hit["code"], hit["pair"], hit["segment"]) == ("collision", ["date", "rim"], 3)

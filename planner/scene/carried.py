@@ -1,0 +1,152 @@
+"""What stands around a robot on each segment, where it takes objects and puts them down on its way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.scene.checker import CollisionChecker
+from planner.scene.point_cloud import PointCloud
+from planner.scene.scene import HERE, AttachedObject, SceneObject
+from planner.spatial import Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Sequence
+
+    from planner.robots import Robot
+    from planner.scene.scene import Handling, Scene
+    from planner.spatial import FloatArray
+
+DEEPEST_SUPPORT = 1e-3
+"""Depth, m, by which an object may overlap with what it stands on where it is taken or put down: how well cells are
+measured. What is deeper is a collision."""
+
+ROOM_ON_THE_WAY = 1e-4
+"""Distance, m, by which what touches where an object is taken or put down may come nearer on the way there or from
+there: lines of the tool are kept as well as that."""
+
+
+def segment_scenes(
+    robot: Robot, scene: Scene, handling: Sequence[Handling], positions: FloatArray
+) -> tuple[Scene, ...]:
+    """Return the scene of each segment, the same object where nothing changes.
+
+    An object moves with the robot from the waypoint on where it is taken, and stays from the next on where it is put
+    down. On the segments there and from there what holds it may be as near to it as it is at that waypoint, and it may
+    be as near to what it stands on as it is there; everything else keeps its margin.
+
+    Args:
+        robot: The arm, with its tool and mounting.
+        scene: What is around it at the start.
+        handling: What it does at each waypoint.
+        positions: (waypoints, joints), where it does that, rad or m.
+    """
+    if all(done.is_none for done in handling):
+        return (scene,) * max(1, len(handling) - 1)
+    scenes = []
+    for k in range(max(1, len(handling) - 1)):
+        before = scene
+        if not handling[k].is_none:
+            scene = _changed(robot, scene, handling[k], positions[k])
+        near = list(_near_after(robot, before, scene, handling[k], positions[k]))
+        if k + 1 < len(handling):
+            near += _near_before(robot, scene, handling[k + 1], positions[k + 1])
+        scenes.append(replace(scene, pair_margins=(*scene.pair_margins, *near)) if near else scene)
+    return tuple(scenes)
+
+
+def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Scene:
+    """Return a scene in which objects have been put down, and then others taken."""
+    objects, attached = list(scene.objects), list(scene.attached)
+    base = robot.mounting or HERE
+    for name in done.put_down:
+        (held,) = (thing for thing in attached if thing.id == name)
+        attached.remove(held)
+        pose = _with_axes(held.pose).from_frame(_frame(robot, held.link, position)).from_frame(_with_axes(base))
+        objects.append(SceneObject(held.id, held.shapes, pose, held.margin))
+    for take in done.taken:
+        (thing,) = (thing for thing in objects if thing.id == take.id)
+        objects.remove(thing)
+        pose = _with_axes(thing.pose).to_frame(_with_axes(base)).to_frame(_frame(robot, take.link, position))
+        solid = [shape for shape in thing.shapes if not isinstance(shape, PointCloud)]
+        attached.append(AttachedObject(thing.id, solid, pose, take.link, take.touch_links, thing.margin))
+    return replace(scene, objects=objects, attached=attached)
+
+
+def _near_after(
+    robot: Robot, before: Scene, scene: Scene, done: Handling, position: FloatArray
+) -> Iterator[tuple[str, str, float]]:
+    """Yield the distances that may be kept on the way from a waypoint: of what was taken, and of what was put down."""
+    taken = {take.id for take in done.taken}
+    yield from _near(robot, scene, position, taken, None, DEEPEST_SUPPORT)
+    for held in (held for held in before.attached if held.id in done.put_down and held.id not in taken):
+        holders = _holders(robot, scene, held.link, held.touch_links)
+        yield from _near(robot, scene, position, holders, held.id, np.inf)
+
+
+def _near_before(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Iterator[tuple[str, str, float]]:
+    """Yield the distances that may be kept on the way to a waypoint: of what will be taken, and put down."""
+    yield from _near(robot, scene, position, set(done.put_down), None, DEEPEST_SUPPORT)
+    for take in done.taken:
+        holders = _holders(robot, scene, take.link, take.touch_links)
+        yield from _near(robot, scene, position, holders, take.id, np.inf)
+
+
+def _holders(robot: Robot, scene: Scene, link: str | None, touch_links: Sequence[str]) -> set[str]:
+    """Return the names of what moves with a link, and of what else may touch an object that it holds."""
+    joint = robot.model.frames[_frame_id(robot, link)].parentJoint
+    links = {shape.link for shape in robot.collision_shapes if shape.joint == joint}
+    held = {thing.id for thing in scene.attached if _parent(robot, thing) == joint}
+    return links | held | set(touch_links)
+
+
+def _near(
+    robot: Robot, scene: Scene, position: FloatArray, moving: Collection[str], standing: str | None, deepest: float
+) -> Iterator[tuple[str, str, float]]:
+    """Yield pairs that are nearer at a posture than their margin, and the distance that they may keep instead.
+
+    Args:
+        robot: The arm.
+        scene: What is around it.
+        position: (joints,), rad or m.
+        moving: Names of what moves.
+        standing: Name of what stands still; None: everything that does.
+        deepest: Depth up to which they may overlap, m; what is deeper is left as it is.
+    """
+    if not moving:
+        return
+    checker = CollisionChecker(robot, scene, self_collision=False)
+    postures = checker.bodies.at(position[None])
+    near: dict[tuple[str, str], float] = {}
+    nearer = checker.sphere_bounds(postures)[0] < checker.margins
+    for body, obstacle in np.argwhere(nearer).tolist():
+        pair = int(np.ravel_multi_index((body, obstacle), checker.margins.shape))
+        names = checker.names(pair)
+        if names[0] in moving and standing in (None, names[1]):
+            distance = checker.separate(postures, 0, pair).distance
+            if distance < checker.margins[body, obstacle]:
+                near[names] = min(near.get(names, np.inf), distance)
+    yield from ((*names, distance - ROOM_ON_THE_WAY) for names, distance in near.items() if distance >= -deepest)
+
+
+def _frame(robot: Robot, link: str | None, position: FloatArray) -> Pose:
+    """Return the pose in the base frame of a link, or (None) of the tool, at a posture (joints,)."""
+    frame = robot.model.frames[_frame_id(robot, link)]
+    rotations, origins = CollisionChecker(robot, self_collision=False).bodies.frames(position[None])
+    joint = Pose(origins[0, frame.parentJoint], rotations[0, frame.parentJoint])
+    return Pose(frame.placement.translation, frame.placement.rotation).from_frame(joint)
+
+
+def _frame_id(robot: Robot, link: str | None) -> int:
+    return int(robot.tool_frame_id if link is None else robot.model.getFrameId(link))
+
+
+def _parent(robot: Robot, thing: AttachedObject) -> int:
+    return int(robot.model.frames[_frame_id(robot, thing.link)].parentJoint)
+
+
+def _with_axes(pose: Pose) -> Pose:
+    """Return a pose with a rotation: without one its axes are those of the frame that it is in."""
+    return pose if pose.rotation is not None else replace(pose, rotation=np.eye(3))

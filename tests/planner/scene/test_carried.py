@@ -1,0 +1,247 @@
+"""Objects that a robot takes and puts down: proved clear with it, held against dense samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import planner
+from planner.certificate.clearance import certify_clearance_along, segment_checkers
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem
+from planner.robots import Robot, load_robot
+from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
+from planner.scene.carried import DEEPEST_SUPPORT, ROOM_ON_THE_WAY
+from planner.shapes import Box, HalfSpace, Sphere
+from planner.spatial import FloatArray, Pose
+from tests.planner.scene.brute_force import distances_over_time, point_distance
+from tests.sizes import SIZE
+
+DATE_ARM = load_robot("date_sorting_arm")
+RADIUS = 0.02
+"""Of the ball that is carried, m."""
+
+SAMPLES = 120
+"""Times at which the truth is looked at."""
+
+BETWEEN_SAMPLES = 0.02
+"""How much nearer than at so many samples things may come between them, m."""
+
+
+def tool_in_base(robot: Robot, positions: FloatArray) -> list[pin.SE3]:
+    data = robot.model.createData()
+    found = []
+    for position in positions:
+        pin.framesForwardKinematics(robot.model, data, position)
+        found.append(data.oMf[robot.tool_frame_id].copy())
+    return found
+
+
+def room(problem: planner.PlanningProblem, positions: FloatArray, trajectory: planner.Trajectory) -> float:
+    """How much more room there is than is asked, at the least, m: taken at waypoint 1, put down at waypoint 3.
+
+    By Pinocchio's kinematics and closed forms, at samples: of the arm and the ball that it carries.
+    """
+    robot, scene = problem.robot, problem.scene
+    assert scene is not None
+    ball, others = scene.objects[0], scene.objects[1:]
+    picked, placed = tool_in_base(robot, positions[[1, 3]])
+    held_at = picked.inverse().act(ball.pose.position)
+    times = np.linspace(0.0, trajectory.duration, SAMPLES)
+    segments = np.searchsorted(trajectory.departures, times, side="left").clip(1, 4) - 1
+    last = robot.model.frames[robot.tool_frame_id].parentJoint
+    joints = np.array([shape.joint for shape in robot.collision_shapes])
+    arm = distances_over_time(robot, replace(scene, objects=others), times, trajectory)
+    least = np.nanmin(arm, initial=np.inf) - scene.margin
+    for waypoint, standing, place in ((1, segments == 0, ball.pose.position), (3, segments == 3, placed.act(held_at))):
+        there = replace(scene, objects=[SceneObject("ball", ball.shapes, Pose(place))])
+        (at_waypoint,) = distances_over_time(robot, there, np.array([trajectory.arrivals[waypoint]]), trajectory)
+        apart = distances_over_time(robot, there, times[standing], trajectory)[:, :, 0]
+        holds = joints == last
+        asked = np.where(holds & (at_waypoint[:, 0] < scene.margin), at_waypoint[:, 0] - ROOM_ON_THE_WAY, scene.margin)
+        least = min(least, np.nanmin(apart - asked))
+    carried = (segments == 1) | (segments == 2)
+    (postures,) = trajectory.evaluate(times[carried], [0])
+    centers = np.array([tool.act(held_at) for tool in tool_in_base(robot, postures)])
+    for thing in others:
+        distance = point_distance(thing, robot.mounting)
+        apart = distance(centers) - RADIUS
+        ends = distance(np.array([ball.pose.position, placed.act(held_at)])) - RADIUS
+        for segment, stands in zip((1, 2), ends, strict=True):
+            on_support = -DEEPEST_SUPPORT <= stands < scene.margin
+            asked_of_ball = stands - ROOM_ON_THE_WAY if on_support else scene.margin
+            least = min(least, apart[segments[carried] == segment].min() - asked_of_ball)
+    return float(least)
+
+
+def random_problem(rng: np.random.Generator, robot: Robot) -> planner.PlanningProblem:
+    """A ball at the tool at the second of five postures, put down at the fourth; three things somewhere else."""
+    lower, upper = np.maximum(robot.limit("lower"), -2.0), np.minimum(robot.limit("upper"), 2.0)
+    start = rng.uniform(lower, upper)
+    positions = start + rng.uniform(0.05, 0.35, (5, 1)) * (rng.uniform(lower, upper, (5, robot.dof)) - start)
+    handled: dict[int, Any] = {1: {"attach": [planner.Attach("ball")]}, 3: {"detach": ["ball"]}}
+    waypoints = [planner.JointWaypoint(q, **handled.get(k, {})) for k, q in enumerate(positions)]
+    tool = tool_in_base(robot, positions[1:2])[0]
+    held_at = np.array([0.0, 0.15, 0.0] if robot.id == "date_sorting_arm" else [0.0, 0.0, 0.15])
+    ball = SceneObject("ball", [Sphere(RADIUS)], Pose(tool.act(held_at + rng.normal(size=3) * 0.03)))
+    things: list[SceneObject] = [ball]
+    for k in range(2):
+        way = rng.normal(size=3)
+        shape = Box(rng.uniform(0.05, 0.2, 3)) if rng.random() < 0.5 else Sphere(rng.uniform(0.05, 0.1))
+        place = tool.translation + way / np.linalg.norm(way) * rng.uniform(0.3, 0.9)
+        things.append(SceneObject(f"thing_{k}", [shape], Pose.from_rpy(place, rng.normal(size=3))))
+    return planner.PlanningProblem(robot, waypoints, scene=Scene(things, margin=0.0))
+
+
+@pytest.mark.parametrize("arm", ["kuka_kr16_2", "date_sorting_arm"])
+def test_what_is_carried_is_proved_clear_where_dense_samples_see_it_clear(arm: str) -> None:
+    rng = np.random.default_rng([7, len(arm)])
+    decided = {True: 0, False: 0}
+    for _ in range(max(1, SIZE.requests // 40)):
+        truth = -1.0
+        while truth < 2.5 * BETWEEN_SAMPLES:  # else everything would be refused
+            problem = random_problem(rng, load_robot(arm))
+            idle = [replace(waypoint, attach=(), detach=()) for waypoint in problem.waypoints]
+            blind = planner.plan(replace(problem, scene=None, waypoints=idle))
+            truth = room(problem, blind.path.positions, blind.trajectory)
+        assert problem.scene is not None
+        for margin in (0.0, max(0.0, truth - 2.0 * BETWEEN_SAMPLES), max(0.0, truth + 1e-3)):
+            asked = replace(problem, scene=replace(problem.scene, margin=margin))
+            left = room(asked, blind.path.positions, blind.trajectory)
+            checkers = segment_checkers(replace(asked, self_collision=False), blind.path.positions)
+            try:
+                report = certify_clearance_along(checkers, blind.trajectory)
+            except (Collision, ClearanceUnproved) as refusal:
+                assert isinstance(refusal, Collision) and left < BETWEEN_SAMPLES, (margin, left, refusal.message)
+                decided[False] += 1
+                continue
+            assert left > -2.0 * CONTACT_TOLERANCE, (margin, left)
+            assert report is not None and report.scene is not None
+            decided[True] += 1
+    assert min(decided.values()) > 0, decided
+
+
+def carried_over(height: float, **changes: Any) -> planner.PlanningProblem:
+    """A ball from one tray to another, lifted so high; the arm's tool points down, and l1 alone lifts it."""
+    down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
+    places = {"from": (-0.3, 0.4), "to": (0.7, 0.25)}
+
+    def at(place: str, lift: float, **more: Any) -> planner.JointWaypoint:
+        turn, out = places[place]
+        return planner.JointWaypoint([turn, 0.05 + lift, out, *down], **more)
+
+    waypoints = [
+        at("from", height),
+        at("from", 0.0, attach=[planner.Attach("ball")], payload=planner.Payload(0.1)),
+        at("from", height),
+        at("to", height),
+        at("to", 0.0, detach=["ball"], put_down=True),
+        at("to", height),
+    ]
+    stands = planner.tool_pose(DATE_ARM, waypoints[1].position).position - [0.0, 0.0, 0.02 + RADIUS]
+    goes = planner.tool_pose(DATE_ARM, waypoints[4].position).position - [0.0, 0.0, 0.02 + RADIUS]
+    trays = [
+        SceneObject(name, [Box([0.2, 0.2, 0.04])], Pose(place - [0.0, 0.0, 0.02 + RADIUS]))
+        for name, place in (("tray_1", stands), ("tray_2", goes))
+    ]
+    between = (stands + goes) / 2.0 * [1.0, 1.0, 0.0] * 1.05 + [0.0, 0.0, stands[2] + 0.05]
+    wall = SceneObject("wall", [Box([0.02, 0.5, 0.1])], Pose.from_rpy(between, [0.0, 0.0, 0.2]))
+    ball = SceneObject("ball", [Sphere(RADIUS)], Pose(stands))
+    scene = Scene([ball, *trays, wall], margin=0.01)
+    return replace(planner.PlanningProblem(DATE_ARM, waypoints, scene=scene), **changes)
+
+
+def test_a_part_may_stand_on_what_it_is_taken_from_and_put_on() -> None:
+    """Its tray, and what holds it, touch it there; everything else keeps 10 mm, the wall from the part, too."""
+    plan = planner.plan(carried_over(0.3), planner.Quintic())
+    clearance = plan.certificate.clearance
+    assert clearance is not None and clearance.scene is not None
+    assert clearance.scene.lower == pytest.approx(0.0, abs=2e-4)
+    assert {"ball"} <= set(clearance.scene.pair or ())
+
+
+def test_what_is_carried_hits_what_the_arm_alone_does_not() -> None:
+    low = carried_over(0.115)
+    empty = [replace(waypoint, attach=(), detach=(), payload=None, put_down=False) for waypoint in low.waypoints]
+    assert low.scene is not None
+    without = replace(low, waypoints=empty, scene=replace(low.scene, objects=low.scene.objects[1:]))
+    assert planner.plan(without).certificate.satisfied
+    with pytest.raises(Collision) as refusal:
+        planner.plan(low)
+    error = refusal.value
+    assert (error.pair, error.segment) == (("ball", "wall"), 2)
+    assert error.time is not None and error.depth > 0.0
+
+
+def test_what_was_put_down_stays_there() -> None:
+    """A sweep at the height where the ball was let go ends in it; where it never was put there, nothing is hit."""
+    problem = carried_over(0.3)
+    down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
+    sweep = [planner.JointWaypoint([turn, lift, 0.25, *down]) for turn, lift in ((1.3, 0.35), (1.3, 0.05), (0.7, 0.05))]
+    whole = replace(problem, waypoints=[*problem.waypoints, *sweep])
+    with pytest.raises(Collision) as refusal:
+        planner.plan(whole)
+    assert refusal.value.pair == ("link_6", "ball")
+    assert refusal.value.segment == len(problem.waypoints) + 1
+    idle = [replace(waypoint, attach=(), detach=(), payload=None, put_down=False) for waypoint in whole.waypoints]
+    assert planner.plan(replace(whole, waypoints=[*idle[3:4], *idle[5:]])).certificate.satisfied
+
+
+def test_a_gripper_is_put_down_and_taken_again() -> None:
+    """What was attached from the start is put down, is in the way where it lies, and is taken again."""
+    tool = planner.AttachedObject("tool", [Box([0.03, 0.03, 0.03])], Pose([0.0, 0.03, 0.0]))
+    down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
+
+    def at(turn: float, lift: float, **more: Any) -> planner.JointWaypoint:
+        return planner.JointWaypoint([turn, lift, 0.3, *down], **more)
+
+    there = [at(0.0, 0.3), at(0.0, 0.1, detach=["tool"]), at(0.0, 0.3), at(0.8, 0.3)]
+    back = [at(0.0, 0.3), at(0.0, 0.1, attach=[planner.Attach("tool")]), at(0.8, 0.1)]
+    scene = Scene(attached=[tool], margin=0.005)
+    plan = planner.plan(planner.PlanningProblem(DATE_ARM, [*there, *back], scene=scene))
+    assert plan.certificate.clearance is not None
+    with pytest.raises(Collision) as refusal:  # straight down on it, where it does not take it
+        planner.plan(planner.PlanningProblem(DATE_ARM, [*there, at(0.0, 0.3), at(0.0, 0.07)], scene=scene))
+    assert "tool" in refusal.value.pair and refusal.value.segment == 4
+
+
+def test_a_free_motion_goes_around_with_what_is_carried() -> None:
+    """Straight, the ball would hit the wall; the way is found for the arm with the ball."""
+    problem = carried_over(0.115)
+    waypoints = list(problem.waypoints)
+    waypoints[3] = replace(waypoints[3], motion=planner.FreeMotion())
+    plan = planner.plan(replace(problem, waypoints=waypoints))
+    assert plan.ways and plan.certificate.clearance is not None
+
+
+@pytest.mark.parametrize(
+    ("index", "changes", "field"),
+    [
+        (1, {"attach": [planner.Attach("nothing")]}, ("waypoints", 1, "attach", 0, "id")),
+        (1, {"attach": [planner.Attach("floor")]}, ("waypoints", 1, "attach", 0, "id")),
+        (2, {"attach": [planner.Attach("ball")]}, ("waypoints", 2, "attach", 0, "id")),
+        (1, {"attach": [planner.Attach("ball", link="none")]}, ("waypoints", 1, "attach", 0, "link")),
+        (1, {"attach": [planner.Attach("ball", touch_links=["x"])]}, ("waypoints", 1, "attach", 0, "touch_links", 0)),
+        (2, {"detach": ["wall"]}, ("waypoints", 2, "detach", 0)),
+        (1, {"transition": planner.BlendTransition(0.01)}, ("waypoints", 1, "transition")),
+    ],
+)
+def test_what_cannot_be_taken_is_said(index: int, changes: dict[str, Any], field: tuple[Any, ...]) -> None:
+    problem = carried_over(0.3)
+    assert problem.scene is not None
+    floor = SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0])])
+    waypoints = list(problem.waypoints)
+    waypoints[index] = replace(waypoints[index], **changes)
+    scene = replace(problem.scene, objects=[*problem.scene.objects, floor])
+    with pytest.raises(InvalidProblem) as refusal:
+        planner.plan(replace(problem, waypoints=waypoints, scene=scene))
+    assert field in [fault.field for fault in refusal.value.faults]
+
+
+def test_without_a_scene_there_is_nothing_to_take() -> None:
+    with pytest.raises(InvalidProblem) as refusal:
+        planner.plan(replace(carried_over(0.3), scene=None))
+    assert refusal.value.faults[0].field == ("waypoints", 1, "attach")
