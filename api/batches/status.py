@@ -8,15 +8,24 @@ from typing import TYPE_CHECKING, Any
 from api.batches.items import PLANNED
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from api.database.batches import BatchRecord, Outcomes
 
 
-def described(batch: BatchRecord, outcomes: Sequence[Outcomes]) -> dict[str, Any]:
-    """Write a batch as the schema `Batch` says."""
-    counts = {found.outcome: found.items for found in outcomes}
-    waiting, planned = counts.pop(None, 0), counts.pop(PLANNED, 0)
+def described(
+    batch: BatchRecord, outcomes: Sequence[Outcomes], histogram: list[int], examples: Mapping[str, int]
+) -> dict[str, Any]:
+    """Write a batch as the schema `Batch` says.
+
+    Args:
+        batch: The batch.
+        outcomes: Its items by their outcome.
+        histogram: How its durations are spread.
+        examples: The position of one item with each code of a problem.
+    """
+    counts = {found.outcome: found.items for found in outcomes if found.outcome is not None}
+    waiting, planned = batch.total - sum(counts.values()), counts.pop(PLANNED, 0)
     rate = batch.rate if batch.status == "running" else None
     return {
         **_dated(batch),
@@ -24,8 +33,8 @@ def described(batch: BatchRecord, outcomes: Sequence[Outcomes]) -> dict[str, Any
         "rate": rate,
         "remaining_time": waiting / rate if rate else None,
         "summary": {
-            "duration": _durations([found for found in outcomes if found.outcome == PLANNED]),
-            "refusals": [{"code": code, "count": count} for code, count in counts.items()],
+            "duration": _durations(outcomes, histogram),
+            "refusals": [{"code": code, "count": count, "example": examples[code]} for code, count in counts.items()],
             "worst_ratio": max((found.ratio for found in outcomes if found.ratio is not None), default=None),
         },
     }
@@ -51,8 +60,17 @@ def _date(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds")
 
 
-def _durations(planned: Sequence[Outcomes]) -> dict[str, float] | None:
-    for found in planned:
-        if found.shortest is not None and found.longest is not None and found.sum is not None:
-            return {"shortest": found.shortest, "mean": found.sum / found.items, "longest": found.longest}
+def range_of_durations(outcomes: Sequence[Outcomes]) -> tuple[float, float] | None:
+    """Return the shortest and the longest duration of a trajectory, s; None: there is none."""
+    for found in outcomes:
+        if found.outcome == PLANNED and found.shortest is not None and found.longest is not None:
+            return found.shortest, found.longest
     return None
+
+
+def _durations(outcomes: Sequence[Outcomes], histogram: list[int]) -> dict[str, Any] | None:
+    ends = range_of_durations(outcomes)
+    if ends is None:
+        return None
+    mean = next(found.sum / found.items for found in outcomes if found.outcome == PLANNED and found.sum is not None)
+    return {"shortest": ends[0], "mean": mean, "longest": ends[1], "histogram": histogram}

@@ -84,6 +84,12 @@ class BatchRecord(NamedTuple):
     rate: float | None
 
 
+HISTOGRAM_PARTS = 20
+"""The number of parts of the histogram of durations: as many bars as a column of a page has room for."""
+
+LEAST_PART = 1e-9
+"""The least width of a part, s: durations that differ by less are the same."""
+
 COLUMNS = tuple(batches.c[name] for name in BatchRecord._fields)
 """The columns of a `BatchRecord`."""
 
@@ -207,6 +213,23 @@ def outcomes_of(connection: Connection, number: int) -> list[Outcomes]:
     )
     rows = connection.execute(query.where(items.c.batch == number).group_by(items.c.outcome))
     return sorted((Outcomes(*row) for row in rows), key=lambda found: found.outcome or "")
+
+
+def one_with(connection: Connection, number: int, outcome: str) -> int:
+    """Find the position of an item of a batch that had an outcome: whichever comes first to hand."""
+    found = select(items.c.position).where(items.c.batch == number, items.c.outcome == outcome).limit(1)
+    return int(connection.execute(found).scalar_one())
+
+
+def histogram_of(connection: Connection, number: int, outcome: str, shortest: float, longest: float) -> list[int]:
+    """Count the items of a batch with an outcome in equal parts from the shortest duration to the longest, s."""
+    width = max((longest - shortest) / HISTOGRAM_PARTS, LEAST_PART)
+    part = func.round((items.c.duration - shortest) / width - 0.5)
+    query = select(part, func.count()).where(items.c.batch == number, items.c.outcome == outcome).group_by(part)
+    counts = [0] * HISTOGRAM_PARTS
+    for found, count in connection.execute(query):
+        counts[min(max(int(found), 0), HISTOGRAM_PARTS - 1)] += count
+    return counts
 
 
 def left_to_plan(connection: Connection) -> tuple[int, int]:

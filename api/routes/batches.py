@@ -15,8 +15,8 @@ from starlette.responses import StreamingResponse
 from api.access.access import audit
 from api.batches.archive import zipped
 from api.batches.arrival import Body, Refused, take_in
-from api.batches.items import RENDER_RESULTS, Result
-from api.batches.status import described, finished, listed
+from api.batches.items import PLANNED, RENDER_RESULTS, Result
+from api.batches.status import described, finished, listed, range_of_durations
 from api.database import batches, claims
 from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
 from api.messages import Task
@@ -26,7 +26,9 @@ from api.server.costs import Kind
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping, Sequence
 
-    from api.database.batches import BatchRecord
+    from sqlalchemy import Connection
+
+    from api.database.batches import BatchRecord, Outcomes
     from api.messages import Reply
     from api.server.service import Service
 
@@ -221,7 +223,16 @@ async def _batch(request: Request, batch_id: str) -> BatchRecord:
 
 
 async def _described(service: Service, batch: BatchRecord) -> dict[str, Any]:
-    return described(batch, await service.database.read(batches.outcomes_of, batch.number))
+    return described(batch, *await service.database.read(_outcomes, batch.number))
+
+
+def _outcomes(connection: Connection, number: int) -> tuple[list[Outcomes], list[int], dict[str, int]]:
+    """Read what came of the items: how many, how their durations are spread, and one for each code of a problem."""
+    outcomes = batches.outcomes_of(connection, number)
+    ends = range_of_durations(outcomes)
+    histogram = [] if ends is None else batches.histogram_of(connection, number, PLANNED, *ends)
+    codes = [found.outcome for found in outcomes if found.outcome not in {None, PLANNED}]
+    return outcomes, histogram, {code: batches.one_with(connection, number, code) for code in codes if code is not None}
 
 
 async def _results(service: Service, batch: BatchRecord, behind: int, limit: int) -> tuple[list[Result], bool]:

@@ -68,6 +68,8 @@ class DurationSummary(Answer):
     """The mean of all, s."""
     longest: float
     """The longest, s."""
+    histogram: list[int]
+    """How many trajectories there are in each of 20 equal parts from the shortest duration to the longest."""
 
 
 class RefusalCount(Answer):
@@ -77,6 +79,9 @@ class RefusalCount(Answer):
     """The code of the problem."""
     count: int
     """The number of requests."""
+    example: int
+    """The index of one of them, counted from 0; `results?limit=1&cursor=` with the number before it has its problem
+    document."""
 
 
 class BatchSummary(Answer):

@@ -98,14 +98,15 @@ def test_the_status_counts_and_sums_up(service: RunningService, finished: str) -
     batch = Batch.model_validate_json(service.client.get(finished).content, strict=True)
     assert batch.status == "completed" and batch.ended is not None and batch.rate is batch.remaining_time is None
     assert (batch.counts.planned, batch.counts.refused, batch.counts.waiting) == (5, 2, 0)
-    assert {refusal.code: refusal.count for refusal in batch.summary.refusals} == {
-        "invalid_request": 1,
-        "unknown_robot": 1,
-    }
+    refusals = {refusal.code: (refusal.count, refusal.example) for refusal in batch.summary.refusals}
+    assert refusals == {"invalid_request": (1, 6), "unknown_robot": (1, 5)}
+    (refused,) = service.client.get(f"{finished}/results?limit=1&cursor=5").json()["results"]
+    assert (refused["index"], refused["problem"]["code"]) == (6, "invalid_request")
     durations = [result["trajectory"]["duration"] for result in results(service, finished)[:5]]
     assert batch.summary.duration is not None
     assert (batch.summary.duration.shortest, batch.summary.duration.longest) == (min(durations), max(durations))
     assert batch.summary.duration.mean == pytest.approx(np.mean(durations))
+    assert batch.summary.duration.histogram == np.histogram(durations, 20)[0].tolist()
     assert batch.summary.worst_ratio == pytest.approx(1.0, abs=1e-6)  # the fastest that the limits allow
 
 

@@ -19,6 +19,8 @@ from api.database.batches import (
     cancel_batch,
     clean_up,
     find_batch,
+    histogram_of,
+    one_with,
     open_batch,
     outcomes_of,
 )
@@ -132,6 +134,9 @@ def test_a_batch_counts_its_outcomes_and_is_completed_by_the_last(connection: Co
     counted = {found.outcome: found for found in outcomes_of(connection, arrival.number)}
     assert {outcome: found.items for outcome, found in counted.items()} == {None: 1, PLANNED: 2, "unknown_robot": 1}
     assert counted[PLANNED][2:] == (2.0, 4.0, 6.0, 0.5)
+    assert histogram_of(connection, arrival.number, PLANNED, 2.0, 4.0) == [1, *[0] * 18, 1]
+    assert histogram_of(connection, arrival.number, PLANNED, 4.0, 4.0)[0] == 2
+    assert one_with(connection, arrival.number, "unknown_robot") == 3
     batch = find_batch(connection, arrival.id)
     assert batch is not None and batch.status == "running" and (batch.rate or 0.0) > 0.0
     settle(connection, done(arrival, 1))
