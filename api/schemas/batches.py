@@ -69,7 +69,7 @@ class DurationSummary(Answer):
     longest: float
     """The longest, s."""
     histogram: list[int]
-    """How many trajectories there are in each of 20 equal parts from the shortest duration to the longest."""
+    """The number of trajectories in each of 20 equal parts from the shortest duration to the longest."""
 
 
 class RefusalCount(Answer):

@@ -4,6 +4,7 @@ import './style/base.css';
 import './style/layout.css';
 import './style/panels.css';
 import './style/robot.css';
+import './style/batch.css';
 import { Header } from './panels/Header';
 import { Result } from './panels/Result';
 import { Waypoints } from './panels/Waypoints';

@@ -43,6 +43,16 @@ def main() -> None:
             choose_example(page, "features/around_a_wall")
             page.locator(".nearest-note").click()
             take("scene", "a way around a wall, where it comes nearest")
+        with opened(browser, f"{service.url}/", viewport=VIEW) as page:
+            choose_example(page, "features/pick_and_place")
+            page.get_by_role("tab", name="Batch").click()
+            page.get_by_role("textbox", name="Values").fill(", ".join(f"{0.3 + 0.02 * k:.2f}" for k in range(37)))
+            page.get_by_role("button", name="Another field").click()
+            page.get_by_role("combobox", name="Field").nth(1).fill("/backend/kind")
+            page.get_by_role("textbox", name="Values").nth(1).fill("cubic, quintic, trapezoidal, ruckig, wrong")
+            page.get_by_role("button", name="Plan 185 requests").click()
+            page.locator(".batch-head", has_text="Completed").wait_for(timeout=60_000)
+            take("batch", "185 requests")
         with opened(browser, f"{service.url}/", viewport=VIEW, color_scheme="dark") as page:
             choose_example(page, "features/pick_and_place")
             page.get_by_role("tab", name="Compare").click()

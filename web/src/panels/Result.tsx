@@ -3,6 +3,7 @@ import { signal } from '@preact/signals';
 import { seconds } from '../plan/units';
 import { isStale, planning, problem, shownPlan } from '../state/store';
 import { texts } from '../texts';
+import { BatchPanel } from './BatchPanel';
 import { Certificate } from './Certificate';
 import { Compare } from './Compare';
 import { Exports } from './Exports';
@@ -10,9 +11,9 @@ import { Refusal } from './Refusal';
 import { RequestJson } from './RequestJson';
 import { RobotPanel } from './RobotPanel';
 
-type Tab = 'certificate' | 'compare' | 'request' | 'exports' | 'robot';
+type Tab = 'certificate' | 'compare' | 'request' | 'exports' | 'robot' | 'batch';
 
-const TABS: readonly Tab[] = ['certificate', 'compare', 'request', 'exports', 'robot'];
+const TABS: readonly Tab[] = ['certificate', 'compare', 'request', 'exports', 'robot', 'batch'];
 const tab = signal<Tab>('certificate');
 
 export function Result() {
@@ -49,6 +50,7 @@ export function Result() {
         {tab.value === 'request' && <RequestJson />}
         {tab.value === 'exports' && <Exports />}
         {tab.value === 'robot' && <RobotPanel />}
+        {tab.value === 'batch' && <BatchPanel />}
       </div>
     </section>
   );

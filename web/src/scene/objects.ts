@@ -1,6 +1,6 @@
 // What stands around the robot and what it carries, as a request's scene says it, and where that is.
 import { Matrix4, Quaternion, Vector3 } from 'three';
-import type { PlanRequest, Pose, Robot, SceneShape } from '../service/types';
+import type { PlanRequest, Pose, Robot, Scene, SceneShape } from '../service/types';
 import { matrixOf } from '../robot/chain';
 import { quaternionOf } from '../request/rotations';
 
@@ -13,7 +13,7 @@ export interface Placed {
 }
 
 // What of a request says where things are.
-export type Setting = Pick<PlanRequest, 'scene' | 'frames' | 'tool' | 'mounting'>;
+export type Setting = Pick<PlanRequest, 'frames' | 'tool' | 'mounting'> & { scene?: Scene | null };
 
 const ONE = new Vector3(1, 1, 1);
 

@@ -6,10 +6,12 @@ import { apiKey, client, outcome } from '../service/client';
 import { chooseExample, show } from './actions';
 import { playing, time } from './playback';
 import { backends, problem, request, robots } from './store';
+import { followScenes } from './surroundings';
 
 let written = '';
 
 export async function start(): Promise<void> {
+  followScenes();
   effect(() => {
     if (apiKey.value !== '' || robots.peek().length === 0) void loadLists();
   });

@@ -1,20 +1,39 @@
 // What stands around the robot as it is shown, and which pair of things the stage points at.
-import { computed, signal } from '@preact/signals';
+import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
 import type { Setting } from '../scene/objects';
 import type { Pair } from '../scene/pair';
-import type { Clearance } from '../service/types';
+import { client, outcome } from '../service/client';
+import type { Clearance, Scene } from '../service/types';
 import { seek } from './playback';
-import { isStale, problem, request, shownPlan } from './store';
+import { isStale, plan, problem, request, shownPlan } from './store';
 
 export const KINDS = ['scene', 'itself'] as const;
 export type Kind = (typeof KINDS)[number];
 
 const preferred = signal<Kind>('scene');
 
+// A scene that a request names by its id, as the service has it now.
+const kept = signal<Scene | null>(null);
+
+// A report, which has no service, does without.
+export function followScenes(): void {
+  effect(() => {
+    plan.value; // it may have changed since the last one
+    const asked = request.value?.scene;
+    if (typeof asked === 'string') void keptScene(asked);
+    else kept.value = null;
+  });
+}
+
+async function keptScene(id: string): Promise<void> {
+  const found = await outcome(client.GET('/v1/scenes/{id}', { params: { path: { id } } }));
+  if (request.value?.scene === id) kept.value = found.answer ?? null;
+}
+
 // Each changes only when it does itself, so that another duration draws no scene anew.
 const [scene, frames, tool, mounting] = [
-  computed(() => request.value?.scene),
+  computed(() => (typeof request.value?.scene === 'string' ? kept.value : request.value?.scene)),
   computed(() => request.value?.frames),
   computed(() => request.value?.tool),
   computed(() => request.value?.mounting),

@@ -1,0 +1,119 @@
+// Batches: one is sent as a grid or opened by its id, and seen while it is planned.
+import { useEffect } from 'preact/hooks';
+import { seconds, short } from '../plan/units';
+import { base } from '../service/client';
+import type { Batch } from '../service/types';
+import { batches, batchProblem, cancelBatch, listBatches, openBatch, reasons, shownBatch } from '../state/batches';
+import { texts } from '../texts';
+import { BatchGrid } from './BatchGrid';
+
+export function BatchPanel() {
+  useEffect(() => void listBatches(), []);
+  return (
+    <>
+      {batchProblem.value && (
+        <div class="refusal" role="alert" aria-label={texts.batch.refused}>
+          <strong>{batchProblem.value.title}</strong>
+          <p>{batchProblem.value.detail}</p>
+        </div>
+      )}
+      {shownBatch.value && <BatchView shown={shownBatch.value} />}
+      <BatchGrid />
+      <OpenBatch />
+    </>
+  );
+}
+
+function OpenBatch() {
+  return (
+    <form
+      class="open-batch"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void openBatch((new FormData(event.currentTarget).get('id') as string).trim());
+      }}
+    >
+      <label>
+        {texts.batch.id} <input name="id" list="batches" autocomplete="off" required />
+      </label>
+      <datalist id="batches">
+        {batches.value.map(({ id, status, total }) => (
+          <option key={id} value={id}>
+            {texts.batch.entry(total, texts.batch.status[status])}
+          </option>
+        ))}
+      </datalist>
+      <button type="submit">{texts.batch.open}</button>
+    </form>
+  );
+}
+
+function BatchView({ shown }: { shown: Batch }) {
+  const { id, status, counts, rate, remaining_time, summary } = shown;
+  const done = counts.total - counts.waiting;
+  return (
+    <section class="batch" aria-label={texts.batch.shown}>
+      <p class="batch-head">
+        <strong>{texts.batch.status[status]}</strong> <code>{id}</code>
+      </p>
+      <progress max={counts.total} value={done} aria-label={texts.batch.progress} />
+      <p role="status">{texts.batch.counts(counts.planned, counts.refused, counts.total)}</p>
+      {rate !== null && <p class="hint">{texts.batch.rate(short(rate, 3), remaining_time === null ? null : seconds(remaining_time))}</p>}
+      {summary.duration && <Histogram {...summary.duration} />}
+      {summary.worst_ratio !== null && <p class="hint">{texts.batch.worst(short(100 * summary.worst_ratio, 4))}</p>}
+      {summary.refusals.length > 0 && (
+        <>
+          <h3>{texts.batch.failures}</h3>
+          <ul class="failures">
+            {summary.refusals.map(({ code, count, example }) => (
+              <li key={code}>
+                <strong>
+                  {count} × <code>{code}</code>
+                </strong>
+                {reasons.value[code] && <small>{texts.batch.reason(example, reasons.value[code])}</small>}
+              </li>
+            ))}
+          </ul>
+        </>
+      )}
+      <div class="buttons wrap">
+        {status === 'running' ? (
+          <button type="button" onClick={() => void cancelBatch(id)}>
+            {texts.batch.cancel}
+          </button>
+        ) : (
+          <a href={`${base}/v1/batches/${id}/results.zip`} download>
+            {texts.batch.results}
+          </a>
+        )}
+      </div>
+    </section>
+  );
+}
+
+const [WIDTH, HEIGHT] = [360, 110];
+
+function Histogram({ shortest, mean, longest, histogram }: NonNullable<Batch['summary']['duration']>) {
+  const most = Math.max(1, ...histogram);
+  const width = WIDTH / histogram.length;
+  return (
+    <figure class="histogram">
+      <figcaption>{texts.batch.durations}</figcaption>
+      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={texts.batch.histogram(seconds(shortest), seconds(mean), seconds(longest))}>
+        {histogram.map((count, part) => {
+          const height = (HEIGHT * count) / most;
+          return (
+            <rect key={part} x={part * width + 1} y={HEIGHT - height} width={width - 2} height={height}>
+              <title>{texts.batch.part(count, seconds(shortest + (part * (longest - shortest)) / histogram.length))}</title>
+            </rect>
+          );
+        })}
+      </svg>
+      <p class="ends">
+        <span>{seconds(shortest)}</span>
+        <span>{texts.batch.mean(seconds(mean))}</span>
+        <span>{seconds(longest)}</span>
+      </p>
+    </figure>
+  );
+}

@@ -1,0 +1,55 @@
+"""Batches on the page: a request is sent as a grid and seen while it is planned, with its failures; or opened by id."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from playwright.sync_api import expect
+
+from web.tests.browser import opened, planned
+from web.tests.test_conditions import violations
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+    from tests.api.conftest import RunningService
+
+
+def test_a_request_is_sent_as_a_grid_and_seen_by_another(page: Page, browser: Browser, service: RunningService) -> None:
+    """At a tenth and a fifth of the velocity the arm is not there in the times that the example asks for."""
+    page.get_by_role("tab", name="Batch").click()
+    page.get_by_role("textbox", name="Values").fill("0.05, 0.1, 0.5, 1")
+    page.get_by_role("button", name="Another field").click()
+    page.get_by_role("combobox", name="Field").nth(1).fill("/backend/kind")
+    expect(page.get_by_role("button", name="Values are not readable")).to_be_disabled()
+    page.get_by_role("textbox", name="Values").nth(1).fill("cubic, quintic")
+    page.get_by_role("button", name="Plan 8 requests").click()
+    batch = page.get_by_role("region", name="The batch", exact=True)
+    expect(batch).to_contain_text("Completed", timeout=30_000)
+    told = service.client.get(f"/v1/batches/{batch.locator('code').first.inner_text()}").json()
+    expect(batch.get_by_role("status")).to_have_text(
+        f"{told['counts']['planned']} planned, {told['counts']['refused']} refused of 8"
+    )
+    assert told["counts"]["planned"] > 0 < told["counts"]["refused"]
+    bars = batch.locator(".histogram rect").all()
+    assert [float(bar.get_attribute("height") or 0.0) > 0.0 for bar in bars] == [
+        count > 0 for count in told["summary"]["duration"]["histogram"]
+    ]
+    expect(batch.locator(".failures li")).to_have_count(len(told["summary"]["refusals"]))
+    expect(batch.locator(".failures small").first).to_contain_text("request ")
+    assert violations(page) == []
+    with opened(browser, f"{service.url}/") as other:
+        planned(other)
+        other.get_by_role("tab", name="Batch").click()
+        other.get_by_role("combobox", name="A batch by its id").fill(told["id"])
+        other.get_by_role("button", name="Open").click()
+        expect(other.get_by_role("region", name="The batch", exact=True)).to_contain_text("Completed")
+
+
+def test_what_is_no_batch_is_said(browser: Browser, service: RunningService) -> None:
+    with opened(browser, f"{service.url}/", may_fail=("status of 404",)) as page:
+        planned(page)
+        page.get_by_role("tab", name="Batch").click()
+        page.get_by_role("combobox", name="A batch by its id").fill("nonsense")
+        page.get_by_role("button", name="Open").click()
+        expect(page.get_by_role("alert", name="The batch was refused")).to_contain_text("GET /v1/batches lists")
