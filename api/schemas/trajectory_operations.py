@@ -29,6 +29,7 @@ from api.schemas.common import (
     Schema,
 )
 from api.schemas.requests import MOST_ROWS, GivenTrajectory, default_backend
+from api.schemas.scenes import SceneOrId  # noqa: TC001
 
 Quantity = TypeAliasType(
     "Quantity",
@@ -80,6 +81,12 @@ class OperationRequest(Schema):
     """The pose of the base in the world (m), whose z axis points up: gravity follows it. Omitted: the robot's own."""
     payload: Payload | None = None
     """The body that the robot carries; omitted: none."""
+    scene: SceneOrId | None = None
+    """What is around the robot, in the world or its base: the answer is proved to keep clear of it at all times, and
+    its certificate has the `clearance`, or it is refused. Omitted: nothing is known."""
+    self_collision: bool | None = None
+    """Whether the arm is proved not to meet itself. `true`: by all of its shapes, estimates too, without a scene as
+    well; omitted: in a scene, as far as the shapes of its links are those of its description."""
     include: Annotated[list[IncludeOfOperation], Field(max_length=16)] = Field(default_factory=list)
     """What else the answer should hold; each makes it larger."""
     deadline: Deadline = DEFAULT_DEADLINE

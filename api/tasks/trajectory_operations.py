@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from api.schemas import trajectory_operations as schemas
 from api.tasks.operation import BODY_CODES, Operation
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from api.tasks.work import Work
     from planner.operations import CertifiedTrajectory
     from planner.robots import Robot
+
+T = TypeVar("T", bound="CertifiedTrajectory")
 
 DEFAULT_PERIOD = 0.01
 """The time between two rows of an answer that asks for neither a period nor times, s."""
@@ -148,6 +150,7 @@ def resample_trajectory(work: Work) -> Reply:
             refuse_too_many_rows(trajectory.duration, period, robot.dof, work, "/period")
     with work.stage("plan"):
         done = resample_trajectory(robot, trajectory, request.times or period, **_kept(request))
+        done = _kept_clear(done, request)
         answer = operation_as_dict(done, done.time, request.include)
     return work.reply(answer)
 
@@ -160,10 +163,20 @@ def _answer(work: Work, schema: Any, run: Callable[[Any, Robot], CertifiedTrajec
         request = work.request(schema)
         robot = _robot(work, request)
     with work.stage("plan"):
-        done = run(request, robot)
+        done = _kept_clear(run(request, robot), request)
         refuse_too_many_rows(done.trajectory.duration, request.sample_period, robot.dof, work)
         answer = operation_as_dict(done, done.trajectory.sample_times(request.sample_period), request.include)
     return work.reply(answer)
+
+
+def _kept_clear(done: T, request: schemas.OperationRequest) -> T:
+    """Prove that the answer keeps clear of the scene of its request, if there is one."""
+    from api.conversion import frames_in_world
+    from api.scene_conversion import to_scene
+    from planner.operations import kept_clear
+
+    scene = None if request.scene is None else to_scene(request.scene, frames_in_world(done.robot, {}))
+    return kept_clear(done, scene, request.self_collision)
 
 
 def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
@@ -195,7 +208,16 @@ BACK = {
 }
 """Samples of the way back."""
 
-CODES = (*BODY_CODES, "unknown_robot", "missing_dynamics", "limits_unsatisfiable")
+CODES = (
+    *BODY_CODES,
+    "unknown_robot",
+    "unknown_scene",
+    "missing_dynamics",
+    "limits_unsatisfiable",
+    "start_in_collision",
+    "collision",
+    "clearance_unproved",
+)
 """Codes of the problem documents that may be the answer to an operation instead."""
 
 OPERATIONS = (

@@ -1,6 +1,6 @@
 """Operations on trajectories of any origin; each answer is certified against the limits of its robot."""
 
-from planner.operations.certified import CertifiedTrajectory, JointState
+from planner.operations.certified import CertifiedTrajectory, JointState, kept_clear
 from planner.operations.editing import (
     JoinedTrajectory,
     Junction,
@@ -22,6 +22,7 @@ __all__ = [
     "ResampledTrajectory",
     "RetimedTrajectory",
     "join_trajectories",
+    "kept_clear",
     "resample_trajectory",
     "retime_trajectory",
     "reverse_trajectory",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from planner.certificate import certify
+from planner.certificate.clearance import certify_clearance
 from planner.certificate.limits import continuity
 from planner.errors import InvalidProblem
 from planner.extrema import derivatives_on_unit_time
@@ -15,6 +16,7 @@ from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndSta
 from planner.polynomials import differentiate, powers
 from planner.result import refuse_unless_satisfied
 from planner.sampled_peaks import DERIVATIVES
+from planner.scene import CollisionChecker
 from planner.tolerances import CONTINUITY_TOLERANCE
 from planner.trajectory import PlanWarning
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from planner.certificate import Certificate
     from planner.limits import Limits
     from planner.robots import Robot
+    from planner.scene import Scene
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
 
@@ -31,6 +34,9 @@ LEAST_CONTINUITY = {"torque": 1} | {
     quantity: order - 1 for quantity, order in (*zip(JOINT_DERIVATIVES, range(4), strict=True), *TCP_ORDERS.items())
 }
 """Order of the derivative that has to be continuous for a quantity to be bounded."""
+
+
+T = TypeVar("T", bound="CertifiedTrajectory")
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +81,25 @@ class CertifiedTrajectory:
     def final(self) -> JointState:
         """The state that it ends in."""
         return JointState(*self.trajectory.evaluate(self.trajectory.duration))
+
+
+def kept_clear(done: T, scene: Scene | None, self_collision: bool | None = None) -> T:
+    """Return the answer of an operation with its clearance proved.
+
+    Args:
+        done: What the operation made.
+        scene: What is around its robot; None: nothing.
+        self_collision: Whether the arm is held against itself; see `PlanningProblem.self_collision`.
+
+    Raises:
+        InvalidProblem: The scene names a link that there is not, or uses a name twice.
+        Collision: The robot would come too near to itself, or to something around it.
+        ClearanceUnproved: That it does not could not be proved.
+    """
+    if scene is None and not self_collision:
+        return done
+    report = certify_clearance(CollisionChecker(done.robot, scene, self_collision=self_collision), done.trajectory)
+    return replace(done, certificate=replace(done.certificate, clearance=report))
 
 
 def certified(

@@ -136,3 +136,52 @@ def test_what_is_wrong_is_said_where_it_is(service: RunningService, plan: dict[s
     problem = service.post("/v1/trajectories/reverse", ROBOT | given(plan) | narrow).json()
     assert (problem["code"], problem["limit"] < problem["value"]) == ("limits_unsatisfiable", True)
     assert problem["joint"].startswith("joint_a")
+
+
+SWING = {"time": [0.0, 2.0], "position": [[-0.6, -0.9, 1.2, 0.0, 0.8, 0.0], [0.6, -0.9, 1.2, 0.0, 0.8, 0.0]]}
+SWING |= {"velocity": [[0.0] * 6, [0.0] * 6], "acceleration": [[0.0] * 6, [0.0] * 6]}
+"""Samples of a swing of the first joint."""
+
+
+def test_operations_keep_clear_of_a_scene_or_are_refused(service: RunningService) -> None:
+    """A wall on the way of the swing: what stops before it, or is cut off before it, keeps clear."""
+    wall = {"id": "wall", "shape": {"kind": "box", "size": [2.0, 0.05, 2.0]}, "pose": {"position": [1.2, -0.6, 0.0]}}
+    scene = {"scene": {"objects": [wall]}, "self_collision": False}
+    swing = {"trajectory": {"samples": SWING}}
+    there_and_back = [{"samples": SWING}, {"samples": SWING | {"position": SWING["position"][::-1]}}]
+    whole: dict[str, Any] = {
+        "reverse": swing,
+        "resample": swing,
+        "join": {"trajectories": there_and_back},
+        "retime": {"points": SWING["position"], "backend": {"kind": "toppra"}},
+    }
+    far_away = scene | {"scene": {"objects": [wall | {"pose": {"position": [9.0, 9.0, 9.0]}}]}}
+    for name, body in whole.items():
+        free = post(service, name, body | far_away)
+        assert free["certificate"]["clearance"]["scene"]["lower"] > 1.0
+        assert "clearance" not in post(service, name, body)["certificate"]
+        refused = service.post(f"/v1/trajectories/{name}", ROBOT | body | scene).json()
+        assert refused["code"] in ("collision", "start_in_collision") and "wall" in refused["pair"], name
+    behind = post(service, "slice", swing | scene | {"end": 0.5})
+    assert behind["certificate"]["clearance"]["scene"]["pair"][1] == "wall"
+    assert service.post("/v1/trajectories/slice", ROBOT | swing | scene).json()["code"] == "collision"
+
+
+def test_a_stop_off_the_path_is_held_against_the_scene(service: RunningService) -> None:
+    """What a stop reaches on its own may be in the way: a pole where it ends."""
+    velocity = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    body = {"state": {"position": SWING["position"][0], "velocity": velocity}, "self_collision": False}
+    free = post(service, "stop", body)
+    end = post_poses(service, [free["final"]["position"]])[0]
+    pole = {"id": "pole", "shape": {"kind": "sphere", "radius": 0.02}, "pose": {"position": end}}
+    hit = service.post("/v1/trajectories/stop", ROBOT | body | {"scene": {"objects": [pole]}}).json()
+    assert (hit["code"], hit["pair"][1]) == ("collision", "pole")
+    away = pole | {"pose": {"position": [end[0], end[1], end[2] + 1.0]}}
+    assert (
+        post(service, "stop", body | {"scene": {"objects": [away]}})["certificate"]["clearance"]["scene"]["lower"] > 0.0
+    )
+
+
+def post_poses(service: RunningService, positions: list[list[float]]) -> list[list[float]]:
+    poses = service.post("/v1/kinematics/forward", ROBOT | {"positions": positions}).json()["poses"]
+    return [pose["position"] for pose in poses]
