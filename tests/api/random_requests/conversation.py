@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,12 +23,17 @@ from tests.api.random_requests.poses import placement
 from tests.api.random_requests.robots import made_up_robot
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import httpx
 
     from planner.robots import Robot
 
 LONGEST = 30.0
 """Processor time of an answer, s: the deadline that the requests name."""
+
+BY_ID = 0.15
+"""Share of the scenes that are kept first, and named by their id."""
 
 REFUSED_BY_SCENES = ("collision", "start_in_collision", "clearance_unproved")
 
@@ -41,7 +47,7 @@ class Conversation:
 
     def __init__(self, client: httpx.Client, number: int) -> None:
         self.client, self.statuses = client, Counter[tuple[str, str]]()
-        self.random = np.random.default_rng([12, number])
+        self.number, self.random = number, np.random.default_rng([12, number])
         self.robot, self.added = made_up_robot(self.random, f"own_{number}")
 
     def hold(self) -> None:
@@ -75,9 +81,10 @@ class Conversation:
 
     def _ask(self, path: str, body: dict[str, Any]) -> tuple[dict[str, Any] | None, dict[str, Any]]:
         """Ask, and put what comes back before the judges."""
-        start = time.process_time()
-        reply = self.client.post(f"/v1/{path}", json=body, timeout=600.0)
-        took = time.process_time() - start
+        with self._sent(body) as sent:
+            start = time.process_time()
+            reply = self.client.post(f"/v1/{path}", json=sent, timeout=600.0)
+            took = time.process_time() - start
         try:
             assert reply.status_code in (200, 422)
             assert took < LONGEST, f"it took {took:.0f} s"
@@ -88,6 +95,20 @@ class Conversation:
         except Exception as broken:
             raise AssertionError(f"/v1/{path} {json.dumps(body)} {reply.text[:600]}") from broken
         return (found, {}) if reply.status_code == 200 else (None, found)
+
+    @contextmanager
+    def _sent(self, body: dict[str, Any]) -> Iterator[dict[str, Any]]:
+        """The request as it is sent: some of those with a scene name it by the id under which it is kept."""
+        if not body.get("scene") or self.random.random() > BY_ID:
+            yield body
+            return
+        name = f"scene_{self.number}"
+        kept = self.client.post("/v1/scenes", json={**body["scene"], "id": name})
+        assert kept.status_code in (201, 422), kept.text
+        try:
+            yield {**body, "scene": name} if kept.status_code == 201 else body
+        finally:
+            self.client.delete(f"/v1/scenes/{name}")
 
     def _judge(self, path: str, body: dict[str, Any], found: dict[str, Any], status: int) -> None:
         if status != 200:

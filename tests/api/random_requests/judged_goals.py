@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from tests.api.random_requests.answered import Answered, segments, times_of
-from tests.api.random_requests.poses import in_base, placement, tool_at
+from tests.api.random_requests.poses import angles_of, in_base, placement, tool_at
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -83,6 +83,8 @@ def _arrives(
         wanted = _moved(start, asked)
         assert np.linalg.norm(reached.translation - wanted) <= 1e-5, f"the move to waypoint {k}"
         return
+    for name, position in (asked.get("external") or {}).items():
+        assert abs(posture[robot.joint_names.index(name)] - position) <= 1e-6, f"{name} at waypoint {k}"
     pose = asked["pose"]
     goal = in_base(robot, request, asked.get("frame")) * placement(pose)
     if pose["orientation"] is None:
@@ -91,7 +93,7 @@ def _arrives(
     off_goal = goal.actInv(reached)
     free = asked.get("free") or {}
     free = {"rotation_z": [-np.pi, np.pi]} if free == "rotation_z" else free
-    offsets = [*off_goal.translation, *Rotation.from_matrix(off_goal.rotation).as_euler("XYZ")]
+    offsets = [*off_goal.translation, *angles_of(Rotation.from_matrix(off_goal.rotation), "XYZ")]
     names = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
     for name, offset in zip(names, offsets, strict=True):
         least, most = free.get(name) or (0.0, 0.0)

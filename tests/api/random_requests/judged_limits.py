@@ -14,8 +14,11 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from tests.api.random_requests.answered import Segment
 
-STEP = 1e-5
-"""Time on either side of a sample, s, over which accelerations of the tool are differenced."""
+STEP = 0.02
+"""Share of a piece on either side of a sample over which accelerations of the tool are differenced."""
+
+LONGEST_STEP = 1e-5
+"""The longest time, s, that this is."""
 
 SHARES = (0.0, 0.13, 0.37, 0.5, 0.71, 1.0)
 """Shares of each piece at which joints are sampled."""
@@ -125,7 +128,8 @@ def _tool_holds(
         "tcp_centripetal_acceleration": np.minimum(across[moving] / speed[moving], speed[moving] ** 2 / 1e-4),
     }
     if any(name.endswith("jerk") for name in limits):
-        jerk = (motions(since + STEP)[1] - motions(since - STEP)[1]) / (2.0 * STEP)
+        step = np.minimum(STEP * np.diff(trajectory.breakpoints)[pieces], LONGEST_STEP)
+        jerk = (motions(since + step)[1] - motions(since - step)[1]) / (2.0 * step[:, None])
         found["tcp_linear_jerk"] = np.linalg.norm(jerk[:, :3], axis=1)
         found["tcp_angular_jerk"] = np.linalg.norm(jerk[:, 3:], axis=1)
     for quantity, limit in limits.items():

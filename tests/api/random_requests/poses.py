@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +40,19 @@ def written(where: pin.SE3, notation: str | None) -> dict[str, Any]:
         case "quaternion":
             orientation = {"kind": notation, "xyzw": turn.as_quat().tolist()}
         case "rpy":
-            orientation = {"kind": notation, "rpy": turn.as_euler("xyz").tolist()}
+            orientation = {"kind": notation, "rpy": angles_of(turn, "xyz")}
         case "matrix":
             orientation = {"kind": notation, "matrix": turn.as_matrix().tolist()}
         case _:
             orientation = None
     return {"position": where.translation.tolist(), "orientation": orientation}
+
+
+def angles_of(turn: Rotation, axes: str) -> list[float]:
+    """Angles of a rotation about axes, also where there are many."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Gimbal lock")
+        return list(turn.as_euler(axes).tolist())
 
 
 def tool_at(robot: Robot, position: np.ndarray, tool: dict[str, Any] | None) -> pin.SE3:

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from planner.robots import Robot, load_robot
+from planner.robots import ExternalAxis, Robot, load_robot
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 CATALOGUE: Sequence[str] = ("three_dof_arm", "ngv_refuelling_arm", "date_sorting_arm", "kuka_kr16_2")
+
+EXTERNAL = "carrier"
+"""The name of the external axis that some robots have."""
 
 LINK = """
 <link name="l{k}"><inertial><origin xyz="0 0 {half}"/><mass value="{mass}"/>
@@ -57,6 +60,7 @@ def made_up_robot(random: np.random.Generator, name: str) -> tuple[Robot, dict[s
             turn = changes[key]["orientation"]["rpy"]
             rotation = Rotation.from_euler("xyz", turn).as_matrix()
             changes[key] = Pose(np.array(changes[key]["position"]), rotation)
+    changes["external_axes"] = [ExternalAxis(**axis) for axis in changes.get("external_axes", [])]
     return base.derived(id=name, **changes), body
 
 
@@ -64,7 +68,7 @@ def _changes(base: Robot, random: np.random.Generator) -> dict[str, Any]:
     """What an owner asks of a robot: limits, a joint that is held, a tool and a mounting."""
     changes: dict[str, Any] = {}
     names = list(base.joint_names)
-    if len(names) > 3 and random.random() < 0.4:
+    if len(names) > 3 and random.random() < 0.25:
         held = names.pop(int(random.integers(len(names))))
         k = base.joint_names.index(held)
         changes["locked"] = {held: float(np.clip(random.normal(), base.limit("lower")[k], base.limit("upper")[k]))}
@@ -81,6 +85,12 @@ def _changes(base: Robot, random: np.random.Generator) -> dict[str, Any]:
                 limits[name] |= {"lower": max(joint.lower, -1.5), "upper": min(joint.upper, 2.0)}
     if limits:
         changes["limits"] = limits
+    if random.random() < 0.15:
+        kind = ("prismatic", "revolute", "continuous")[int(random.integers(3))]
+        bounds = {} if kind == "continuous" else {"lower": -1.0, "upper": 2.0}
+        axis = np.eye(3)[int(random.integers(3))] if random.random() < 0.5 else random.normal(size=3)
+        made = {"name": EXTERNAL, "kind": kind, "axis": axis.tolist(), "velocity": 1.0, "acceleration": 2.0, **bounds}
+        changes["external_axes"] = [{**made, "jerk": 20.0, "mass": float(random.choice([0.0, 60.0]))}]
     for key in ("tool", "mounting"):
         if random.random() < 0.4:
             position, turn = (0.2 * random.normal(size=3)).tolist(), (0.5 * random.normal(size=3)).tolist()

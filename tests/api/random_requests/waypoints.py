@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from tests.api.random_requests.draws import Draws
 from tests.api.random_requests.poses import NOTATIONS, in_base, tool_at, written
+from tests.api.random_requests.robots import EXTERNAL
 
 TOOLS = (
     {"position": [0.0, 0.0, 0.1], "orientation": None},
@@ -54,6 +55,8 @@ class Waypoints(Draws):
                 made["frame"] = frame
             if self.chance(0.25) and (made["pose"]["orientation"] or self.chance(0.1)):
                 made["free"] = self.region()
+            if EXTERNAL in self.robot.joint_names and self.chance(0.3):
+                made["external"] = {EXTERNAL: float(near[0]) if self.chance(0.5) else self.random.uniform(-0.5, 0.5)}
             if self.chance(0.04):
                 sides = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("flip", "no_flip")}
                 made["configuration"] = {side: self.choice(names) for side, names in sides.items() if self.chance(0.5)}
