@@ -108,7 +108,8 @@ class PlannedWaypoint(Answer):
     orientation_error: float | None
     """The angle of the tool from the orientation asked, rad; null: none was asked."""
     solutions: int | None
-    """The number of isolated solutions of the pose; null: a joint waypoint, or a continuum."""
+    """The number of isolated solutions of the pose, in a scene of those at which the robot keeps clear if there is one;
+    null: a joint waypoint, or a continuum."""
     solution: int | None
     """The index of the solution that was taken, in the order of their distance in time from the waypoint before: 0 is
     the nearest; null: a joint waypoint, or a continuum."""

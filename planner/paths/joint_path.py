@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,8 @@ from planner.errors import InvalidProblem
 from planner.limits import counted_velocity
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
+from planner.scene import is_free
+from planner.scene.checker import checker_of
 from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
+    from planner.waypoints.candidates import IsFree
 
 SHORTEST_REST = 0.01
 """Duration of a trajectory, s, that neither moves nor is asked to rest: a length of time there has to be, and this
@@ -208,7 +211,15 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
     options = problem.inverse_kinematics
     waypoints = within_limits(problem.robot, problem.waypoints, problem.start_tolerance)
     waypoints = with_chosen_poses(problem.robot, waypoints, options)
-    return waypoints, solve_waypoints(problem.robot, waypoints, options)
+    return waypoints, solve_waypoints(problem.robot, waypoints, options, is_free=_clear_postures(problem))
+
+
+def _clear_postures(problem: PlanningProblem) -> IsFree | None:
+    """Return what tells where the robot keeps clear of the scene and itself; None: nothing is held against anything."""
+    if problem.scene is None and not problem.self_collision:
+        return None
+    checker = checker_of(problem.robot, problem.scene, problem.self_collision)
+    return None if checker.is_empty else partial(is_free, checker)
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 MOST_TURNED = 32
 """The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
+
+IsFree: TypeAlias = "Callable[[FloatArray], np.ndarray]"
+"""Joint positions (N, joints) to whether the robot is proved to keep clear there (N,), bool."""
 
 TURNS = np.array([0.0, -TURN, TURN])
 """Turns of one joint from its position nearest to where the robot comes from, rad."""
@@ -144,6 +147,27 @@ class Layer:
             most=turns[1],
             descend=None if descend is None else descend_all,
             pins=np.where(pinned.left, np.nan, pinned.values),
+        )
+
+    def where_free(self, is_free: IsFree) -> Layer:
+        """Return the candidates at which the robot keeps clear of what is around it; all of them if it does at none."""
+        free = is_free(self.positions)
+        if not free.any():
+            return self
+        descend = self.descend
+
+        def descend_free(start: FloatArray) -> tuple[FloatArray, float] | None:
+            found = None if descend is None else descend(start)
+            return found if found is not None and is_free(found[0][None])[0] else None
+
+        return replace(
+            self,
+            positions=self.positions[free],
+            fewest=self.fewest[free],
+            most=self.most[free],
+            conditioning=self.conditioning[free],
+            descend=None if descend is None else descend_free,
+            solutions=int(free[: self.solutions].sum()),
         )
 
     @property

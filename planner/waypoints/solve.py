@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.tool_motions.tool_motion import ToolMotion
+    from planner.waypoints.candidates import IsFree
     from planner.waypoints.choice import Follow, Passage
 
 Choice = Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
@@ -62,8 +63,8 @@ class SolvedWaypoint:
         pose: Pose of the tool there.
         position_error: m, from the pose asked; 0 for a joint waypoint.
         orientation_error: rad; None: no orientation was asked.
-        solutions: How many isolated solutions the pose has in the configuration asked; None: a joint waypoint, or a
-            continuum.
+        solutions: How many isolated solutions the pose has in the configuration asked, of those that are free if there
+            is one; None: a joint waypoint, or a continuum.
         solution: Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the
             nearest; None: a joint waypoint, or a continuum.
         choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
@@ -90,6 +91,7 @@ def solve_waypoints(
     waypoints: Sequence[AnyWaypoint],
     options: InverseKinematicsOptions,
     follow: Follow = follow_motion,
+    is_free: IsFree | None = None,
 ) -> tuple[SolvedWaypoint, ...]:
     """Joint positions of all waypoints, in order, on the shortest way through their solutions.
 
@@ -102,6 +104,8 @@ def solve_waypoints(
         waypoints: The first is not relative.
         options: Tolerances, reference and seed.
         follow: Follows a motion of the tool from a joint position (joints,).
+        is_free: Tells at which joint positions the robot keeps clear of what is around it: of a pose only these are
+            taken, as long as there is one; None: nothing is known to be there.
 
     Raises:
         UnreachableWaypoint: A pose has no solution; the nearest pose found comes with it.
@@ -109,7 +113,8 @@ def solve_waypoints(
         InvalidProblem: No one circle goes through three poses.
         PlanningError: The error of the first motion that could not be followed, where no other way is left.
     """
-    return _Sequence(with_tools(robot, [waypoint.tool for waypoint in waypoints]), waypoints, options, follow).solve()
+    robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
+    return _Sequence(robots, waypoints, options, follow, is_free).solve()
 
 
 class _Sequence:
@@ -119,9 +124,10 @@ class _Sequence:
         waypoints: Sequence[AnyWaypoint],
         options: InverseKinematicsOptions,
         follow: Follow,
+        is_free: IsFree | None,
     ) -> None:
         self.robot, self.robots = robots[0], robots
-        self.waypoints, self.options, self.follow = waypoints, options, follow
+        self.waypoints, self.options, self.follow, self.is_free = waypoints, options, follow, is_free
         self.pinned = pinned_robots(robots, waypoints)
         self.wanted = wanted_poses(robots, waypoints)
         # Of the tool that goes on from there: the pose asked at the waypoint before each.
@@ -200,7 +206,8 @@ class _Sequence:
             is_start = stop.layer.descend is not None and stop.asked is None and after.asked is not None
             if pose is not None and is_start and pinned.robot.dof > (3 if pose.rotation is None else 6):
                 found = wide_spread(Search(pinned.robot, pose, pinned.options(self.options)))
-                wider[k] = replace(stop, layer=stop.layer.with_solutions(self.robot, pinned.solutions(found)))
+                more = stop.layer.with_solutions(self.robot, pinned.solutions(found))
+                wider[k] = replace(stop, layer=self._where_free(more))
         return wider
 
     def _depends_on_posture(self, index: int) -> bool:
@@ -240,12 +247,15 @@ class _Sequence:
         if options.prefer == "near_reference":
             ahead = np.array(self.options.reference)
         if is_isolated(robot, pose, allowed[0]):
-            return Layer.isolated(robot, allowed, pinned.own(ahead)).on_pins(pinned)
+            return self._where_free(Layer.isolated(robot, allowed, pinned.own(ahead)).on_pins(pinned))
         layer = Layer.continuum(robot, allowed, pinned.own(ahead), pose, options, wanted).on_pins(pinned)
         if (costs := costs_of(robot, options)) is not None:
             best = best_of_continuum(robot, pose, options, allowed, costs, wanted)
             layer = layer.with_solutions(self.robots[index], pinned.solutions(best))
-        return layer
+        return self._where_free(layer)
+
+    def _where_free(self, layer: Layer) -> Layer:
+        return layer if self.is_free is None else layer.where_free(self.is_free)
 
     def _asked_motion(self, index: int, layer: Layer) -> AskedMotion | None:
         waypoint = self.waypoints[index]

@@ -101,13 +101,14 @@ def test_a_pose_in_any_configuration_that_has_room() -> None:
     ball = planner.SceneObject("ball", [planner.Sphere(0.1)], planner.Pose(elbow(nearest)))
     problem = replace(PROBLEM, scene=planner.Scene([ball]))
     start = planner.JointWaypoint([1.6, *LEFT[1:]])
-    straight = replace(problem, waypoints=[start, planner.PoseWaypoint(pose)])
+    straight = replace(problem, waypoints=[start, planner.JointWaypoint(nearest.tolist())])
     with pytest.raises(planner.Collision):
         certified_plan(straight, planner.Quintic(), solve_path(straight))
-    made = planner.plan(replace(problem, waypoints=[start, planner.PoseWaypoint(pose, motion=FREE)]))
-    reached = planner.tool_pose(ARM, made.path.positions[-1])
-    assert np.abs(reached.position - pose.position).max() < 1e-5
-    assert np.linalg.norm(elbow(made.path.positions[-1]) - elbow(nearest)) > 0.1
+    for motion in (FREE, planner.JointMotion()):
+        made = planner.plan(replace(problem, waypoints=[start, planner.PoseWaypoint(pose, motion=motion)]))
+        reached = planner.tool_pose(ARM, made.path.positions[-1])
+        assert np.abs(reached.position - pose.position).max() < 1e-5
+        assert np.linalg.norm(elbow(made.path.positions[-1]) - elbow(nearest)) > 0.1
 
 
 def test_a_way_begins_in_the_configuration_that_it_was_found_for() -> None:
