@@ -15,6 +15,7 @@ from planner.limits import counted_velocity
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 from planner.scene import is_free
+from planner.scene.carried import without_handled
 from planner.scene.checker import checker_of
 from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
@@ -218,7 +219,8 @@ def _clear_postures(problem: PlanningProblem) -> IsFree | None:
     """Return what tells where the robot keeps clear of the scene and itself; None: nothing is held against anything."""
     if problem.scene is None and not problem.self_collision:
         return None
-    checker = checker_of(problem.robot, problem.scene, problem.self_collision)
+    scene = None if problem.scene is None else without_handled(problem.scene, problem.handling)
+    checker = checker_of(problem.robot, scene, problem.self_collision)
     return None if checker.is_empty else partial(is_free, checker)
 
 

@@ -57,6 +57,20 @@ def segment_scenes(
     return tuple(scenes)
 
 
+def without_handled(scene: Scene, handling: Sequence[Handling]) -> Scene:
+    """Return a scene without the objects that the robot takes or puts down on its way, which may touch it there."""
+    handled = {name for done in handling for name in (*(take.id for take in done.taken), *done.put_down)}
+    if not handled:
+        return scene
+    return replace(
+        scene,
+        objects=[thing for thing in scene.objects if thing.id not in handled],
+        attached=[thing for thing in scene.attached if thing.id not in handled],
+        allowed_pairs=[pair for pair in scene.allowed_pairs if not handled & set(pair)],
+        pair_margins=[pair for pair in scene.pair_margins if not handled & set(pair[:2])],
+    )
+
+
 def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Scene:
     """Return a scene in which objects have been put down, and then others taken."""
     objects, attached = list(scene.objects), list(scene.attached)

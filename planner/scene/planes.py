@@ -51,11 +51,11 @@ def plane_bounds(checker: CollisionChecker, postures: Postures, items: Items, no
         rows, ends = side[:, 0], side[:, 1]
         joint, rotation, translation, shape = checker.placed_shape(number)
         turn = postures.rotations[items.rows[rows], joint] @ rotation
-        place = postures.rotations[items.rows[rows], joint] @ translation + postures.origins[items.rows[rows], joint]
+        origin = postures.rotations[items.rows[rows], joint] @ translation + postures.origins[items.rows[rows], joint]
         towards = in_base[rows] * np.where(ends == 0, 1.0, -1.0)[:, None, None]
         reach[rows] += _supports(shape, (towards @ turn).reshape(-1, 3)).reshape(-1, 2)
-        reach[rows] += (towards @ place[..., None])[..., 0]
-        scale[rows] += np.abs(place).max(axis=1)
+        reach[rows] += (towards @ origin[..., None])[..., 0]
+        scale[rows] += np.abs(origin).max(axis=1)
     found = np.where((normals != 0.0).any(axis=2), -reach, -np.inf).max(axis=1)
     return np.asarray(found - 2.0 * ROUNDING * scale, dtype=np.float64)
 

@@ -29,7 +29,7 @@ way: it is some nanometres as a rule, and several millimetres for one in a milli
 
 
 NO_NORMAL = np.zeros(3)
-"""In the place of the normal of a plane where one plane does not prove a distance."""
+"""The normal that stands where no one plane proves a distance, or no other posture has a use for it."""
 
 
 class Separation(NamedTuple):

@@ -104,3 +104,15 @@ def test_where_no_configuration_is_free_the_plan_is_refused() -> None:
     start = planner.JointWaypoint([1.5, -1.2, 1.4, 0.3, 0.6, 0.0])
     with pytest.raises(Collision):
         planner.plan(planner.PlanningProblem(ARM, [start, planner.PoseWaypoint(pose)], scene=Scene([block])))
+
+
+def test_what_is_taken_at_a_pose_may_touch_there() -> None:
+    pose = planner.tool_pose(ARM, [0.0, -1.2, 1.4, 0.3, 0.6, 0.0])
+    part = SceneObject("part", [Box([0.1, 0.1, 0.1])], Pose(pose.position))
+    start = planner.JointWaypoint([1.5, -1.2, 1.4, 0.3, 0.6, 0.0])
+    pick = planner.PoseWaypoint(pose, attach=[planner.Attach("part")])
+    problem = planner.PlanningProblem(ARM, [start, pick], scene=Scene([part], allowed_pairs=[("part", "link_6")]))
+    before = solved_waypoints(replace(problem, scene=None))[1][1]
+    chosen = solved_waypoints(problem)[1][1]
+    assert chosen.solutions == before.solutions
+    assert is_same(chosen.position, before.position)
