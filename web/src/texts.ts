@@ -29,6 +29,8 @@ export const texts = {
     missed: (millimetres: string) => `out of reach: the nearest is ${millimetres} mm away`,
     screenshot: 'Picture',
     speed: 'tool speed',
+    use: 'use of limits',
+    colourHint: 'Colour the path by speed or by the use of limits',
     failed: 'This browser shows no 3-D (WebGL); everything else works.',
   },
   timeline: {

@@ -128,6 +128,31 @@ def test_a_plan_is_saved_and_the_code_copied(page: Page, tmp_path: Path) -> None
     assert "httpx.post(" in page.evaluate("navigator.clipboard.readText()")
 
 
+def test_the_path_is_coloured_by_speed_or_by_the_use_of_limits(page: Page) -> None:
+    stage = page.locator(".stage canvas")
+    page.wait_for_timeout(500)
+    by_speed = stage.screenshot()
+    page.get_by_role("button", name="tool speed 0").click()
+    expect(page.get_by_role("button", name="use of limits 0 100 %")).to_be_visible()
+    page.wait_for_timeout(500)
+    assert stage.screenshot() != by_speed
+
+
+def test_two_tabs_plan_each_its_own(page: Page) -> None:
+    other = page.context.new_page()
+    other.goto(page.url)
+    planned(other)
+    choose_example(other, WELDING)
+    page.bring_to_front()
+    page.locator("[data-waypoint='1']").click()
+    page.get_by_label("Duration (s)").fill("9.33")
+    page.keyboard.press("Tab")
+    expect(page.locator(".verdict")).to_contain_text("27.29 s")
+    other.bring_to_front()
+    expect(other.locator("[data-waypoint]")).to_have_count(11)
+    assert "27.29" not in planned(other)
+
+
 def test_a_scene_is_shown_with_what_comes_nearest(page: Page) -> None:
     choose_example(page, "documents/refuelling_beside_the_car")
     row = page.locator(".certificate tr", has_text="Clear of the scene")

@@ -5,6 +5,7 @@ import type { PlanAnswer, PlanRequest, Robot } from '../service/types';
 import { axisRange, shareOf } from '../plots/curves';
 import { bandOf } from './limits';
 import { locate, positionAt } from './samples';
+import { limitUse } from './use';
 
 const still = { quaternion_xyzw: [0, 0, 0, 1] };
 const joint = { lower: -1, upper: 2, velocity: 2, acceleration: 4, jerk: null, torque: null, provenance: {} };
@@ -84,5 +85,17 @@ describe('samples', () => {
 
   test('of one row are that row', () => {
     expect(locate([0], 0)).toEqual([0, 0]);
+  });
+});
+
+describe('the use of limits', () => {
+  test('is the largest of any joint, of what is promised', () => {
+    const request = { robot: 'arm', waypoints: [{}, {}] } as unknown as PlanRequest;
+    const answer = {
+      waypoints: [{ index: 0 }, { index: 1 }],
+      certificate: { checks: [{ quantity: 'velocity', enforced: true }, { quantity: 'acceleration', enforced: false }] },
+      samples: { time: [0, 1], segment: [0, 0], velocity: [[-0.5, 0.2], [1.5, 1]], acceleration: [[40, 0], [0, 0]] },
+    } as unknown as PlanAnswer;
+    expect(limitUse(answer, request, arm)).toEqual([0.5, 0.5]);
   });
 });

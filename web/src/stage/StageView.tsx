@@ -2,6 +2,9 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { effect, signal, untracked } from '@preact/signals';
 import { toolSpeeds } from '../plan/samples';
+import { limitUse } from '../plan/use';
+import type { Robot } from '../service/types';
+import type { Planned } from '../state/store';
 import { millimetres, short } from '../plan/units';
 import { firstPosture, shownPosture } from '../state/posture';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
@@ -18,6 +21,7 @@ const MODES: readonly GizmoMode[] = ['translate', 'rotate'];
 const VIEWS: readonly View[] = ['home', 'front', 'side', 'top'];
 
 const mode = signal<GizmoMode>('translate');
+const byUse = signal(false); // the path is coloured by the use of limits, else by its speed
 
 // Without `dragging` nothing can be changed: so it is in a report.
 export function StageView({ dragging }: { dragging?: Dragging }) {
@@ -59,7 +63,7 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
         </button>
       </div>
       <NearestNote />
-      <SpeedKey />
+      <ColourKey />
       {dragging && <ReachNote reach={dragging.reach()} />}
     </section>
   );
@@ -84,16 +88,27 @@ function NearestNote() {
   );
 }
 
-// What the colours of the path mean.
-function SpeedKey() {
+// What the colours of the path mean; a click colours it by the other.
+function ColourKey() {
   const shown = shownPlan.value;
   if (!shown?.answer.samples.tcp_velocity) return null;
-  const fastest = toolSpeeds(shown.answer).reduce((most, speed) => Math.max(most, speed), 0);
+  const [least, most] = byUse.value ? ['0', '100 %'] : ['0', `${short(fastestOf(shown), 3)} m/s`];
   return (
-    <p class="speed-key">
-      {texts.stage.speed} 0 <span class="speed-scale" /> {short(fastest, 3)} m/s
-    </p>
+    <button type="button" class="colour-key" title={texts.stage.colourHint} onClick={() => (byUse.value = !byUse.value)}>
+      {byUse.value ? texts.stage.use : texts.stage.speed} {least} <span class="speed-scale" /> {most}
+    </button>
   );
+}
+
+function fastestOf({ answer }: Planned): number {
+  return toolSpeeds(answer).reduce((most, speed) => Math.max(most, speed), 1e-9);
+}
+
+function sharesOf(shown: Planned | null, arm: Robot | null): readonly number[] {
+  if (!shown || !arm) return [];
+  if (byUse.value) return limitUse(shown.answer, shown.request, arm);
+  const fastest = fastestOf(shown);
+  return toolSpeeds(shown.answer).map((speed) => speed / fastest);
 }
 
 function follow(stage: Stage, dragging: Dragging | undefined): () => void {
@@ -118,7 +133,7 @@ function follow(stage: Stage, dragging: Dragging | undefined): () => void {
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
-      stage.setPlan(shownPlan.value?.answer ?? null);
+      stage.setPlan(shownPlan.value?.answer ?? null, sharesOf(shownPlan.value, robot.value));
     }),
     effect(() => {
       theme.value; // drawn anew in other colours

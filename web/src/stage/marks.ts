@@ -21,21 +21,18 @@ import { Line2 } from 'three/examples/jsm/lines/Line2.js';
 import { LineGeometry } from 'three/examples/jsm/lines/LineGeometry.js';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
 import type { PlanAnswer } from '../service/types';
-import { toolSpeeds } from '../plan/samples';
 import { quaternionOf } from '../request/rotations';
 import { shareColour } from './colours';
 
 const PATH_WIDTH = 4; // pixels
 const AXES = ['#d7263d', '#2b8a3e', '#1c6fd6'].map((hex) => new Color(hex));
 
-// The tool's path, coloured from standing still to its highest speed; it lies in the base frame.
-export function pathLine(answer: PlanAnswer, dark: boolean): Object3D {
+// The tool's path, coloured by a share from 0 to 1 at each sample; it lies in the base frame.
+export function pathLine(answer: PlanAnswer, shares: readonly number[], dark: boolean): Object3D {
   const points = answer.samples.tcp_pose?.position ?? [];
-  const speeds = toolSpeeds(answer);
-  const fastest = speeds.reduce((most, speed) => Math.max(most, speed), 1e-9);
   const geometry = new LineGeometry();
   geometry.setPositions(points.flat());
-  geometry.setColors(speeds.flatMap((speed) => shareColour(speed / fastest, dark).toArray()));
+  geometry.setColors(shares.flatMap((share) => shareColour(share, dark).toArray()));
   return new Line2(geometry, new LineMaterial({ vertexColors: true, linewidth: PATH_WIDTH }));
 }
 

@@ -145,8 +145,8 @@ export class Stage {
     this.draw();
   }
 
-  setPlan(answer: PlanAnswer | null): void {
-    this.replace('path', answer?.samples.tcp_pose ? pathLine(answer, theme.value === 'dark') : undefined);
+  setPlan(answer: PlanAnswer | null, shares: readonly number[]): void {
+    this.replace('path', answer?.samples.tcp_pose ? pathLine(answer, shares, theme.value === 'dark') : undefined);
     if (answer && !this.isFitted) {
       this.isFitted = true;
       this.look('home');
