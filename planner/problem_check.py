@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.actions import AtWaypoint, Wait
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
@@ -26,7 +24,8 @@ from planner.problem import (
 )
 from planner.regions import Region, region_faults
 from planner.robots.description import RANGED_QUANTITIES
-from planner.scene.faults import handling_faults, scene_faults
+from planner.scene.faults import scene_faults
+from planner.stop_faults import action_faults, objects_handled_faults, tool_faults
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -196,9 +195,9 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
     yield from _payload_faults(problem)
-    yield from _handling_faults(problem)
-    yield from _tool_faults(problem)
-    yield from _action_faults(problem)
+    yield from objects_handled_faults(problem)
+    yield from tool_faults(problem)
+    yield from action_faults(problem)
     for i in (0, len(waypoints) - 1):
         if waypoints and not isinstance(waypoints[i].transition, StopTransition):
             yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
@@ -210,22 +209,6 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
     yield from _duration_faults(problem)
     yield from limit_faults(robot, problem.limits, ("limits",))
-
-
-def _action_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find actions at waypoints that there are not, and waits where the robot does not rest for as long."""
-    waited = [0.0] * len(problem.waypoints)
-    for i, action in enumerate(problem.actions):
-        at = action.at
-        if isinstance(at, AtWaypoint) and not 0 <= at.waypoint < len(waited):
-            yield ("actions", i, "at", "waypoint"), f"the waypoints are 0 to {len(waited) - 1}"
-        elif isinstance(action, Wait) and not isinstance(at, AtWaypoint):
-            yield ("actions", i, "at"), "the robot waits at waypoints only: let this be one"
-        elif isinstance(action, Wait) and isinstance(at, AtWaypoint):
-            waited[at.waypoint] += action.duration
-            dwell = problem.waypoints[at.waypoint].dwell
-            if waited[at.waypoint] > dwell * (1.0 + DURATION_TOLERANCE):
-                yield ("actions", i, "duration"), f"the robot rests for {dwell:g} s there, its dwell"
 
 
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
@@ -266,28 +249,6 @@ def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]
         if payload != before and not isinstance(waypoint.transition, StopTransition):
             yield ("waypoints", i, "transition"), "a payload is taken or put down only where the robot stops"
         before = payload
-
-
-def _handling_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find objects that are taken or put down where that cannot be."""
-    if problem.scene is not None:
-        yield from handling_faults(problem.robot, problem.scene, problem.handling)
-    for i, (waypoint, done) in enumerate(zip(problem.waypoints, problem.handling, strict=True)):
-        if not done.is_none and problem.scene is None:
-            yield (
-                ("waypoints", i, "attach" if done.taken else "detach"),
-                "there is no scene whose objects could be taken",
-            )
-        elif not done.is_none and not isinstance(waypoint.transition, StopTransition):
-            yield ("waypoints", i, "transition"), "an object is taken or put down only where the robot stops"
-
-
-def _tool_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
-    """Find waypoints that are passed without a stop where another tool goes on."""
-    for i, (before, after) in enumerate(pairwise(problem.robots)):
-        if before is not after and not isinstance(problem.waypoints[i].transition, StopTransition):
-            text = "the robot has another tool from here on: it has to stop where its tool changes"
-            yield ("waypoints", i, "transition"), text
 
 
 def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:

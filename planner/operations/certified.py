@@ -37,6 +37,7 @@ LEAST_CONTINUITY = {"torque": 1} | {
 
 
 T = TypeVar("T", bound="CertifiedTrajectory")
+"""The kind of certified trajectory that goes in and comes out again."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,6 +23,7 @@ LAYERS = (
     "regions",
     "polar_moves",
     "problem",
+    "stop_faults",
     "problem_check",
     "tool_motions",
     "waypoints",
