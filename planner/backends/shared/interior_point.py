@@ -165,6 +165,8 @@ def solve_quadratic_program(
     is_sparse = variables > MOST_DENSE and np.count_nonzero(program.matrix) < SPARSE * program.matrix.size
     newton_step = _sparse_newton_step(program.matrix) if is_sparse else _dense_newton_step(program.matrix)
     x, slacks = start, program.slacks(start)
+    if not (slacks > 0.0).all():  # so far from 1 that rounding puts the start onto a limit
+        return start
     limits, lower, upper = slice(count), slice(count, count + variables), slice(count + variables, None)
     point = InteriorPoint.on_central_path(slacks, 1.0 / len(slacks))
     for _ in range(MOST_QUADRATIC_STEPS):
@@ -173,7 +175,10 @@ def solve_quadratic_program(
         push, stiffness = terms
         curvature = program.curvature + stiffness[lower] + stiffness[upper]
         slope = program.cost + program.curvature * x + program.matrix.T @ push[limits] - push[lower] + push[upper]
-        change = newton_step(stiffness[limits], curvature, slope)
+        try:
+            change = newton_step(stiffness[limits], curvature, slope)
+        except np.linalg.LinAlgError:  # the limits are too far from 1 for the numbers: it goes no nearer
+            break
         slack_changes = np.concatenate([-(program.matrix @ change), change, -change])
         step = point.step(terms, slack_changes, QUADRATIC_SHARE_TO_BOUNDARY)
         x = x + step.primal * change

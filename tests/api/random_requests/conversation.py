@@ -113,7 +113,8 @@ class Conversation:
     def _judge(self, path: str, body: dict[str, Any], found: dict[str, Any], status: int) -> None:
         if status != 200:
             is_precise(self.robot, body, found)
-            if found["code"] == "start_in_collision" and body["waypoints"][0]["kind"] == "joint":
+            is_plan = path == "trajectories"
+            if is_plan and found["code"] == "start_in_collision" and body["waypoints"][0]["kind"] == "joint":
                 collides(self._mounted(body), body, found, np.array(body["waypoints"][0]["position"]))
             elif found["code"] in REFUSED_BY_SCENES:
                 collides(self._mounted(body), body, found, None)
@@ -125,6 +126,7 @@ class Conversation:
         limits_hold(robot, body, found, self.random)
         if path == "trajectories":
             goals_hold(robot, body, found)
+        if body.get("scene") or body.get("self_collision"):
             is_free(robot, body, found["polynomials"], found["certificate"].get("clearance"))
 
     def _mounted(self, body: dict[str, Any]) -> Robot:

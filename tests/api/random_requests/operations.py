@@ -30,6 +30,10 @@ class Operations(Plans):
         name = self.choice(("retime", "stop", "stop", "reverse", "slice", "join", "resample", "check"))
         if name == "check":
             return "collisions/check", self.check(request, planned)
+        if self.chance(0.2):
+            asked |= {key: request[key] for key in ("frames",) if key in request}
+            postures = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
+            asked["scene"] = self.scene(asked, postures)
         if name == "retime":
             asked.pop("enforced", None)
             asked |= {"backend": self.choice(BACKENDS), "max_deviation": self.between(1e-3, 0.05)}

@@ -5,6 +5,7 @@ Most of them can be planned; what contradicts itself is to be refused, never to 
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,6 +133,7 @@ class Plans(Waypoints, Scenes):
 
     def spoiled(self, request: dict[str, Any]) -> dict[str, Any]:
         """A request with one number, somewhere in it, that is huge, tiny or of the other sign."""
+        request = copy.deepcopy(request)
         places: list[tuple[Any, Any]] = []
 
         def collect(value: Any) -> None:

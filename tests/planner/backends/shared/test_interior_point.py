@@ -156,3 +156,11 @@ def test_a_long_program_that_is_nearly_all_zeros_has_no_way_down_left(seed: int)
     slope = program.cost + program.curvature * x
     best = linprog(slope, A_ub=matrix, b_ub=bounds, bounds=np.column_stack([lower, upper])).fun
     assert slope @ x - best < 3.0 * GAP
+
+
+def test_a_start_that_rounding_puts_onto_a_limit_is_as_near_as_it_goes() -> None:
+    """With numbers of 1e17 beside 1, a slack of 0.1 is none."""
+    ones = np.ones(2)
+    program = QuadraticProgram(ones, 0.0 * ones, 1e17 * np.ones((1, 2)), np.array([1e17 + 0.1]), -2.0 * ones, ones)
+    start = np.array([1.0, 0.0])
+    assert (solve_quadratic_program(program, start, lambda x, gap: gap < 1e-9) == start).all()
