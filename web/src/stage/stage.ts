@@ -149,6 +149,7 @@ export class Stage {
     this.replace('path', answer?.samples.tcp_pose ? pathLine(answer, shares, theme.value === 'dark') : undefined);
     if (answer && !this.isFitted) {
       this.isFitted = true;
+      this.arm?.pose(answer.samples.position[0]!); // the view is to hold the arm where it begins
       this.look('home');
     }
   }
