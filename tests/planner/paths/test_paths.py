@@ -347,6 +347,7 @@ def test_durations_along_a_line_are_kept_or_refused_with_one_that_works(
     ).certificate.satisfied
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("kind", ["cubic", "quintic"])
 def test_durations_of_segments_that_are_passed(robot: Robot, kind: str) -> None:
     """All given, some given, and too short: the remedies, applied together, work."""

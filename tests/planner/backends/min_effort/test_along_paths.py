@@ -128,6 +128,7 @@ def test_effort_is_never_above_other_laws_of_the_same_duration(name: str, slower
             assert cost(result) <= cost(other, duration=duration) * (1.0 + 1e-6)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", ["line", "circle", "blends", "mixed"])
 def test_something_is_saved(name: str) -> None:
     result = planned(name)
@@ -214,6 +215,7 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
     assert best >= found.fun * (1.0 - 0.005)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", ["line", "circle", "blends"])
 def test_limits_by_dense_samples(name: str) -> None:
     """Torque and tool speed narrow enough to bind; the tool keeps to its path."""
@@ -241,6 +243,7 @@ def test_durations_of_segments_that_are_passed_are_kept() -> None:
         assert cost(result) < 0.9999 * cost(quintic)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("name", ["line", "blends"])
 def test_a_duration_too_short_is_refused_with_one_that_will_do(name: str) -> None:
     times = np.diff(planned(name).trajectory.arrivals)
@@ -265,6 +268,7 @@ def test_motions_of_all_kinds_in_one_list() -> None:
     assert np.abs(met - result.path.positions[ends]).max() <= 1e-9
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("objective", ["mechanical_work", "jerk"])
 @pytest.mark.parametrize("name", ["line", "blends"])
 def test_other_objectives(name: str, objective: Objective) -> None:

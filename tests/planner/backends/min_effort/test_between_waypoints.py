@@ -254,6 +254,7 @@ def test_time_against_effort() -> None:
     assert slow.trajectory.duration == pytest.approx(1.5 * plan(problem, QUICK).trajectory.duration)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("objective", ["mechanical_work", "jerk"])
 def test_other_objectives(objective: Objective) -> None:
     problem = arm_problem(1, 3, 0.4, through=True)
@@ -277,6 +278,7 @@ def test_after_its_iterations_the_best_motion_so_far_is_returned() -> None:
     assert effort(hurried) <= effort(plan(problem, Quintic())) * (1.0 + 1e-9)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("through", [False, True], ids=["stop", "through"])
 def test_without_a_search_it_is_the_quintic(through: bool) -> None:
     problem = arm_problem(2, 3, 0.3, through)

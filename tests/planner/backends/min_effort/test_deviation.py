@@ -142,6 +142,7 @@ def test_a_search_with_room_to_spare_finds_what_the_search_without_bounds_does()
     assert ways[0] == pytest.approx(ways[1], abs=2e-3)
 
 
+@pytest.mark.long_table
 @pytest.mark.parametrize("transition", [ThroughTransition(), BlendTransition(0.05)])
 def test_where_waypoints_are_passed_the_deviation_is_reported(transition: ThroughTransition | BlendTransition) -> None:
     problem = problem_of("kuka_kr16_l6_2", 5, 3, 0.3)
