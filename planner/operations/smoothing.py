@@ -144,7 +144,10 @@ def _stiffest(polyline: _Polyline, most: float) -> PiecewisePolynomial:
     for stiffness in STIFFNESSES:
         weights = np.ones(count)
         for _ in range(REWEIGHTINGS):
-            spline = _spline(line, weights / weights.mean(), stiffness * length**3 / count)
+            try:
+                spline = _spline(line, weights / weights.mean(), stiffness * length**3 / count)
+            except np.linalg.LinAlgError:  # points so near to each other that it is stiffer than numbers can tell
+                break
             away = polyline_distances(line, spline) / most
             if away.max() <= 1.0:
                 return spline

@@ -117,6 +117,11 @@ class StopLimits:
             if np.isfinite(limit) and ("tcp_linear_velocity", "tcp_angular_velocity")[k] in kept
         ]
 
+    @property
+    def are_none(self) -> bool:
+        """Whether nothing is limited."""
+        return not self._limited(np.zeros(1))
+
     def _terms(self, s: FloatArray) -> Iterator[Term]:
         """Yield what is limited: its kind, its coefficients, its offset and its bound, each (points, values)."""
         for kind, coefficients, offset, limit in self._limited(s):

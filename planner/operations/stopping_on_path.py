@@ -91,7 +91,8 @@ def stop_on_path(
 
     Raises:
         InvalidProblem: The time is not within the trajectory; or as for `reverse_trajectory`.
-        LimitsUnsatisfiable: No stop within the limits is found before the end of the trajectory.
+        LimitsUnsatisfiable: No stop within the limits is found before the end of the trajectory, or nothing that is
+            kept limits how fast it stops.
     """
     refuse_other_joints(robot, [trajectory])
     if not 0.0 <= time < trajectory.duration:
@@ -128,6 +129,8 @@ def _fastest(
     """Return the fastest stop found; None: none that is over before the trajectory is."""
     order = 2 if "jerk" in kept and np.isfinite(limits.jerk).all() else 1
     law, bounds = Law.of_order(order), StopLimits(robot, rest, limits, kept, margin)
+    if bounds.are_none:
+        raise LimitsUnsatisfiable("nothing that is kept limits how fast it stops: ask for an acceleration limit")
     least, found = 0.0, None
     longest = (1.0 if bounds.ends_at_rest else 2.0) * rest.duration
     duration = min(rest.duration, bounds.guess)

@@ -246,6 +246,9 @@ class ThroughWaypoints(Optimum):
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
         if any(TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool):
             return None  # the program knows no accelerations of the tool
+        price = self.price(first)
+        if not price > 0.0:
+            return None  # nothing is to be saved, such as where nothing weighs anything
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
@@ -268,7 +271,7 @@ class ThroughWaypoints(Optimum):
             free=free,
             total=float(durations[free].sum()) if weight is None else None,
             time_weight=weight or 0.0,
-            cost=self.price(first),
+            cost=price,
             resting=self.cost.at_rest(self.positions[[0, -1]]),
         )
         holds = self.options.max_deviation is not None, self.options.max_joint_deviation is not None

@@ -162,6 +162,16 @@ def test_points_that_do_not_move_are_a_rest() -> None:
         assert done.deviation <= 1e-8
 
 
+def test_pairs_of_points_that_are_all_but_one() -> None:
+    """The stiffest curves near them are beyond what numbers can tell."""
+    rng = np.random.default_rng(1)
+    points = np.repeat(np.cumsum(0.1 * rng.normal(size=(400, 3)), axis=0), 2, axis=0)
+    points[1::2] += 1e-4 * rng.normal(size=(400, 3))
+    curve = smooth_curve_near(points, np.ones(3), 0.0025)
+    assert curve is not None
+    assert curve.deviation <= 0.0025
+
+
 def test_points_and_options_that_are_refused() -> None:
     for points, message in (
         (np.zeros((3, 2)), "3 x 2 values"),

@@ -103,3 +103,5 @@ def test_stops_that_are_refused() -> None:
     short = slice_trajectory(kuka(), planned("quintic"), 0.2, 0.25).trajectory
     with pytest.raises(LimitsUnsatisfiable, match="ends in motion"):
         stop_on_path(kuka(), short, 0.01)
+    with pytest.raises(LimitsUnsatisfiable, match="nothing that is kept limits how fast it stops"):
+        stop_on_path(kuka(), planned("quintic"), 0.2, enforced=["position", "tcp_linear_velocity"])

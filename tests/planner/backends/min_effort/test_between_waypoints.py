@@ -27,7 +27,7 @@ from planner.limits import Limits
 from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.result import Plan
-from planner.robots import Robot, load_robot
+from planner.robots import ExternalAxis, Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems import problem_of
 from tests.planner.promises import keeps_joint_limits, keeps_sampled_limits
@@ -201,6 +201,17 @@ def test_without_inertias_effort_is_unknown() -> None:
         plan(problem, QUICK)
     result = plan(problem, MinEffort(objective="jerk", knots=16))
     assert result.trajectory.duration == pytest.approx(plan(problem, Quintic()).trajectory.duration)
+
+
+def test_where_nothing_takes_a_torque_nothing_is_saved() -> None:
+    """An arm without masses on an axis through the center of all that has one."""
+    table = ExternalAxis("table", "revolute", (0.0, 0.0, 1.0), lower=-1.0, upper=2.0, velocity=1.0, mass=60.0)
+    robot = load_robot("date_sorting_arm").derived(id="on_a_table", external_axes=[table])
+    waypoints = tuple(JointWaypoint(position=tuple(robot.middle + way)) for way in (0.0, 0.02))
+    problem = PlanningProblem(robot, waypoints, limits=Limits(torque=(1e4,) * robot.dof))
+    result = plan(problem, QUICK)
+    assert result.certificate.satisfied
+    assert result.trajectory.duration == pytest.approx(plan(problem, Quintic()).trajectory.duration, rel=0.2)
 
 
 def test_a_payload_changes_the_motion() -> None:
