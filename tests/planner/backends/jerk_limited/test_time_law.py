@@ -11,7 +11,7 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.backends.jerk_limited.time_law import ENFORCED, time_run
+from planner.backends.jerk_limited.time_law import ENFORCED, LimitsOnCurve, time_run
 from planner.backends.splines.run_timing import time_run as quintic_along
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable, PlanningError
@@ -319,3 +319,11 @@ def test_two_blends_that_meet_leave_a_piece_between_them() -> None:
     path, run = random_run("date_sorting_arm", "blend", 0)
     assert run.curve.lengths.min() > 1e-4 * run.curve.lengths.max()
     assert_rest_to_rest(path, run, time_run(path, run))
+
+
+def test_a_joint_that_turns_a_hundred_thousand_times_takes_no_more_samples_than_sixty_turns() -> None:
+    robot = load_robot("ngv_refuelling_arm")
+    far = robot.middle + 1e6 * np.eye(6)[5]
+    waypoints = (JointWaypoint(position=tuple(robot.middle)), JointWaypoint(position=tuple(far)))
+    path = solve_path(PlanningProblem(robot, waypoints, limits=Limits(tcp_linear_jerk=35.0)))
+    assert len(LimitsOnCurve(path, path.runs[0]).sampled.gridpoints) < 20_000
