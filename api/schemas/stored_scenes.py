@@ -22,7 +22,7 @@ from api.schemas.scenes import (
 )
 
 
-class NewScene(Scene):
+class SceneToKeep(Scene):
     """A scene to keep."""
 
     id: SceneId | None = None

@@ -28,7 +28,7 @@ EMPTY = b"{}"
 def add_scene(work: Work) -> Reply:
     """Answer POST /v1/scenes. The server keeps the content that comes back in `result`."""
     with work.stage("validate"):
-        named: schemas.NewScene = work.request(schemas.NewScene)
+        named: schemas.SceneToKeep = work.request(schemas.SceneToKeep)
         content = _content(named)
     scene_id = named.id or "scene_" + content.digest.removeprefix("sha256:")[:16]
     headers = {"Location": f"/v1/scenes/{scene_id}"}
@@ -182,7 +182,7 @@ OPERATIONS = (
         "one that has all that in it, as it is then. Where keys are asked for, only who sends the same key sees the "
         "scene, or everybody with `visibility`: `public`.",
         run=add_scene,
-        request=schemas.NewScene,
+        request=schemas.SceneToKeep,
         answer=schemas.StoredScene,
         status=201,
         leads_to=("get_scene", "change_scene", "delete_scene"),
