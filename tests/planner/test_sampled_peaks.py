@@ -96,7 +96,7 @@ def test_a_limit_a_millionth_below_the_peak_is_found_broken(kind: str, motion: s
         assert not checks_of(result.trajectory, robot, replace(limits, **{quantity: bound}))[quantity].satisfied
 
 
-@settings(max_examples=min(60, settings.default.max_examples // 8))
+@settings(max_examples=min(60, max(4, settings.default.max_examples // 8)))
 @given(seed=st.integers(0, 2**32), count=st.integers(1, 6), spread=st.floats(0.0, 3.0))
 def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) -> None:
     """Pieces of very different lengths, with velocities and accelerations that have nothing to do with each other."""
@@ -116,7 +116,7 @@ def test_quintics_of_any_shape_and_length(seed: int, count: int, spread: float) 
         assert (worst[quantity] / bound).max() <= check.ratio * (1.0 + 1.01e-4)
 
 
-@settings(max_examples=min(15, settings.default.max_examples // 30))
+@settings(max_examples=min(15, max(2, settings.default.max_examples // 30)))
 @given(
     robot_id=st.sampled_from([KUKA, "ngv_refuelling_arm", "date_sorting_arm"]),
     seed=st.integers(0, 2**32),
