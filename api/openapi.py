@@ -14,8 +14,8 @@ from pydantic.json_schema import GenerateJsonSchema
 from api.errors import MEDIA_TYPE, STATUS_OF_CODE
 from api.operations import OPERATIONS
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
-from api.schemas.answers import RosJointTrajectory
 from api.schemas.problem_documents import ProblemDocument
+from api.schemas.ros import RosJointTrajectory
 from api.size import CAPPED_LISTS
 from api.tasks.operation import ACCESS_CODES, CONNECTION_CODES
 from api.version import service_version

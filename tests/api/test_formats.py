@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from api.schemas.answers import RosJointTrajectory
+from api.schemas.ros import RosJointTrajectory
 from api.views import VIEWS
 from planner.export import FORMATS, INCLUDABLE
 from tests.api.requests import plan_request
