@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from api.errors import LONGEST_POINTER
@@ -31,6 +32,11 @@ def has_too_many_rows(body: bytes, max_body_bytes: int) -> bool:
     The values of a million empty rows in 3 MB would take a hundred times the memory of the body.
     """
     return body.count(b"[") + body.count(b"{") > max_body_bytes // BYTES_OF_A_ROW
+
+
+def rows_of(duration: float, period: float) -> int:
+    """Return the number of rows of a trajectory of this duration, s, at this period, s."""
+    return math.ceil(duration / period) + 1
 
 
 def size_faults(document: Any, caps: Caps) -> list[dict[str, str]]:

@@ -24,11 +24,14 @@ class Remedy:
         field: Path of the changed field in the `PlanningProblem` or, with `"backend"` first, in the back end.
         value: What to put there, as the library has it: a number, a `Pose`, a `BlendTransition`.
         explanation: Why that helps, for a person.
+        duration: How long the trajectory takes with this change and those that belong to it, s; None: no plan was made
+            with it.
     """
 
     field: FieldPath
     value: Any
     explanation: str
+    duration: float | None = None
 
     def applied_to(self, problem: T) -> T:
         """Make the change in a planning problem.

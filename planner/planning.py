@@ -59,6 +59,6 @@ def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
 
 def _try_remedies(refusal: PlanningError, problem: PlanningProblem, backend: BackEnd) -> None:
     """Leave those remedies of a refusal that lead to a plan; the others become hints."""
-    suggested = refusal.remedies
-    refusal.remedies = proved(suggested, problem, backend)
-    refusal.hints = tuple(remedy for remedy in suggested if remedy not in refusal.remedies)
+    tried = [(remedy, proved([remedy], problem, backend)) for remedy in refusal.remedies]
+    refusal.remedies = tuple(remedy for _, helping in tried for remedy in helping)
+    refusal.hints = tuple(remedy for remedy, helping in tried if not helping)

@@ -114,9 +114,10 @@ class ProblemDocument(Answer):
     """With `no_path_found`: the number of motions that the search looked at."""
     remedies: list[RemedyAnswer] | None = None
     """Changes to the request, each of which makes it feasible by itself; those of several durations do it together, and
-    so do those of several limits."""
+    so do those of several limits, and of several payloads. All have been tried, and keep within what may be asked."""
     hints: list[RemedyAnswer] | None = None
-    """Changes that mend what is refused here, but after each of which something else is refused."""
+    """Changes that mend what is refused here, but after each of which something else is refused, or an answer that is
+    too long."""
     errors: list[Fault] | None = None
     """With `invalid_request`: the faults that were found, 50 at most."""
     findings: list[ModelFinding] | None = None

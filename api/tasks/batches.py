@@ -19,6 +19,7 @@ from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.requests import PlanRequest
 from api.size import has_too_many_rows
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
+from api.tasks.remedies import acceptable_remedies
 from api.tasks.trajectories import TWO_JOINT_WAYPOINTS, export_options, figures_of, refuse_too_many_rows
 from api.tasks.work import in_scene, robot_of, validated
 from planner.errors import PlanningError
@@ -154,10 +155,10 @@ def plan_item(work: Work) -> Reply:
 
     definition = work.arguments.get("definition")
     with work.stage("validate"):
-        body = decompressed(work.task.body)
-        request: PlanRequest = replace_body(work, body).request(PlanRequest)
+        read = replace_body(work, decompressed(work.task.body))
+        request: PlanRequest = read.request(PlanRequest)
         asked, backend = _problem_of(request, definition)
-    with work.stage("plan"):
+    with work.stage("plan"), acceptable_remedies(read, request, asked.robot.dof):
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):

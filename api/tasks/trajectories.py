@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,9 @@ from api.digests import request_hash
 from api.errors import InvalidRequest, invalid, problem_document
 from api.messages import PlanFigures, Reply
 from api.schemas import answers, requests
+from api.size import rows_of
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
+from api.tasks.remedies import acceptable_remedies, at_back_end
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def plan_trajectory(work: Work) -> Reply:
         request = work.request(requests.PlanRequest)
         asked, backend = to_planning_problem(request, work.robot(request)), to_backend(request.backend)
         options = export_options(request, work.arguments.get("definition"))
-    with work.stage("plan"):
+    with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
@@ -80,12 +81,13 @@ def compare_backend(work: Work) -> Reply:
     with work.stage("validate"):
         asked = work.request(requests.CompareRequest)
         shared = {name: getattr(asked, name) for name in requests.TrajectoryRequest.model_fields}
-        request = requests.PlanRequest.model_construct(backend=asked.backends[work.arguments["index"]], **shared)
+        index = work.arguments["index"]
+        request = requests.PlanRequest.model_construct(backend=asked.backends[index], **shared)
         robot = work.robot(request)
     entry: dict[str, Any] = dict.fromkeys(answers.ComparedBackend.model_fields)
     entry["backend"] = request.backend.kind
     try:
-        with work.stage("plan"):
+        with work.stage("plan"), acceptable_remedies(work, asked, robot.dof), at_back_end(index):
             solved = plan(to_planning_problem(request, robot), to_backend(request.backend))
             refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     except (PlanningError, InvalidRequest) as error:
@@ -172,7 +174,7 @@ def refuse_too_many_rows(duration: float, period: float, dof: int, work: Work, f
     Raises:
         InvalidRequest: A trajectory of this duration, s, has too many rows at this period, s, which the field asks.
     """
-    rows = math.ceil(duration / period) + 1
+    rows = rows_of(duration, period)
     if rows * dof > work.caps.max_samples:
         limit = f"{rows} rows of {dof} joints are more than the {work.caps.max_samples} values of an answer"
         raise invalid([{"pointer": field, "message": limit}])

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from api.schemas import trajectory_operations as schemas
 from api.tasks.operation import BODY_CODES, Operation
+from api.tasks.remedies import acceptable_remedies
 from api.tasks.trajectories import refuse_too_many_rows
 
 if TYPE_CHECKING:
@@ -162,7 +163,7 @@ def _answer(work: Work, schema: Any, run: Callable[[Any, Robot], CertifiedTrajec
     with work.stage("validate"):
         request = work.request(schema)
         robot = _robot(work, request)
-    with work.stage("plan"):
+    with work.stage("plan"), acceptable_remedies(work, request, robot.dof):
         done = _kept_clear(run(request, robot), request)
         refuse_too_many_rows(done.trajectory.duration, request.sample_period, robot.dof, work)
         answer = operation_as_dict(done, done.trajectory.sample_times(request.sample_period), request.include)

@@ -20,7 +20,7 @@ from planner.problem import (
     StopTransition,
     ThroughTransition,
 )
-from planner.remedies.proved import plan_with
+from planner.remedies.proved import plan_with, proved
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
@@ -65,11 +65,7 @@ def collision_remedies(
     for tried, remedy in enumerate(_candidates(refusal, problem, path)):
         if tried >= MOST_TRIED or len(helping) >= MOST_HELPING:
             break
-        try:
-            plan_with([remedy], problem, backend)
-        except PlanningError:
-            continue
-        helping.append(remedy)
+        helping += proved([remedy], problem, backend)
     return helping + _smaller_margin(refusal, problem, backend)
 
 
@@ -146,8 +142,4 @@ def _smaller_margin(refusal: Collision | ClearanceUnproved, problem: PlanningPro
     if kept <= 0.0:
         return []
     remedy = Remedy(field, float(round(kept, 6)), "the motion keeps this much clear as it is")
-    try:
-        plan_with([remedy], problem, backend)
-    except PlanningError:
-        return []
-    return [remedy]
+    return proved([remedy], problem, backend)

@@ -19,7 +19,7 @@ from planner.kinematics.forward import tool_rates_on
 from planner.limits import Limits
 from planner.remedies.higher_limits import higher_limits, limit_of
 from planner.remedies.lighter_payload import lighter_payload
-from planner.remedies.proved import first_proved, plan_with
+from planner.remedies.proved import first_proved, of_plan, plan_with
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -92,17 +92,20 @@ def _longer_durations(
             break
         longer |= named
         try:
-            return list(longer.values()), plan_with(longer.values(), problem, backend)
+            made = plan_with(longer.values(), problem, backend)
         except InfeasibleDuration as another:
             refusal = another
         except PlanningError:
             break
+        else:
+            return of_plan(longer.values(), made), made
     for left_out in (list(longer), [_duration(k) for k in asked]):
         free = [Remedy(field, None, "as fast as the limits allow") for field in left_out]
         try:
-            return free, plan_with(free, problem, backend)
+            made = plan_with(free, problem, backend)
         except PlanningError:
             continue
+        return of_plan(free, made), made
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from planner.backends.base import Searching
@@ -37,24 +38,19 @@ def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: Bac
     return certified_plan(problem, at_once, solve_path(problem))
 
 
-def proved(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> tuple[Remedy, ...]:
-    """Those remedies each of which by itself leads to a plan."""
-    helping = []
-    for remedy in remedies:
-        try:
-            plan_with([remedy], problem, backend)
-        except PlanningError:
-            continue
-        helping.append(remedy)
-    return tuple(helping)
+def of_plan(remedies: Iterable[Remedy], plan: Plan) -> list[Remedy]:
+    """Return remedies with the duration of the plan to which they lead together."""
+    return [replace(remedy, duration=plan.trajectory.duration) for remedy in remedies]
 
 
-def first_proved(changes: Iterable[Change], problem: PlanningProblem, backend: BackEnd) -> list[Remedy]:
-    """Return the first change with which the problem has a plan; none where it has one with no change."""
-    for remedies in changes:
-        try:
-            plan_with(remedies, problem, backend)
-        except PlanningError:
-            continue
-        return remedies
-    return []
+def proved(remedies: Change, problem: PlanningProblem, backend: BackEnd) -> Change:
+    """Return remedies that lead to a plan together, with its duration; none where they do not."""
+    try:
+        return of_plan(remedies, plan_with(remedies, problem, backend))
+    except PlanningError:
+        return []
+
+
+def first_proved(changes: Iterable[Change], problem: PlanningProblem, backend: BackEnd) -> Change:
+    """Return the first of some changes that leads to a plan; none where no change does."""
+    return next((helping for remedies in changes if (helping := proved(remedies, problem, backend))), [])

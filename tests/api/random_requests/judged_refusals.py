@@ -50,13 +50,11 @@ def is_precise(robot: Robot, request: dict[str, Any], problem: dict[str, Any]) -
 
 
 def with_remedies(request: dict[str, Any], remedies: list[dict[str, Any]], chosen: int) -> dict[str, Any]:
-    """The request with one of its remedies, and those that belong to it: of durations all, and of limits."""
+    """The request with one of its remedies, and those that belong to it: of durations all, of limits, of payloads."""
 
     def group(remedy: dict[str, Any]) -> str:
         change = remedy["change"]
-        if change.endswith("/duration"):
-            return "durations"
-        return "limits" if "/limits" in change else change
+        return next((name for name in ("/duration", "/limits", "/payload") if name in change), change)
 
     for remedy in remedies:
         if remedy is remedies[chosen] or group(remedy) == group(remedies[chosen]) != remedies[chosen]["change"]:
