@@ -11,7 +11,7 @@ from planner.actions import SetOutput
 from planner.certificate.sampling import certify_sampling, worst_overshoot
 from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
-from planner.export.base import ExportOptions, Format, sample, sample_at
+from planner.export.base import ExportOptions, Format, sample
 from planner.guarantees import end_states
 from planner.kinematics import configurations, manipulability
 from planner.limits import segment_limits
@@ -19,6 +19,7 @@ from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.operations.certified import own_ends
 from planner.problem import PoseWaypoint, ViaWaypoint
 from planner.regions import region_of
+from planner.samples import sample_at
 from planner.spatial import quaternion
 from planner.tool_lines import line_polynomials
 from planner.tool_speeds import tool_speed_reports
@@ -28,10 +29,10 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
     from planner.action_times import TimedAction
-    from planner.export.base import Samples
     from planner.operations import CertifiedTrajectory
     from planner.problem import AnyWaypoint
     from planner.result import Plan
+    from planner.samples import Samples
     from planner.spatial import FloatArray, Pose
     from planner.tool_lines import LinePolynomial
     from planner.trajectory import Trajectory

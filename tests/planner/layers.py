@@ -18,6 +18,7 @@ LAYERS = (
     "limits",
     "dynamics",
     "kinematics",
+    "samples",
     "scene",
     "actions",
     "regions",
