@@ -26,4 +26,5 @@ def request_hash(request: BaseModel, robot: bytes | None = None) -> str:
         request: The request, which names its robot by an id. The catalogue belongs to the version of the service.
         robot: The definition of an uploaded robot, whose id may belong to another one later; None: a catalogue robot.
     """
-    return sha256(canonical(request) if robot is None else canonical(request) + b"\n" + robot)
+    content = canonical(request, exclude={"picture"})  # the plan is the same, however it is drawn
+    return sha256(content if robot is None else content + b"\n" + robot)

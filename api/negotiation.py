@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from api.errors import NotAcceptable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+
+@dataclass(frozen=True)
+class MediaType:
+    """A form that is nothing but its media type."""
+
+    media_type: str
 
 
 class Named(Protocol):

@@ -1,4 +1,4 @@
-"""Forms of a plan for people: a report that is one file, and pictures of its joints."""
+"""Forms of a plan for people: a report that is one file, and pictures."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ import orjson
 from api.errors import NotAcceptable
 from api.version import service_version
 from planner.errors import MissingDynamics
-from planner.export import FORMATS, ExportOptions
+from planner.export import ExportOptions
 from planner.robots import describe
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from planner.plots.picture import Picture
     from planner.result import Plan
 
 DRAWN_SAMPLES = 2000
@@ -90,20 +91,19 @@ def report(plan: Plan, request: dict[str, Any], request_hash: str | None, title:
 
 
 def svg(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:
-    """Draw positions, velocities and accelerations of the joints with their limits as SVG."""
-    return _picture(plan, request, title, "svg")
+    """Draw what the request's `picture` asks for as SVG."""
+    return _picture(plan, request, title).svg()
 
 
 def png(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:
-    """Draw positions, velocities and accelerations of the joints with their limits as PNG."""
-    return _picture(plan, request, title, "png")
+    """Draw what the request's `picture` asks for as PNG."""
+    return _picture(plan, request, title).png()
 
 
-def _picture(plan: Plan, request: dict[str, Any], title: str, form: str) -> bytes:
-    from api.pictures import picture
+def _picture(plan: Plan, request: dict[str, Any], title: str) -> Picture:
+    from planner.plots.picture import draw_plan
 
-    answer = orjson.loads(FORMATS["json"].render(plan, ExportOptions(_period(plan), frozenset(), "")))
-    return picture(title, request, answer, describe(plan.path.robot), form)
+    return draw_plan(plan, **{"title": title} | (request.get("picture") or {}))
 
 
 def _answer(plan: Plan, request_hash: str | None) -> dict[str, Any]:

@@ -105,6 +105,10 @@ if TYPE_CHECKING:
     from planner.operations import stop_on_path as stop_on_path
     from planner.paths import JointPath as JointPath
     from planner.planning import plan as plan
+    from planner.plots.picture import Picture as Picture
+    from planner.plots.picture import draw_plan as draw_plan
+    from planner.plots.picture import draw_robot_at as draw_robot_at
+    from planner.plots.picture import draw_workspace as draw_workspace
     from planner.polar_moves import CylindricalMove as CylindricalMove
     from planner.polar_moves import SphericalMove as SphericalMove
     from planner.problem import BlendTransition as BlendTransition
@@ -251,6 +255,7 @@ _NAMES = {
     ),
     "planner.paths": ("JointPath",),
     "planner.planning": ("plan",),
+    "planner.plots.picture": ("Picture", "draw_plan", "draw_robot_at", "draw_workspace"),
     "planner.polar_moves": ("CylindricalMove", "SphericalMove"),
     "planner.problem": (
         "BlendTransition",

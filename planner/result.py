@@ -25,7 +25,7 @@ from planner.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from planner.action_times import TimedAction
     from planner.backends.base import BackEnd
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.certificate.clearance import ClearanceReport
     from planner.free_motion.ways import FoundWay
     from planner.paths import JointPath
+    from planner.plots.picture import Picture
     from planner.problem import PlanningProblem
     from planner.spatial import FloatArray
     from planner.trajectory import Trajectory
@@ -71,6 +72,32 @@ class Plan:
     def actions(self) -> tuple[TimedAction, ...]:
         """What happens on the way besides motion, with its times."""
         return action_times(self.path.dynamics, self.trajectory, self.problem.actions)
+
+    def plot(
+        self,
+        *show: str,
+        joints: Collection[str] | None = None,
+        axes: Collection[str] | None = None,
+        view: str = "isometric",
+        title: str | None = None,
+    ) -> Picture:
+        """Draw the plan: graphs over time, the path of the tool, or the robot at the waypoints, one below the other.
+
+        Args:
+            show: What is drawn, see `planner.draw_plan`; omitted: positions, velocities and accelerations.
+            joints: Names of the joints whose graphs are drawn; None: all.
+            axes: Those of `x`, `y` and `z` whose graphs are drawn; None: all.
+            view: Where views look from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
+            title: The title; None: the robot's id.
+
+        Raises:
+            InvalidProblem: The robot has no joint of such a name.
+            MissingDynamics: Torques are asked of a robot without inertias and payload.
+            ValueError: There is nothing of such a name to be drawn.
+        """
+        from planner.plots.picture import draw_plan
+
+        return draw_plan(self, show or None, joints=joints, axes=axes, view=view, title=title)
 
 
 def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:

@@ -4,20 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from api.cli import batches, database, keys
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rich.console import Console
-
-    from api.cli.robot_files import NamedRobot
+from api.cli import batches, database, keys, plots
+from api.cli.shared import read, refusals, robot_named, write
 
 app = typer.Typer(
     name="planner",
@@ -31,6 +24,7 @@ app.add_typer(database.app)
 app.add_typer(keys.app)
 app.command()(batches.batch)
 app.command()(batches.sweep)
+app.command()(plots.plot)
 
 
 def _robot_ids(incomplete: str) -> list[str]:
@@ -181,9 +175,9 @@ def plan(
         raise typer.BadParameter(f"the file's suffix must be one of {', '.join(SUFFIXES)}", param_hint="--plot")
     if backend is not None and backend not in BACKENDS:
         raise typer.BadParameter(f"the back ends are {', '.join(BACKENDS)}", param_hint="--backend")
-    text = _read(request)
-    with _refusals():
-        named = None if robot is None else _robot(robot, srdf, tip)
+    text = read(request)
+    with refusals():
+        named = None if robot is None else robot_named(robot, srdf, tip)
         asked = read_request(text, backend, None if named is None else named.id)
         start = time.perf_counter()
         solved = plan_request(asked, None if named is None else named.load())
@@ -197,11 +191,11 @@ def plan(
     if output == "-":
         sys.stdout.buffer.write(written)
     elif output is not None:
-        _write(Path(output), written, console)
+        write(Path(output), written, console)
     if report is not None:
-        _write(report, reported, console)
+        write(report, reported, console)
     if plot is not None:
-        _write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
+        write(plot, draw(solved, asked, title, plot.suffix, seconds), console)
 
 
 @app.command()
@@ -229,8 +223,8 @@ def ik(
     from planner.spatial import Pose, rotation_from_rpy
     from planner.waypoints.reachability import reachability
 
-    with _refusals():
-        model = _robot(robot, srdf, tip).load()
+    with refusals():
+        model = robot_named(robot, srdf, tip).load()
         pose = Pose(np.array(position), None if rpy is None else rotation_from_rpy(*rpy))
         (reached,) = reachability(model, [PoseWaypoint(pose)], InverseKinematicsOptions())
         if reached.error is not None:
@@ -266,9 +260,9 @@ def validate(
     from api.cli.trajectory_files import read_trajectory
     from api.tasks.trajectories import certified
 
-    text = _read(trajectory, "TRAJECTORY")
-    with _refusals():
-        named = None if robot is None else _robot(robot, srdf, tip)
+    text = read(trajectory, "TRAJECTORY")
+    with refusals():
+        named = None if robot is None else robot_named(robot, srdf, tip)
         asked = read_trajectory(text, None if named is None else named.id, interpolation)
         model = (named or NamedRobot(asked.robot)).load()
         law, certificate = certified(asked, model)
@@ -296,11 +290,11 @@ def robots(
     from api.cli.terminal import robot_summary, robots_table, terminal
     from planner.robots import catalogue_ids, load_robot
 
-    with _refusals():
+    with refusals():
         shown = (
             robots_table([load_robot(robot_id) for robot_id in catalogue_ids()])
             if robot is None
-            else robot_summary(_robot(robot, srdf, tip).load())
+            else robot_summary(robot_named(robot, srdf, tip).load())
         )
     terminal().print(shown)
 
@@ -318,34 +312,6 @@ def demo(
     raise typer.Exit(run_demo(output, terminal()))
 
 
-def _read(name: str, parameter: str = "REQUEST") -> bytes:
-    if name == "-":
-        return sys.stdin.buffer.read()
-    try:
-        return Path(name).read_bytes()
-    except OSError as error:
-        raise typer.BadParameter(f"{name}: {error.strerror}", param_hint=parameter) from None
-
-
-def _write(path: Path, content: bytes, console: Console) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise typer.BadParameter(f"{path}: {error.strerror}", param_hint="FILE") from None
-    console.print(f"wrote {path} ({len(content) / 1e3:.0f} kB)")
-
-
-def _robot(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
-    from api.cli.robot_files import named_robot
-
-    try:
-        return named_robot(name, srdf, tip)
-    except OSError as error:
-        raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="ROBOT") from None
-    except UnicodeDecodeError as error:
-        raise typer.BadParameter(f"no text in UTF-8: {error}", param_hint="ROBOT") from None
-
-
 def main() -> None:
     """Run the command line; a fault of its own ends with status 70 (sysexits) and one line, without values."""
     from api.failures import where_from
@@ -355,20 +321,3 @@ def main() -> None:
     except Exception as error:  # noqa: BLE001 - nobody is shown a traceback
         print(f"planner failed, which is a fault of its own: {where_from(error)}", file=sys.stderr)  # noqa: T201
         sys.exit(70)
-
-
-@contextmanager
-def _refusals() -> Iterator[None]:
-    """Show the problem where there is one, and end with status 1."""
-    import orjson
-
-    from api.cli.terminal import problem_panel, terminal
-    from api.errors import ServiceError, problem_document
-    from planner.errors import PlanningError
-
-    try:
-        yield
-    except (PlanningError, ServiceError) as error:
-        _, document = problem_document(error, instance="")
-        terminal(stderr=True).print(problem_panel(orjson.loads(document)))
-        raise typer.Exit(1) from None

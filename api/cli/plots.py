@@ -1,28 +1,30 @@
-"""A plan as a picture, or as a page that holds the picture and the tables of the command line."""
+"""Pictures from the command line: of the plan of a request, of a robot, or of the points that it reaches."""
 
 from __future__ import annotations
 
 from html import escape
 from io import StringIO
-from typing import TYPE_CHECKING
+from pathlib import Path  # noqa: TC003 - typer evaluates the annotations
+from typing import TYPE_CHECKING, Annotated
 
-import orjson
-from rich.console import Console
+import typer
 
-from api.cli.terminal import FILE_WIDTH, plan_summary
-from api.pictures import picture
-from planner.export import FORMATS, ExportOptions
-from planner.robots import describe
+from api.cli.shared import read, refusals, robot_named, write
 
 if TYPE_CHECKING:
     from api.schemas.requests import PlanRequest
+    from planner.plots.picture import Picture
     from planner.result import Plan
+    from planner.robots import Robot
 
 SUFFIXES = (".png", ".svg", ".html")
-"""The suffixes of the files that a plan can be drawn into."""
+"""The suffixes of the files that `planner plan --plot` can draw into."""
 
-DRAWN_SAMPLES = 800
-"""The number of samples that curves are drawn with."""
+WORKSPACE = "workspace"
+"""What is shown of a robot in place of the robot itself."""
+
+WORKSPACE_POINTS = 20_000
+"""The number of points of a drawn workspace: as many as a picture can tell apart."""
 
 PAGE = """<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><title>{title}</title>
@@ -35,27 +37,99 @@ pre {{ font-size: 0.8rem; line-height: 1.3 }}</style>
 """The page; it asks for no other file."""
 
 
+def plot(
+    drawn: Annotated[
+        str,
+        typer.Argument(
+            metavar="REQUEST|ROBOT",
+            help="JSON file with a request of POST /v1/trajectories (- reads stdin), a robot of the catalogue, or a "
+            "URDF file.",
+        ),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="The .svg or .png file to write.")],
+    show: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="What is drawn of a plan, several times if you like: position, velocity, acceleration, jerk, torque, "
+            "tcp_position, tcp_orientation, tcp_velocity, tcp_speed, ..., path, robot; of a robot: robot, workspace.",
+            show_default="the request's picture, or position, velocity and acceleration; robot",
+        ),
+    ] = None,
+    joint: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Joint whose graphs are drawn.", show_default="all")
+    ] = None,
+    axis: Annotated[
+        list[str] | None, typer.Option(metavar="x|y|z", help="Axis along which the tool is drawn.", show_default="all")
+    ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Where space is looked at from: isometric, xy, xz or yz.", show_default="isometric"
+        ),
+    ] = None,
+    title: Annotated[str | None, typer.Option(metavar="TEXT", help="The title.", show_default="the robot's id")] = None,
+) -> None:
+    """Draw the plan of a request, or a robot, into a picture."""
+    from api.cli.terminal import terminal
+
+    if output.suffix not in (".svg", ".png"):
+        raise typer.BadParameter("the file's suffix must be .svg or .png", param_hint="--output")
+    is_request = drawn == "-" or drawn.endswith(".json")
+    text = read(drawn) if is_request else b""
+    with refusals():
+        try:
+            if is_request:
+                from api.cli.local_plan import plan_request, read_request
+                from planner.plots.picture import draw_plan
+
+                asked = read_request(text)
+                own = {} if asked.picture is None else asked.picture.model_dump(exclude_none=True)
+                given = {"show": show, "joints": joint, "axes": axis, "view": view, "title": title}
+                wanted = own | {name: value for name, value in given.items() if value is not None}
+                picture = draw_plan(plan_request(asked), **wanted)
+            else:
+                picture = _picture_of_robot(robot_named(drawn, None, None).load(), show, view or "isometric", title)
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+    write(output, picture.svg() if output.suffix == ".svg" else picture.png(), terminal())
+
+
+def _picture_of_robot(robot: Robot, show: list[str] | None, view: str, title: str | None) -> Picture:
+    from planner.kinematics import workspace
+    from planner.plots.picture import draw_robot_at, draw_workspace
+
+    if (show or ["robot"]) == ["robot"]:
+        return draw_robot_at(robot, view=view, title=title)
+    if show != [WORKSPACE]:
+        raise typer.BadParameter("of a robot there are robot and workspace", param_hint="--show")
+    return draw_workspace(robot, workspace(robot, WORKSPACE_POINTS), view=view, title=title)
+
+
 def draw(solved: Plan, request: PlanRequest, title: str, suffix: str, seconds: float) -> bytes:
-    """Draw the joints' positions, velocities and accelerations with their limits.
+    """Draw the joints' positions, velocities and accelerations with their limits, or what the request's picture asks.
 
     Args:
         solved: The plan.
         request: What was asked.
-        title: The title of the picture.
-        suffix: One of `SUFFIXES`.
+        title: The title of the picture, unless the request has one.
+        suffix: One of `SUFFIXES`; a page has the tables of the command line, too.
         seconds: What planning took, s.
 
     Returns:
         The content of the file.
     """
-    period = max(solved.trajectory.duration / DRAWN_SAMPLES, 1e-6)
-    answer = orjson.loads(FORMATS["json"].render(solved, ExportOptions(period, frozenset(), "")))
-    form = "png" if suffix == ".png" else "svg"
-    drawn = picture(title, request.model_dump(), answer, describe(solved.path.robot), form)
+    from rich.console import Console
+
+    from api.cli.terminal import FILE_WIDTH, plan_summary
+    from planner.plots.picture import draw_plan
+
+    asked = {} if request.picture is None else request.picture.model_dump(exclude_none=True)
+    picture = draw_plan(solved, **{"title": title} | asked)
     if suffix != ".html":
-        return drawn
+        return picture.png() if suffix == ".png" else picture.svg()
     record = Console(record=True, file=StringIO(), width=FILE_WIDTH, highlight=False)
     record.print(plan_summary(solved, seconds))
     tables = record.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
-    svg = drawn.decode().partition("<svg")
+    svg = picture.svg().decode().partition("<svg")
     return PAGE.format(title=escape(title), picture=svg[1] + svg[2], tables=tables).encode()

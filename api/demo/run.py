@@ -60,9 +60,6 @@ def run_demo(folder: Path, console: Console) -> int:
 
 
 def _plan_all(client: httpx.Client, folder: Path, console: Console) -> int:
-    # Matplotlib is slow to import: by now the service is up.
-    from api.pictures import picture
-
     table, refused = plain_table(*COLUMNS, right=NUMBERS), 0
     with console.status("planning and drawing") as status:
         for case in CASES:
@@ -75,8 +72,8 @@ def _plan_all(client: httpx.Client, folder: Path, console: Console) -> int:
                 continue
             answer = response.json()
             table.add_row(*_row(case, request, answer, response.headers["Server-Timing"]))
-            robot = client.get(f"/v1/robots/{answer['robot']}").raise_for_status().json()
-            (folder / f"{case.name}.png").write_bytes(picture(case.title, request, answer, robot))
+            drawn = client.post("/v1/trajectories?format=png", json=request | {"picture": {"title": case.title}})
+            (folder / f"{case.name}.png").write_bytes(drawn.raise_for_status().content)
     console.print(table)
     console.print(Text(LEGEND, style="dim"))
     console.print(f"the pictures and the service's log are in {folder}/")

@@ -39,7 +39,7 @@ def ordinary(operation: Operation) -> Callable[[Request], Awaitable[Response]]:
 
     async def endpoint(request: Request) -> Response:
         arguments: dict[str, Any] = {}
-        if operation.formats or operation.file:
+        if operation.formats or operation.file or operation.also_as:
             arguments["format"] = request.query_params.get("format")
             arguments["accept"] = request.headers.get("accept", "*/*")
         if operation.request is None:

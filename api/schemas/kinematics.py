@@ -21,6 +21,7 @@ from api.schemas.common import (
     Shoulder,
     Wrist,
 )
+from api.schemas.pictures import PictureView  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.requests import InverseKinematicsOptions, Rows
 from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 
@@ -110,6 +111,8 @@ class WorkspaceRequest(Schema):
     """The seed of the random joint positions; the same seed gives the same points."""
     tool: Pose | None = None
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
+    view: PictureView = "isometric"
+    """Where a picture of the points, if one is asked (`?format=svg`, `png`), looks at them from."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""
 

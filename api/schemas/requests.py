@@ -24,6 +24,7 @@ from api.schemas.common import (
     Seconds,
     Seed,
 )
+from api.schemas.pictures import Picture  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.scenes import SceneOrId  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 
@@ -153,6 +154,9 @@ class PlanRequest(TrajectoryRequest):
     backend: Backend = Field(
         default_factory=lambda: default_backend(), description="What puts time on the path; omitted: the cubic."
     )
+    picture: Picture | None = None
+    """What a picture of the plan shows, where one is asked (`?format=svg`, `png`); omitted: positions, velocities and
+    accelerations of the joints."""
 
 
 class CompareRequest(TrajectoryRequest):

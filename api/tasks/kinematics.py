@@ -5,12 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from api.errors import invalid
+from api.messages import Reply
+from api.negotiation import MediaType, negotiated
 from api.schemas import kinematics as schemas
 from api.tasks.operation import BODY_CODES, Operation
 
 if TYPE_CHECKING:
-    from api.messages import Reply
     from api.tasks.work import Work
+
+FORMS_OF_WORKSPACE = {
+    "json": MediaType("application/json"),
+    "svg": MediaType("image/svg+xml"),
+    "png": MediaType("image/png"),
+}
+"""The forms of a workspace, by the names that `?format=` has for them."""
 
 MOST_SOLUTIONS = 64
 """The most solutions of one pose in an answer; a robot with six joints has 16 at most, whole turns aside."""
@@ -100,6 +108,8 @@ def workspace(work: Work) -> Reply:
     from api.conversion import with_tool
     from planner.kinematics import workspace
 
+    form = negotiated(work.arguments["format"], work.arguments["accept"], FORMS_OF_WORKSPACE)
+
     with work.stage("validate"):
         request = work.request(schemas.WorkspaceRequest)
         if 3 * request.samples > work.caps.max_samples:
@@ -110,7 +120,14 @@ def workspace(work: Work) -> Reply:
         robot = with_tool(work.robot(request), request.tool)
     with work.stage("plan"):
         found = workspace(robot, request.samples, request.seed)
-    return work.reply(found)
+    if form is FORMS_OF_WORKSPACE["json"]:
+        return work.reply(found, headers={"Vary": "Accept"})
+    from planner.plots.picture import draw_workspace
+
+    with work.stage("serialise"):
+        picture = draw_workspace(robot, found, view=request.view)
+        body = picture.svg() if form is FORMS_OF_WORKSPACE["svg"] else picture.png()
+    return Reply(200, form.media_type, body, work.timings, headers={"Vary": "Accept"})
 
 
 OPERATIONS = (
@@ -194,12 +211,14 @@ OPERATIONS = (
         path="/v1/kinematics/workspace",
         tag="kinematics",
         summary="How far the tool reaches within the position limits, and a cloud of points where it can be.",
-        description="Joint positions are drawn at random from within the limits; the same seed gives the same points.",
+        description="Joint positions are drawn at random from within the limits; the same seed gives the same points. "
+        "`Accept` or `?format=` asks for a picture of them: `svg`, `png`.",
         run=workspace,
         request=schemas.WorkspaceRequest,
         answer=schemas.WorkspaceAnswer,
+        also_as=tuple(form.media_type for name, form in FORMS_OF_WORKSPACE.items() if name != "json"),
         shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
+        codes=(*BODY_CODES, "unknown_robot", "not_acceptable"),
         examples={"ten_points": {"robot": "date_sorting_arm", "samples": 10}},
     ),
 )

@@ -55,7 +55,7 @@ class Operation:
         formats_of_plans: Whether `?format=` chooses the form of the plans in the answer.
         headers: The headers that are read, and what each is for.
         media_type: The media type of the answer.
-        also_as: Media types of files that `Accept` chooses in place of it.
+        also_as: Media types of files that `Accept` or `?format=` chooses in place of it.
         shared: Whether the answer follows from the request, the robot that it names and the version of the service
             alone. It is computed once for all who ask the same, kept for a while, and has an `ETag`.
         leads_to: The ids of operations whose path has the `id` of the answer.

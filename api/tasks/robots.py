@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import orjson
 
@@ -12,7 +12,7 @@ from api.digests import canonical, sha256
 from api.errors import CatalogueRobot, invalid
 from api.mesh_archive import unpacked
 from api.messages import Reply
-from api.negotiation import negotiated
+from api.negotiation import MediaType, negotiated
 from api.pages import first_page
 from api.robot_content import RobotContent
 from api.schemas import robots as schemas
@@ -28,16 +28,12 @@ BINARY_GLTF = "model/gltf-binary"
 """The media type of the binary form of glTF."""
 
 
-class GeometryForm(NamedTuple):
-    """A form of what of a robot can collide."""
-
-    media_type: str
-
-
 FORMS_OF_GEOMETRY = {
-    "json": GeometryForm(JSON),
-    "gltf": GeometryForm("model/gltf+json"),
-    "glb": GeometryForm(BINARY_GLTF),
+    "json": MediaType(JSON),
+    "gltf": MediaType("model/gltf+json"),
+    "glb": MediaType(BINARY_GLTF),
+    "svg": MediaType("image/svg+xml"),
+    "png": MediaType("image/png"),
 }
 """The forms of what of a robot can collide, by the names that `?format=` has for them."""
 
@@ -140,6 +136,11 @@ def get_robot_geometry(work: Work) -> Reply:
         robot = robot_of(robot_id, definition)
         if form.media_type == JSON:
             answer = describe_collision_geometry(robot)
+        elif form.media_type.startswith("image/"):
+            from planner.plots.picture import draw_robot_at
+
+            picture = draw_robot_at(robot)
+            drawing = picture.png() if form.media_type == "image/png" else picture.svg()
         else:
             drawing = collision_gltf(robot, binary=form.media_type == BINARY_GLTF)
     if form.media_type == JSON:
@@ -209,7 +210,8 @@ OPERATIONS = (
         summary="What of a robot can collide.",
         description="The convex shapes of its links, where they stand and where they come from; and the pairs of "
         "links, with the reason of those that are not checked against each other. `Accept` (or `?format=gltf`, `glb`) "
-        "asks for glTF 2.0 to look at, a node for each joint at position 0.",
+        "asks for glTF 2.0 to look at, a node for each joint at position 0, or for a picture of the arm there as a "
+        "stick model (`?format=svg`, `png`).",
         run=get_robot_geometry,
         answer=RobotGeometry,
         also_as=tuple(form.media_type for form in FORMS_OF_GEOMETRY.values() if form.media_type != JSON),

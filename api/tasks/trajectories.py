@@ -31,6 +31,7 @@ def plan_trajectory(work: Work) -> Reply:
     from api.views import VIEWS, View
     from planner.export import FORMATS, Format
     from planner.planning import plan
+    from planner.plots.quantities import joint_indices
 
     forms: dict[str, Format | View] = {**FORMATS, **VIEWS}
     with work.stage("validate"):
@@ -38,6 +39,8 @@ def plan_trajectory(work: Work) -> Reply:
         request = work.request(requests.PlanRequest)
         asked, backend = to_planning_problem(request, work.robot(request)), to_backend(request.backend)
         options = export_options(request, work.arguments.get("definition"))
+        if request.picture is not None and request.picture.joints is not None:
+            joint_indices(asked.robot, request.picture.joints, ("picture", "joints"))
     with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)

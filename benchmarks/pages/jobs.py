@@ -22,9 +22,9 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from api.cli.local_plan import plan_request, read_request
-from api.pictures import COLOURS, STYLE
 from planner.guarantees import QUANTITIES
 from planner.kinematics import tool_poses, tool_velocities
+from planner.plots.style import COLOURS, STYLE
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import orjson
 import pytest
 
@@ -14,6 +15,7 @@ from api import views
 from api.cli.local_plan import plan_request, read_request, report_of
 from api.errors import NotAcceptable
 from tests.api import requests
+from tests.documents.read_pictures import graphs_of
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 PATH = "/v1/trajectories"
 MOST_BYTES = 3e6
+AFRESH = {"Cache-Control": "no-cache"}
 built = pytest.mark.skipif(not (ROOT / "api/built_page/report").is_dir(), reason="the page is not built")
 
 
@@ -59,6 +62,50 @@ def test_a_report_without_its_program_is_refused(tmp_path: Path, monkeypatch: py
     request = read_request((ROOT / "examples/welding.json").read_bytes())
     with pytest.raises(NotAcceptable, match="not built"):
         report_of(plan_request(request), request, "welding")
+
+
+def test_a_picture_shows_what_is_asked(service: RunningService) -> None:
+    picture = {"show": ["velocity", "tcp_position"], "joints": ["joint_2"], "axes": ["z"], "title": "Up"}
+    request = requests.plan_request()
+    drawn = service.post(f"{PATH}?format=svg", request | {"picture": picture})
+    assert drawn.headers["content-type"].startswith("image/svg+xml")
+    lines = [sorted(graph.lines) for graph in graphs_of(drawn.content)]
+    assert lines == [["velocity.joint_2"], ["tcp_position.z"]]
+    again = service.client.post(f"{PATH}?format=svg", json=request | {"picture": picture}, headers=AFRESH)
+    assert again.content == drawn.content
+    hashes = {service.post(PATH, body).json()["request_hash"] for body in (request, request | {"picture": picture})}
+    assert len(hashes) == 1
+
+
+@pytest.mark.parametrize(
+    ("picture", "code", "pointer"),
+    [
+        ({"joints": ["joint_1", "joint_9"]}, "invalid_request", "/picture/joints/1"),
+        ({"show": ["speed"]}, "invalid_request", "/picture/show/0"),
+        ({"show": []}, "invalid_request", "/picture/show"),
+        ({"show": ["torque"]}, "missing_dynamics", None),
+    ],
+)
+def test_a_picture_of_nothing_is_refused(
+    service: RunningService, picture: dict[str, Any], code: str, pointer: str | None
+) -> None:
+    answer = service.post(f"{PATH}?format=png", requests.plan_request(picture=picture))
+    problem = answer.json()
+    assert (answer.status_code, problem["code"]) == (422, code)
+    assert pointer is None or [error["pointer"] for error in problem["errors"]] == [pointer]
+
+
+def test_workspaces_and_robots_are_drawn(service: RunningService) -> None:
+    """The arm with three joints reaches from 70 to 270 mm, and lies along x at zero."""
+    body = {"robot": "three_dof_arm", "samples": 300, "view": "xz"}
+    drawn = service.client.post("/v1/kinematics/workspace", json=body, headers={"Accept": "image/svg+xml"})
+    (graph,) = graphs_of(drawn.content)
+    assert len(graph.dots["workspace"]) == 300
+    assert np.linalg.norm(graph.dots["workspace"], axis=1).max() < 271.0
+    assert service.client.post("/v1/kinematics/workspace?format=glb", json=body).status_code == 406
+    standing = service.client.get("/v1/robots/three_dof_arm/geometry?format=png")
+    assert standing.headers["content-type"] == "image/png"
+    assert standing.content.startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(("name", "begins"), [("svg", b"<?xml"), ("png", b"\x89PNG\r\n")])

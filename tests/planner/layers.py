@@ -34,6 +34,7 @@ LAYERS = (
     "durations",
     "action_times",
     "free_motion",
+    "plots",
     "result",
     "saved_plan",
     "free_planning",

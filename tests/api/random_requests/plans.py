@@ -77,6 +77,8 @@ class Plans(Waypoints, Scenes):
         self._of_the_whole(request)
         if len(waypoints) == 2 and self.chance(0.03):
             request["backend"] = {"kind": "min_effort"}
+        if self.chance(0.05):
+            request["picture"] = {"show": ["position", "path"], "joints": [self.robot.joint_names[0]], "view": "xy"}
         return request
 
     def _passage(self, made: dict[str, Any], *, is_last: bool) -> None:

@@ -1,0 +1,65 @@
+"""What several commands do: read and write files, find a robot, show a problem."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import Console
+
+    from api.cli.robot_files import NamedRobot
+
+
+def read(name: str, parameter: str = "REQUEST") -> bytes:
+    """Read a file, or stdin where the name is `-`."""
+    if name == "-":
+        return sys.stdin.buffer.read()
+    try:
+        return Path(name).read_bytes()
+    except OSError as error:
+        raise typer.BadParameter(f"{name}: {error.strerror}", param_hint=parameter) from None
+
+
+def write(path: Path, content: bytes, console: Console) -> None:
+    """Write a file and say so."""
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise typer.BadParameter(f"{path}: {error.strerror}", param_hint="FILE") from None
+    console.print(f"wrote {path} ({len(content) / 1e3:.0f} kB)")
+
+
+def robot_named(name: str, srdf: Path | None, tip: str | None) -> NamedRobot:
+    """Find what a name stands for, a URDF file or a robot of the catalogue."""
+    from api.cli.robot_files import named_robot
+
+    try:
+        return named_robot(name, srdf, tip)
+    except OSError as error:
+        raise typer.BadParameter(f"{error.filename}: {error.strerror}", param_hint="ROBOT") from None
+    except UnicodeDecodeError as error:
+        raise typer.BadParameter(f"no text in UTF-8: {error}", param_hint="ROBOT") from None
+
+
+@contextmanager
+def refusals() -> Iterator[None]:
+    """Show the problem where there is one, and end with status 1."""
+    import orjson
+
+    from api.cli.terminal import problem_panel, terminal
+    from api.errors import ServiceError, problem_document
+    from planner.errors import PlanningError
+
+    try:
+        yield
+    except (PlanningError, ServiceError) as error:
+        _, document = problem_document(error, instance="")
+        terminal(stderr=True).print(problem_panel(orjson.loads(document)))
+        raise typer.Exit(1) from None

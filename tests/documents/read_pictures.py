@@ -1,0 +1,68 @@
+"""Reads curves out of a picture as a person does: by its tick marks. It knows nothing of how the picture was made."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from planner.spatial import FloatArray
+
+SVG = "{http://www.w3.org/2000/svg}"
+POINT = re.compile(r"[ML] (-?[\d.]+) (-?[\d.]+)")
+
+
+@dataclass(frozen=True)
+class Graph:
+    """What is drawn between two axes: lines by their names, and dots; in the units of the tick marks.
+
+    Attributes:
+        lines: Each (N, 2).
+        dots: Each (N, 2).
+        pixel: How much a point of the picture is, in both directions.
+    """
+
+    lines: dict[str, FloatArray]
+    dots: dict[str, FloatArray]
+    pixel: FloatArray
+
+
+def graphs_of(svg: bytes) -> list[Graph]:
+    """All graphs of a picture, from above; those above the last one have its time axis."""
+    parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))  # noqa: S314 - our own
+    parser.feed(svg.decode())
+    groups = [group for group in parser.close().iter(f"{SVG}g") if group.get("id", "").startswith("graph.")]
+    x = _scale(groups[-1], "xtick", 0)
+    return [_graph(group, x) for group in groups]
+
+
+def _graph(group: ElementTree.Element, x: FloatArray) -> Graph:
+    y = _scale(group, "ytick", 1)
+    lines, dots = {}, {}
+    for part in group.iter(f"{SVG}g"):
+        name = part.get("id", "")
+        drawn = [(float(use.get("x", "")), float(use.get("y", ""))) for use in part.iter(f"{SVG}use") if use.get("x")]
+        if name == "workspace":
+            dots[name] = _in_units(np.array(drawn), x, y)
+        elif re.fullmatch(r"\w+\.\w+", name) and not name.startswith(("graph.", "matplotlib.")):
+            path = next(part.iter(f"{SVG}path")).get("d", "")
+            lines[name] = _in_units(np.array(POINT.findall(path), dtype=float), x, y)
+    return Graph(lines, dots, np.abs([x[0], y[0]]))
+
+
+def _in_units(points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.column_stack([np.polyval(x, points[:, 0]), np.polyval(y, points[:, 1])])
+
+
+def _scale(group: ElementTree.Element, ticks: str, coordinate: int) -> FloatArray:
+    """The polynomial from a coordinate of the picture to the values that stand at its tick marks."""
+    at, values = [], []
+    for tick in (part for part in group.iter(f"{SVG}g") if part.get("id", "").startswith(ticks)):
+        (label,) = (part.text for part in tick.iter() if part.tag is ElementTree.Comment)
+        at.append(float(POINT.findall(next(tick.iter(f"{SVG}path")).get("d", ""))[0][coordinate]))
+        values.append(float(str(label).strip().replace("\N{MINUS SIGN}", "-")))
+    return np.polyfit(at, values, 1)

@@ -1,0 +1,277 @@
+"""docs/figures.md: every command runs, and what is read out of its picture are the documents' own numbers."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from api.cli import app, plots
+from benchmarks.pages.figures import FIGURES, IMAGES, PAGE, PICTURED, Figure, document
+from tests.documents.published import document as published
+from tests.documents.published import homogeneous, standard_dh
+from tests.documents.read_pictures import Graph, graphs_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.spatial import FloatArray
+
+BY_NUMBER = {(figure.document, figure.number): figure for figure in FIGURES}
+CASES = published("ngv_refuelling")["cases"]
+SETS = published("three_dof_arm")["movement_sets"]
+TRANSITIONS = published("date_sorting")["transitions"]
+READ = 0.8
+"""How far off a value may be read, in points of the picture: a curve is drawn to a ninth of one."""
+
+
+def drawn(folder: Path, *command: str, view: str | None = None) -> list[Graph]:
+    path = folder / "figure.svg"
+    seen = [] if view is None else ["--view", view]
+    result = CliRunner().invoke(app, [*command, *seen, "-o", str(path)])
+    assert result.exit_code == 0, result.output
+    return graphs_of(path.read_bytes())
+
+
+def figure(folder: Path, document: str, number: str) -> list[Graph]:
+    return drawn(folder, *BY_NUMBER[document, number].command)
+
+
+def assert_follows(graph: Graph, line: str, truth: Callable[[FloatArray], FloatArray], slack: float = 0.0) -> None:
+    """A line of a graph is a function of time, to the width of a pen; steps may be drawn as slopes."""
+    time, values = graph.lines[line].T
+    x, y = READ * graph.pixel
+    nearby = np.array([truth(time + shift) for shift in (-x, 0.0, x)])
+    assert len(time) > 2
+    assert (values > nearby.min(axis=0) - y - slack).all()
+    assert (values < nearby.max(axis=0) + y + slack).all()
+
+
+def test_the_page_is_what_the_script_makes() -> None:
+    assert PAGE.read_text(encoding="utf-8") == document()
+    assert len(FIGURES) == len(BY_NUMBER) == 15 + 9 + 20
+    assert {path.stem for path in IMAGES.iterdir()} == {f.name for f in FIGURES if f.number in PICTURED}
+    shown = re.findall(r"\(images/figures/(\w+)\.png\)", PAGE.read_text(encoding="utf-8"))
+    assert sorted(shown) == sorted(path.stem for path in IMAGES.iterdir())
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize("shown", FIGURES, ids=lambda shown: shown.name)
+def test_every_command_runs(shown: Figure, tmp_path: Path) -> None:
+    _, *arguments = shown.line.split()
+    *arguments, name = arguments
+    path = tmp_path / name
+    assert CliRunner().invoke(app, [*arguments, str(path)]).exit_code == 0
+    assert path.stat().st_size > 10_000
+
+
+@cache
+def joint_cubics(case: str, joint: str) -> tuple[FloatArray, FloatArray]:
+    """Ends (segments + 1,), s, and coefficients (segments, 4) by the document's formula, degrees."""
+    segments = CASES[case]["cubics"][joint]["segments"]
+    ends = np.cumsum([0.0, *(segment["duration_s"] for segment in segments)])
+    return ends, np.array([segment["computed_angle_coefficients_deg"] for segment in segments])
+
+
+def joint_curve(case: str, joint: str, order: int) -> Callable[[FloatArray], FloatArray]:
+    ends, coefficients = joint_cubics(case, joint)
+
+    def at(time: FloatArray) -> FloatArray:
+        time = np.clip(time, 0.0, ends[-1])
+        rows = np.clip(np.searchsorted(ends, time, side="right") - 1, 0, len(coefficients) - 1)
+        pairs = zip(coefficients[rows], time - ends[rows], strict=True)
+        return np.array([np.polynomial.Polynomial(row).deriv(order)(local) for row, local in pairs])
+
+    return at
+
+
+JOINT_FIGURES = [
+    (f"4.{4 + 6 * k + row}", case, joint)
+    for k, case in enumerate(("case_1", "case_2"))
+    for row, joint in enumerate(("joint_1", "joint_2", "joint_3", "joint_5", "joint_6"))
+]
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize(("number", "case", "joint"), JOINT_FIGURES)
+def test_figures_4_4_to_4_14_are_the_published_cubics(number: str, case: str, joint: str, tmp_path: Path) -> None:
+    angle, velocity = figure(tmp_path, "000", number)
+    assert_follows(angle, f"position.{joint}", joint_curve(case, joint, 0))
+    assert_follows(velocity, f"velocity.{joint}", joint_curve(case, joint, 1))
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize(("number", "case"), [("4.9", "case_1"), ("4.15", "case_2")])
+def test_figures_4_9_and_4_15_have_all_joints(number: str, case: str, tmp_path: Path) -> None:
+    graphs = figure(tmp_path, "000", number)
+    for order, (graph, quantity) in enumerate(zip(graphs, ("position", "velocity"), strict=True)):
+        assert len(graph.lines) == 6
+        for joint in ("joint_1", "joint_2", "joint_3", "joint_5", "joint_6"):
+            assert_follows(graph, f"{quantity}.{joint}", joint_curve(case, joint, order))
+
+
+def test_figure_4_1_is_the_product_of_the_table(tmp_path: Path) -> None:
+    """Base, elbows and tool at zero, from above and from the side, by Table 3.1."""
+    rows = [(0.0, 0.45, np.pi / 2), (0.0, 0.68, 0.0), (0.7, 0.0, np.pi / 2)]
+    points = [standard_dh(rows[:k], np.zeros(k))[:3, 3] * 1000.0 for k in range(4)]
+    for view, columns in (("xy", [0, 1]), ("xz", [0, 2])):
+        (graph,) = drawn(tmp_path, *BY_NUMBER["000", "4.1"].command, view=view)
+        expected = np.array(points)[:, columns]
+        for point in expected:
+            assert np.abs(graph.lines["robot.0"] - point).max(axis=1).min() < 2.0
+        assert np.abs(graph.lines["robot.0"][[0, -1]] - expected[[0, -1]]).max() < 2.0
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize(("number", "case"), [("4.2", "case_1"), ("4.3", "case_2")])
+def test_figures_4_2_and_4_3_end_at_the_points(number: str, case: str, tmp_path: Path) -> None:
+    (graph,) = drawn(tmp_path, *BY_NUMBER["000", number].command, view="xy")
+    q = np.radians(np.array(CASES[case]["joint_angles"]["q_deg"], dtype=float))
+    assert len(graph.lines) == len(q)
+    for k, row in enumerate(q):
+        wrist = standard_dh([(0.0, 0.45, np.pi / 2), (0.0, 0.68, 0.0), (0.7, 0.0, 0.0)], row[:3])[:2, 3] * 1000.0
+        assert graph.lines[f"robot.{k}"][-1] == pytest.approx(wrist, abs=2.0)
+
+
+def tool_line(axis: str, order: int) -> Callable[[FloatArray], FloatArray]:
+    """The published pieces of the first movement set, mm, in local time (E25), and what rests between them."""
+    pieces = SETS[0]["corrected_piecewise"]
+    breaks = np.array([0.0, *pieces["breakpoints_s"]])
+    polynomials = [np.polynomial.Polynomial(np.atleast_1d(piece)).deriv(order) for piece in pieces[axis]]
+
+    def at(time: FloatArray) -> FloatArray:
+        rows = np.clip(np.searchsorted(breaks, time, side="right") - 1, 0, 3)  # the last piece is after the end
+        return np.array(
+            [polynomials[row](t - breaks[row]) for row, t in zip(rows, np.clip(time, 0.0, 30.0), strict=True)]
+        )
+
+    return at
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize("number", range(9))
+def test_figures_3_0_to_3_8_are_the_published_polynomials(number: int, tmp_path: Path) -> None:
+    axis, order = "xyz"[number // 3], number % 3
+    (graph,) = figure(tmp_path, "002", f"3.{number}")
+    quantity = ("tcp_position", "tcp_velocity", "tcp_acceleration")[order]
+    slack = 0.02 * abs(SETS[0]["computed_peak_acceleration_mm_s2"]["xyz".index(axis)]) if order == 2 else 0.0
+    assert_follows(graph, f"{quantity}.{axis}", tool_line(axis, order), slack)
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize(("number", "columns"), [("10", "xy"), ("11", "xz"), ("12", "yz")])
+def test_figures_10_to_12_reach_as_far_as_the_document_says(
+    number: str, columns: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No further than 800 mm, no nearer than 43.93 mm (printed 44), and from 650 to 1450 mm above the floor."""
+    monkeypatch.setattr(plots, "WORKSPACE_POINTS", 1500)
+    (graph,) = figure(tmp_path, "004", number)
+    dots = graph.dots["workspace"]
+    assert len(dots) == 1500
+    if columns == "xy":
+        radius = np.linalg.norm(dots, axis=1)
+        assert 43.9 - 2.0 < radius.min() < 100.0
+        assert 700.0 < radius.max() < 800.0 + 2.0
+    else:
+        assert 700.0 < np.abs(dots[:, 0]).max() < 802.0
+        assert 648.0 < dots[:, 1].min() < 700.0
+        assert 1400.0 < dots[:, 1].max() < 1452.0
+
+
+def share(time: FloatArray) -> FloatArray:
+    """The share of the way of Section 7: T = 30, t1 = 10, t2 = 20 s."""
+    time = np.clip(time, 0.0, 30.0)
+    rising, steady = 0.0025 * time**2, 0.25 + 0.05 * (time - 10.0)
+    return np.where(time < 10.0, rising, np.where(time < 20.0, steady, 1.0 - 0.0025 * (30.0 - time) ** 2))
+
+
+def rate(time: FloatArray) -> FloatArray:
+    """Its derivative, 1/s."""
+    return np.clip(np.minimum(0.005 * time, 0.005 * (30.0 - time)), 0.0, 0.05)
+
+
+START, END = (np.array(TRANSITIONS[0][key], dtype=float) for key in ("start_mm", "end_mm"))
+
+
+def test_figures_17_22_23_and_27_are_the_line_and_the_trapezoid(tmp_path: Path) -> None:
+    request = BY_NUMBER["004", "22"].command[1]
+    quantities = ("tcp_position", "tcp_orientation", "tcp_velocity", "tcp_speed")
+    position, orientation, velocity, speed = drawn(
+        tmp_path, "plot", request, *(f"--show={name}" for name in quantities)
+    )
+    for k, axis in enumerate("xyz"):
+        assert_follows(position, f"tcp_position.{axis}", lambda t, k=k: START[k] + share(t) * (END - START)[k])
+        assert_follows(velocity, f"tcp_velocity.{axis}", lambda t, k=k: rate(t) * (END - START)[k])
+    assert_follows(speed, "tcp_speed.speed", lambda t: rate(t) * np.linalg.norm(END - START))
+    # Section 7: the tool turns by 90 degrees about its y axis, the base's x axis, from a turn of 90 degrees about z.
+    assert_follows(orientation, "tcp_orientation.roll", lambda t: 90.0 * share(t))
+    assert_follows(orientation, "tcp_orientation.pitch", np.zeros_like)
+    assert_follows(orientation, "tcp_orientation.yaw", lambda t: np.full_like(t, 90.0))
+
+
+@pytest.mark.large_only
+def test_figure_29_the_velocity_is_the_derivative_of_the_position(tmp_path: Path) -> None:
+    position, velocity = figure(tmp_path, "004", "29")
+    times = np.linspace(1.0, 29.0, 57)
+    for axis in "xyz":
+        drawn_positions = [np.interp(times + h, *position.lines[f"tcp_position.{axis}"].T) for h in (-1.0, 1.0)]
+        differences = 0.5 * (drawn_positions[1] - drawn_positions[0])
+        read = np.interp(times, *velocity.lines[f"tcp_velocity.{axis}"].T)
+        assert differences == pytest.approx(read, abs=2.0 * position.pixel[1] + 0.3)  # a corner is off by 1/4 of 1.25
+
+
+@pytest.mark.large_only
+def test_figures_25_and_26_bring_the_tool_along_the_line(tmp_path: Path) -> None:
+    """The drawn joints, put through the document's transforms (E26), are on the line of figure 22."""
+    (turning,), (sliding,) = figure(tmp_path, "004", "25"), figure(tmp_path, "004", "26")
+    times = np.linspace(0.0, 30.0, 31)
+    theta = [np.radians(np.interp(times, *turning.lines[f"position.theta{k}"].T)) for k in (1, 2, 3, 4)]
+    l1, l2 = (np.interp(times, *sliding.lines[f"position.{name}"].T) for name in ("l1", "l2"))
+    for row, time in enumerate(times):
+        tool = (
+            homogeneous("z", theta[0][row], (0, 0, 800.0 + l1[row]))
+            @ homogeneous("y", theta[1][row], (0, l2[row] + 150.0, 0))
+            @ homogeneous("z", theta[2][row])
+            @ homogeneous(shift=(0, 150.0, 0))
+        )[:3, 3]
+        assert tool == pytest.approx(START + share(np.array(time)) * (END - START), abs=2.5)
+
+
+@pytest.mark.large_only
+def test_figures_30_to_35_are_the_statics_of_the_second_transition(tmp_path: Path) -> None:
+    """Section 6, with torques and angles read from one picture; what accelerates is 0.03 % of what weighs."""
+    request = BY_NUMBER["004", "30"].command[1]
+    turns = [f"--joint=theta{k}" for k in (1, 2, 3, 4)]
+    angle, rates, torque = drawn(
+        tmp_path, "plot", request, *turns, *(f"--show={q}" for q in ("position", "velocity", "torque"))
+    )
+    times = np.linspace(0.5, 29.5, 59)
+    theta = {k: np.radians(np.interp(times, *angle.lines[f"position.theta{k}"].T)) for k in (1, 2, 3, 4)}
+    weight = 9.81 * 0.15
+    expected = {
+        1: np.zeros_like(times),
+        2: weight * np.cos(theta[2]) * np.sin(theta[3]),
+        3: weight * np.sin(theta[2]) * np.cos(theta[3]),
+        4: np.zeros_like(times),
+    }
+    for k, values in expected.items():
+        read = np.interp(times, *torque.lines[f"torque.theta{k}"].T)
+        assert read == pytest.approx(values, abs=2.0 * torque.pixel[1] + 0.01 * weight)
+        slope = np.degrees(np.gradient(theta[k], times))[1:-1]
+        assert np.interp(times[1:-1], *rates.lines[f"velocity.theta{k}"].T) == pytest.approx(slope, abs=0.2)
+    (forces,) = figure(tmp_path, "004", "31")
+    assert_follows(forces, "torque.l1", lambda t: np.full_like(t, 9.81), slack=0.02)
+    assert_follows(forces, "torque.l2", np.zeros_like, slack=0.02)
+
+
+def test_the_reader_sees_what_is_wrong(tmp_path: Path) -> None:
+    angle, _ = figure(tmp_path, "000", "4.4")
+    right = joint_curve("case_1", "joint_1", 0)
+    for wrong in (lambda t: right(t) + 0.3, lambda t: right(t - 0.2), lambda t: 1.02 * right(t)):
+        with pytest.raises(AssertionError):
+            assert_follows(angle, "position.joint_1", wrong)

@@ -1,0 +1,86 @@
+"""Pictures from the library: what they refuse, and the limits that they show."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.backends import Trapezoidal
+from planner.errors import InvalidProblem
+from planner.limits import Limits
+from planner.planning import plan
+from planner.plots.stick_model import stick_model
+from planner.problem import JointWaypoint, PlanningProblem
+from planner.result import Plan
+from planner.robots import catalogue_ids, load_robot
+from tests.documents.read_pictures import graphs_of
+
+
+@pytest.fixture(scope="module")
+def slowed() -> Plan:
+    """Joint 1 goes there at 0.5 rad/s and back at 1 rad/s at most, with time to reach both."""
+    first, second = (Limits(velocity=(v, 3.0, 3.0)) for v in (0.5, 1.0))
+    waypoints = (
+        JointWaypoint((0.0, 0.5, 0.5)),
+        JointWaypoint((1.0, 0.5, 0.5), limits=first),
+        JointWaypoint((0.0, 0.5, 0.5), limits=second),
+    )
+    return plan(PlanningProblem(load_robot("three_dof_arm"), waypoints), Trapezoidal())
+
+
+def test_limits_are_those_in_force_on_each_segment(slowed: Plan) -> None:
+    axis = slowed.plot("velocity", joints=["joint_1"]).figure.axes[0]
+    dashed = [line for line in axis.lines if line.get_linestyle() == "--"]
+    turn = slowed.trajectory.arrivals[1]
+    upper = max(dashed, key=lambda line: line.get_ydata().max())
+    time, values = upper.get_data()
+    assert values[time < turn] == pytest.approx(np.degrees(0.5))
+    assert values[time > turn] == pytest.approx(np.degrees(1.0))
+    velocity = axis.lines[0].get_ydata()
+    assert (np.abs(velocity) <= values * (1.0 + 1e-9)).all()
+
+
+def test_the_same_plan_gives_the_same_bytes(slowed: Plan) -> None:
+    first, second = (slowed.plot("position", "path").svg() for _ in range(2))
+    assert first == second
+    assert not re.search(rb"<dc:date>", first)
+
+
+def test_joints_are_drawn_in_their_order_whatever_the_order_asked(slowed: Plan) -> None:
+    (graph,) = graphs_of(slowed.plot("acceleration", joints=["joint_3", "joint_1"]).svg())
+    assert list(graph.lines) == ["acceleration.joint_1", "acceleration.joint_3"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"joints": ["elbow"]}, "no joint 'elbow'"), ({"joints": []}, "no joint shows nothing")],
+)
+def test_joints_that_are_not_there_are_refused(slowed: Plan, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidProblem, match=message):
+        slowed.plot(**options)
+
+
+def test_names_that_there_are_not_are_refused(slowed: Plan) -> None:
+    with pytest.raises(ValueError, match="show: speed; there are position"):
+        slowed.plot("speed")
+    with pytest.raises(ValueError, match="axes: w; there are x"):
+        slowed.plot("tcp_position", axes=["w"])
+    with pytest.raises(ValueError, match="view: above"):
+        slowed.plot("path", view="above")
+
+
+@pytest.mark.parametrize("robot_id", catalogue_ids())
+def test_stick_models_go_from_the_base_to_the_tool(robot_id: str) -> None:
+    """Turning joint 1 turns all that comes after it; the lengths of the sticks between turning joints stay."""
+    robot = load_robot(robot_id)
+    random = np.random.default_rng(0)
+    lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
+    one, other = (stick_model(robot, random.uniform(lower, upper)) for _ in range(2))
+    assert one.shape == (robot.dof + 2, 3)
+    assert (one[0] == 0.0).all()
+    turning = np.append(robot.is_angle, True)
+    lengths = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (one, other)]
+    assert lengths[0][turning] == pytest.approx(lengths[1][turning], abs=1e-12)
