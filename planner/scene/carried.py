@@ -134,13 +134,12 @@ def _near(
     checker = CollisionChecker(robot, scene, self_collision=False)
     postures = checker.bodies.at(position[None])
     near: dict[tuple[str, str], float] = {}
-    nearer = checker.sphere_bounds(postures)[0] < checker.margins
-    for body, obstacle in np.argwhere(nearer).tolist():
-        pair = int(np.ravel_multi_index((body, obstacle), checker.margins.shape))
+    nearer, _ = checker.near_items(postures, np.zeros((1, len(checker.bodies.pieces))), checker.margins)
+    for pair in nearer.pairs.tolist():
         names = checker.names(pair)
         if names[0] in moving and standing in (None, names[1]):
             distance = checker.separate(postures, 0, pair).distance
-            if distance < checker.margins[body, obstacle]:
+            if distance < checker.margins_of(np.array([pair]))[0]:
                 near[names] = min(near.get(names, np.inf), distance)
     yield from ((*names, distance - ROOM_ON_THE_WAY) for names, distance in near.items() if distance >= -deepest)
 

@@ -137,40 +137,84 @@ class CollisionChecker:
         rows, pairs = np.divmod(np.arange(count * self.own_pairs), max(self.own_pairs, 1))
         return Items(rows, pairs)
 
-    def sphere_bounds(self, postures: Postures) -> FloatArray:
-        """Bound the distances of the bodies from all obstacles by a sphere about each: (N, bodies, obstacles), m.
+    def nearest_item(self, postures: Postures) -> tuple[int, int]:
+        """Return the posture and the number of the pair with an obstacle that spheres leave nearest."""
+        centers, radii = self._spheres(postures)
+        low = self.obstacles.group_distances(centers) - radii[..., None]
+        low[:, ~np.isfinite(self.obstacles.group_margins(self.margins))] = np.inf
+        row, body, group = (int(k) for k in np.unravel_index(np.argmin(low), low.shape))
+        obstacles, _ = self.obstacles.in_groups(np.array([group]))
+        obstacles = obstacles[np.isfinite(self.margins[body, obstacles])]
+        low = self.obstacles.sphere_distances(np.tile(centers[row, body], (len(obstacles), 1)), obstacles)
+        return row, self.own_pairs + body * len(self.obstacles.all) + int(obstacles[np.argmin(low)])
 
-        Infinite where no distance is asked.
+    def near_items(self, postures: Postures, moved: FloatArray, wanted: FloatArray) -> tuple[Items, float]:
+        """Find the pairs with obstacles that spheres, about groups of obstacles and then about each, leave too near.
+
+        Args:
+            postures: N postures.
+            moved: How much nearer the bodies may come (N, bodies), m.
+            wanted: From which distance on pairs are apart (bodies, obstacles), m; -inf where none is asked.
+
+        Returns:
+            The pairs, and the least bound of the other ones, m.
         """
-        spheres = postures.spheres
-        centers = (spheres[:, :, 0] + spheres[:, :, -1]) / 2.0
-        reach = np.linalg.norm(spheres[:, :, -1] - centers, axis=-1) + self.bodies.radii
-        bounds = np.empty((*centers.shape[:2], len(self.obstacles.all)))
-        count = len(self.obstacles.pieces)
-        bounds[:, :, :count] = self.obstacles.sphere_distances(centers) - reach[..., None]
-        heights = centers @ self.obstacles.normals.T - self.obstacles.offsets
-        bounds[:, :, count:] = heights - reach[..., None]
-        bounds[:, ~np.isfinite(self.margins)] = np.inf
-        return bounds
+        centers, radii = self._spheres(postures)
+        reach = radii + moved
+        low = self.obstacles.group_distances(centers) - reach[..., None]
+        wanted_of_groups = self.obstacles.group_margins(wanted)
+        left = low < wanted_of_groups
+        least = low[~left & np.isfinite(wanted_of_groups)].min(initial=np.inf)
+        rows, bodies, groups = np.nonzero(left)
+        obstacles, of = self.obstacles.in_groups(groups)
+        rows, bodies = rows[of], bodies[of]
+        low = self.obstacles.sphere_distances(centers[rows, bodies], obstacles) - reach[rows, bodies]
+        asked = wanted[bodies, obstacles]
+        left = low < asked
+        least = low[~left & np.isfinite(asked)].min(initial=least)
+        pairs = self.own_pairs + bodies[left] * len(self.obstacles.all) + obstacles[left]
+        return Items(rows[left], pairs), float(least)
 
-    def bounds(self, postures: Postures, items: Items) -> FloatArray:
-        """Bound the distances of pairs at postures from below (n,), m; where that is negative they may be anything."""
+    def _spheres(self, postures: Postures) -> tuple[FloatArray, FloatArray]:
+        """Return the centers (N, bodies, 3) and radii (N, bodies) of spheres about the bodies, m."""
+        ends = postures.spheres[:, :, [0, -1]]
+        centers = ends.sum(axis=2) / 2.0
+        return centers, np.linalg.norm(ends[:, :, 1] - centers, axis=-1) + self.bodies.radii
+
+    def bounds(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+        """Bound the distances of pairs at postures from below; where that is negative they may be anything.
+
+        Args:
+            postures: N postures.
+            items: n pairs at postures.
+            enough: The bounds (n,) from which on no better ones are needed, m.
+
+        Returns:
+            (n,), m.
+        """
         low = np.empty(len(items.rows))
         own = items.pairs < self.own_pairs
         if own.any():
             low[own] = self._own_bounds(postures, Items(items.rows[own], items.pairs[own]))
         if not own.all():
-            rows, among = items.rows[~own], items.pairs[~own] - self.own_pairs
-            bodies, obstacles = np.divmod(among, len(self.obstacles.all))
-            spheres = postures.spheres[rows, bodies]
-            boxed = obstacles < len(self.obstacles.pieces)
-            distances = np.empty(len(rows))
-            near = self.obstacles.box_distances(spheres[boxed], obstacles[boxed]).min(axis=1)
-            distances[boxed] = near - self.bodies.sphere_radii[bodies[boxed]]
-            planes = obstacles[~boxed] - len(self.obstacles.pieces)
-            heights = self.obstacles.plane_distances(spheres[~boxed], planes).min(axis=1)
-            distances[~boxed] = heights - self.bodies.radii[bodies[~boxed]]
-            low[~own] = distances
+            low[~own] = self._scene_bounds(postures, Items(items.rows[~own], items.pairs[~own]), enough[~own])
+        return low
+
+    def _scene_bounds(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+        """Bound the distances of pairs with obstacles: by boxes first, and clusters that these leave ball by ball."""
+        bodies, obstacles = np.divmod(items.pairs - self.own_pairs, len(self.obstacles.all))
+        spheres = postures.spheres[items.rows, bodies]
+        low = np.empty(len(items.rows))
+        boxed = obstacles < len(self.obstacles.pieces)
+        near = self.obstacles.box_distances(spheres[boxed], obstacles[boxed]).min(axis=1)
+        low[boxed] = near - self.bodies.sphere_radii[bodies[boxed]]
+        planes = obstacles[~boxed] - len(self.obstacles.pieces)
+        heights = self.obstacles.plane_distances(spheres[~boxed], planes).min(axis=1)
+        low[~boxed] = heights - self.bodies.radii[bodies[~boxed]]
+        left = np.flatnonzero(boxed & (low < enough))
+        left = left[self.obstacles.has_balls(obstacles[left])]
+        balls = self.obstacles.ball_distances(spheres[left, 0], spheres[left, -1], obstacles[left])
+        low[left] = np.maximum(low[left], balls - self.bodies.radii[bodies[left]])
         return low
 
     def _own_bounds(self, postures: Postures, items: Items) -> FloatArray:

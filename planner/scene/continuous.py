@@ -36,7 +36,8 @@ MOST_SPLITS = 6
 """The most parts that an interval is split into at once."""
 
 ENOUGH_PARTS = 4.0
-"""The number of parts down to which a pair is split by its cheap bound alone: as fast as one proved distance."""
+"""The number of parts down to which a pair is split by its cheap bound, or by a plane found at another posture: as fast
+as one proved distance."""
 
 LEAST_SHARE = 1e-12
 """The least share of a motion that an interval is split down to: below, times are rounding."""
@@ -217,8 +218,8 @@ class _Search:
             items = self._all_items(postures, displacements, middles)
             normals = np.zeros((len(items.rows), 2, 3))
         motions = self.checker.motions(displacements, items)
-        near = self.checker.bounds(postures, items)
         wanted = self.wanted(items.pairs)
+        near = self.checker.bounds(postures, items, wanted + motions)
         seen = (near - motions < wanted) & normals.any(axis=(1, 2))
         if seen.any():
             bounds = plane_bounds(self.checker, postures, Items(items.rows[seen], items.pairs[seen]), normals[seen])
@@ -227,8 +228,7 @@ class _Search:
         order = np.argsort(low, kind="stable")
         upper = self.found.upper
         for item in order.tolist():
-            enough = 0.0 if seen[item] else motions[item] / ENOUGH_PARTS
-            if low[item] >= wanted[item] or enough <= near[item] - wanted[item]:
+            if low[item] >= wanted[item] or motions[item] / ENOUGH_PARTS <= near[item] - wanted[item]:
                 continue
             if not self.has_budget:
                 break
@@ -255,20 +255,18 @@ class _Search:
     def _all_items(self, postures: Postures, displacements: FloatArray, middles: FloatArray) -> Items:
         """Return the pairs that spheres about the pieces do not decide."""
         own = self.checker.own_items(len(middles))
-        bounds = self.checker.sphere_bounds(postures)
-        if not np.isfinite(bounds).any():
+        wanted = self.checker.margins - CONTACT_TOLERANCE
+        asked = np.isfinite(wanted)
+        if not asked.any():
             return own
-        margins = self.checker.margins[None] - CONTACT_TOLERANCE
-        low = bounds - displacements.sum(axis=2)[..., None]
         if self.tolerance is not None:
-            nearest = np.unravel_index(np.argmin(bounds), bounds.shape)
-            pair = self.checker.own_pairs + int(np.ravel_multi_index(nearest[1:], bounds.shape[1:]))
-            self._look(postures, int(nearest[0]), pair, float(middles[nearest[0]]))
-            margins = np.maximum(margins, self.found.upper[AMONG_OBJECTS] - self.tolerance)
-        left = low < margins
-        self._done(AMONG_OBJECTS, low[~left])
-        rows, pairs = np.nonzero(left.reshape(len(middles), -1))
-        return Items(np.concatenate([own.rows, rows]), np.concatenate([own.pairs, pairs + self.checker.own_pairs]))
+            row, pair = self.checker.nearest_item(postures)
+            self._look(postures, row, pair, float(middles[row]))
+            least = self.found.upper[AMONG_OBJECTS] - self.tolerance
+            wanted = np.where(asked, np.maximum(wanted, least), -np.inf)
+        near, least = self.checker.near_items(postures, displacements.sum(axis=2), wanted)
+        self._done(AMONG_OBJECTS, np.array([least]))
+        return Items(np.concatenate([own.rows, near.rows]), np.concatenate([own.pairs, near.pairs]))
 
     def _done(self, kind: int, low: FloatArray) -> None:
         self.found.lower[kind] = min(self.found.lower[kind], low.min(initial=np.inf))

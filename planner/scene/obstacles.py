@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.scene.point_cloud import Cluster, PointCloud
+from planner.scene.point_cloud import Cluster, PointCloud, k_d_leaves
 from planner.shapes import Capsule, HalfSpace, Sphere
 from planner.tolerances import ROUNDING
 
@@ -16,6 +16,14 @@ if TYPE_CHECKING:
     from planner.scene.scene import SceneObject
     from planner.shapes import Shape
     from planner.spatial import FloatArray, Pose
+
+
+MOST_IN_GROUP = 16
+"""Number of pieces in a sphere that is looked at before they are: with fewer there are more of these spheres, with more
+each of them is looser and has more pieces to look at."""
+
+MOST_BALLS = 50_000
+"""Number of balls of clusters that are looked at together: some MiB."""
 
 
 class Obstacle(NamedTuple):
@@ -47,7 +55,6 @@ class Obstacles:
         rotations: (pieces, 3, 3): of the boxes.
         halves: (pieces, 3), m: half sides of the boxes.
         radii: (pieces,), m: of their rounded edges.
-        sphere_radii: (pieces,), m: of spheres about the boxes.
         normals: (half spaces, 3).
         offsets: (half spaces,), m.
     """
@@ -63,18 +70,59 @@ class Obstacles:
         middles, self.halves = (np.array([box[k] for box in boxes]).reshape(-1, 3) for k in (0, 1))
         self.centers = translations + (self.rotations @ middles[..., None])[..., 0]
         self.radii = np.array([box[2] for box in boxes])
-        self.sphere_radii = (np.linalg.norm(self.halves, axis=1) + self.radii) * (1.0 + ROUNDING)
+        self._sphere_radii = (np.linalg.norm(self.halves, axis=1) + self.radii) * (1.0 + ROUNDING)
         planes = [_plane(piece) for piece in self.half_spaces]
         self.normals = np.array([normal for normal, _ in planes]).reshape(-1, 3)
         self.offsets = np.array([offset for _, offset in planes])
 
-    def sphere_distances(self, centers: FloatArray) -> FloatArray:
-        """Bound the distances of points (..., 3) from the pieces by spheres about them: (..., pieces), m."""
-        scale = np.abs(centers).max(initial=0.0) + np.abs(self.centers).max(initial=0.0)
-        squares = (centers**2).sum(axis=-1)[..., None] + (self.centers**2).sum(axis=-1)
-        squares -= 2.0 * centers @ self.centers.T
-        squares -= ROUNDING * scale**2
-        distances: FloatArray = np.sqrt(np.maximum(squares, 0.0)) - self.sphere_radii
+        balls = [_balls(piece) for piece in self.pieces]
+        self._ball_counts = np.array([len(radii) for _, radii in balls], dtype=int)
+        self._first_balls = np.cumsum(self._ball_counts) - self._ball_counts
+        self._ball_centers = np.concatenate([np.empty((0, 3)), *(centers for centers, _ in balls)])
+        self._ball_radii = np.concatenate([np.empty(0), *(radii for _, radii in balls)])
+        leaves = k_d_leaves(self.centers, MOST_IN_GROUP)
+        self._set_groups([*leaves, *(np.array([len(self.pieces) + k]) for k in range(len(self.half_spaces)))])
+
+    def _set_groups(self, members: Sequence[np.ndarray]) -> None:
+        """Keep groups of obstacles by the numbers of their members, and spheres about those that are pieces."""
+        self._members = np.concatenate([np.empty(0, dtype=int), *members])
+        self._group_sizes = np.array([len(rows) for rows in members], dtype=int)
+        self._first_members = np.cumsum(self._group_sizes) - self._group_sizes
+        of_pieces = members[: len(members) - len(self.half_spaces)]
+        radii = [self._sphere_radii[rows, None] for rows in of_pieces]
+        low = [(self.centers[rows] - r).min(axis=0) for rows, r in zip(of_pieces, radii, strict=True)]
+        high = [(self.centers[rows] + r).max(axis=0) for rows, r in zip(of_pieces, radii, strict=True)]
+        self._group_centers = (np.array(low) + np.array(high)).reshape(-1, 3) / 2.0
+        reach = [
+            (np.linalg.norm(self.centers[rows] - center, axis=1) + self._sphere_radii[rows]).max()
+            for rows, center in zip(of_pieces, self._group_centers, strict=True)
+        ]
+        self._group_radii = np.array(reach) * (1.0 + ROUNDING)
+
+    def group_margins(self, margins: FloatArray) -> FloatArray:
+        """Return the largest of the margins (bodies, obstacles) in each group: (bodies, groups), m."""
+        largest: FloatArray = np.maximum.reduceat(margins[:, self._members], self._first_members, axis=1)
+        return largest
+
+    def group_distances(self, points: FloatArray) -> FloatArray:
+        """Bound the distances of points (N, bodies, 3) from groups by spheres about them: (N, bodies, groups), m."""
+        heights = points @ self.normals.T - self.offsets
+        distances = _sphere_distances(points, self._group_centers, self._group_radii)
+        return np.concatenate([distances, heights], axis=2)
+
+    def in_groups(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of the obstacles in groups (n,), and for each of them which of the n groups it is in."""
+        of, places = _ranges(self._first_members[groups], self._group_sizes[groups])
+        return self._members[places], of
+
+    def sphere_distances(self, points: FloatArray, rows: np.ndarray) -> FloatArray:
+        """Bound the distances of points (n, 3) from obstacles (n,), by spheres about those with an end: (n,), m."""
+        distances = np.empty(len(rows))
+        is_piece = rows < len(self.pieces)
+        pieces, planes = rows[is_piece], rows[~is_piece] - len(self.pieces)
+        apart = points[is_piece] - self.centers[pieces]
+        distances[is_piece] = np.sqrt((apart**2).sum(axis=1)) - self._sphere_radii[pieces]
+        distances[~is_piece] = self.plane_distances(points[~is_piece, None], planes)[:, 0]
         return distances
 
     def box_distances(self, centers: FloatArray, rows: np.ndarray) -> FloatArray:
@@ -85,6 +133,31 @@ class Obstacles:
         np.maximum(inside, 0.0, out=inside)
         distances: FloatArray = np.sqrt((inside**2).sum(axis=-1)) - self.radii[rows][:, None]
         return distances
+
+    def has_balls(self, rows: np.ndarray) -> np.ndarray:
+        """Tell which pieces (n,) are clusters of balls."""
+        return np.asarray(self._ball_counts[rows] > 0)
+
+    def ball_distances(self, starts: FloatArray, ends: FloatArray, rows: np.ndarray) -> FloatArray:
+        """Compute the distances of line segments (n, 3) from the balls of clusters (n,): (n,), m; rounding included."""
+        distances = np.empty(len(rows))
+        at_once = max(1, MOST_BALLS // max(1, int(self._ball_counts.max(initial=0))))
+        for first in range(0, len(rows), at_once):
+            part = slice(first, first + at_once)
+            distances[part] = self._ball_distances(starts[part], ends[part], rows[part])
+        return distances
+
+    def _ball_distances(self, starts: FloatArray, ends: FloatArray, rows: np.ndarray) -> FloatArray:
+        of, balls = _ranges(self._first_balls[rows], self._ball_counts[rows])
+        way = ends - starts
+        square = (way**2).sum(axis=1)
+        apart = self._ball_centers[balls] - starts[of]
+        along = np.einsum("ij,ij->i", apart, way[of]) / np.where(square > 0.0, square, 1.0)[of]
+        apart -= np.clip(along, 0.0, 1.0)[:, None] * way[of]
+        distances = np.sqrt(np.einsum("ij,ij->i", apart, apart)) - self._ball_radii[balls]
+        scale = 1.0 + np.abs(starts).max() + np.abs(self._ball_centers).max()
+        counts = self._ball_counts[rows]
+        return np.asarray(np.minimum.reduceat(distances, np.cumsum(counts) - counts) - ROUNDING * scale)
 
     def plane_distances(self, points: FloatArray, rows: np.ndarray) -> FloatArray:
         """Compute the distances of points (n, spheres, 3) from half spaces (n,): (n, spheres), m, negative inside."""
@@ -101,6 +174,29 @@ def _pieces_of(thing: SceneObject, base: Pose | None) -> Iterator[Obstacle]:
     for shape in thing.shapes:
         for part in shape.clusters if isinstance(shape, PointCloud) else (shape,):
             yield Obstacle(thing.id, rotation, pose.position, part, thing.margin)
+
+
+def _balls(piece: Obstacle) -> Cluster:
+    """Return the balls of a cluster in the base frame; a piece of another shape has none."""
+    if not isinstance(piece.shape, Cluster):
+        return Cluster(np.empty((0, 3)), np.empty(0))
+    return Cluster(piece.shape.centers @ piece.rotation.T + piece.translation, piece.shape.radii)
+
+
+def _sphere_distances(points: FloatArray, centers: FloatArray, radii: FloatArray) -> FloatArray:
+    """Compute the distances of points (..., 3) from spheres (N, 3): (..., N), m; rounding included."""
+    scale = np.abs(points).max(initial=0.0) + np.abs(centers).max(initial=0.0)
+    squares = (points**2).sum(axis=-1)[..., None] + (centers**2).sum(axis=-1)
+    squares -= 2.0 * points @ centers.T
+    squares -= ROUNDING * scale**2
+    distances: FloatArray = np.sqrt(np.maximum(squares, 0.0)) - radii
+    return distances
+
+
+def _ranges(first: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers from `first` on, `counts` of each (n,), one range after the other, and before them which."""
+    of = np.repeat(np.arange(len(counts)), counts)
+    return of, np.arange(len(of)) - (np.cumsum(counts) - counts)[of] + first[of]
 
 
 def _rounded_box(shape: Shape | Cluster) -> tuple[FloatArray, FloatArray, float]:

@@ -76,7 +76,8 @@ class PointCloud:
         """One ball a voxel, around the middle of its points."""
         cells = np.floor(self.points / (self.voxel or self.radius)).astype(np.int64)
         order = np.lexsort(cells.T)
-        new = np.any(np.diff(cells[order], axis=0, prepend=cells[order[:1]] - 1), axis=1)
+        cells = cells[order]
+        new = np.append(True, np.any(cells[1:] != cells[:-1], axis=1))
         first, of = np.flatnonzero(new), np.cumsum(new) - 1
         points = self.points[order]
         low, high = (bound.reduceat(points, first, axis=0) for bound in (np.minimum, np.maximum))
@@ -86,16 +87,35 @@ class PointCloud:
 
     @cached_property
     def clusters(self) -> tuple[Cluster, ...]:
-        """The leaves of the k-d tree over the balls: it is split at the median of the longest side."""
-        found, left = [], [np.arange(len(self.balls.radii))]
-        while left:
-            rows = left.pop()
-            if len(rows) <= MOST_IN_CLUSTER:
-                found.append(Cluster(self.balls.centers[rows], self.balls.radii[rows]))
-                continue
-            centers = self.balls.centers[rows]
-            axis = int(np.argmax(centers.max(axis=0) - centers.min(axis=0)))
-            middle = len(rows) // 2
-            split = np.argpartition(centers[:, axis], middle)
-            left += [rows[split[:middle]], rows[split[middle:]]]
-        return tuple(found)
+        """The leaves of a k-d tree over the balls."""
+        centers, radii = self.balls
+        return tuple(Cluster(centers[rows], radii[rows]) for rows in k_d_leaves(centers, MOST_IN_CLUSTER))
+
+
+def k_d_leaves(points: FloatArray, most: int) -> list[np.ndarray]:
+    """Return the leaves of a k-d tree, which splits its nodes at the median of their longest side.
+
+    All nodes of a level have the same number of points, so that a level is split at once: some points are in two leaves
+    until the end.
+
+    Args:
+        points: (N, 3), m.
+        most: The most points in a leaf.
+
+    Returns:
+        The rows of the points in each leaf, every row in one of them.
+    """
+    count, columns = len(points), np.ascontiguousarray(points.T)
+    levels = max(0, int(np.ceil(np.log2(max(count, 1) / most))))
+    total = -(-count // 2**levels) * 2**levels
+    rows = (np.arange(total) * count // max(total, 1))[None]
+    for _ in range(levels):
+        of_nodes = np.take(columns, rows, axis=1)
+        longest = np.argmax(of_nodes.max(axis=2) - of_nodes.min(axis=2), axis=0)
+        along = of_nodes[longest, np.arange(len(rows))]
+        half = rows.shape[1] // 2
+        rows = np.take_along_axis(rows, np.argpartition(along, half, axis=1), axis=1).reshape(-1, half)
+    is_first = np.zeros(total, dtype=bool)
+    is_first[np.unique(rows, return_index=True)[1]] = True
+    leaves = (leaf[new] for leaf, new in zip(rows, is_first.reshape(rows.shape), strict=True))
+    return [leaf for leaf in leaves if len(leaf)]

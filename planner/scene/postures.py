@@ -29,12 +29,11 @@ def is_free(checker: CollisionChecker, positions: FloatArray) -> np.ndarray:
     free = np.ones(len(positions), dtype=bool)
     postures = checker.bodies.at(positions)
     own = checker.own_items(len(positions))
-    rows, pairs = np.nonzero(
-        (checker.sphere_bounds(postures) < checker.margins - CONTACT_TOLERANCE).reshape(len(positions), -1)
-    )
-    items = Items(np.concatenate([own.rows, rows]), np.concatenate([own.pairs, pairs + checker.own_pairs]))
+    still = np.zeros((len(positions), len(checker.bodies.pieces)))
+    near, _ = checker.near_items(postures, still, checker.margins - CONTACT_TOLERANCE)
+    items = Items(np.concatenate([own.rows, near.rows]), np.concatenate([own.pairs, near.pairs]))
     wanted = checker.margins_of(items.pairs) - CONTACT_TOLERANCE
-    low = checker.bounds(postures, items)
+    low = checker.bounds(postures, items, wanted)
     for item in np.argsort(low, kind="stable").tolist():
         if low[item] >= wanted[item]:
             continue

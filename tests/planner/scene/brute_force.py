@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.robots import Robot
-from planner.scene import Scene, SceneObject
+from planner.scene import PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose
 from planner.trajectory import Trajectory
@@ -38,7 +38,10 @@ def distances_over_time(robot: Robot, scene: Scene, times: FloatArray, trajector
         if body.joint == 0:
             continue
         for k, thing in enumerate(scene.objects):
-            apart = _nearest_on_segments(ends[:, column], point_distance(thing, robot.mounting))
+            if isinstance(thing.shapes[0], PointCloud):
+                apart = _nearest_of_points(ends[:, column], thing, robot.mounting)
+            else:
+                apart = _nearest_on_segments(ends[:, column], point_distance(thing, robot.mounting))
             found[:, column, k] = apart - shape.radius
     return found
 
@@ -59,6 +62,26 @@ def _nearest_on_segments(ends: FloatArray, distance: Callable[[FloatArray], Floa
         a, b = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
         at_a, at_b = at(a), at(b)
     return np.minimum.reduce([at_a, at_b, at(np.zeros(len(ends))), at(np.ones(len(ends)))])
+
+
+def _nearest_of_points(ends: FloatArray, thing: SceneObject, base: Pose | None) -> FloatArray:
+    """Distance (N,) of segments (N, 2, 3) in a base's frame from the balls around the points of a cloud, each alone."""
+    (cloud,) = thing.shapes
+    assert isinstance(cloud, PointCloud)
+    rotation = np.eye(3) if thing.pose.rotation is None else thing.pose.rotation
+    in_world = cloud.points @ rotation.T + thing.pose.position
+    points = (
+        in_world
+        if base is None
+        else (in_world - base.position) @ (np.eye(3) if base.rotation is None else base.rotation)
+    )
+    start, way = ends[:, 0], ends[:, 1] - ends[:, 0]
+    square = np.maximum((way**2).sum(axis=1), np.finfo(np.float64).tiny)
+    nearest = np.full(len(ends), np.inf)
+    for point in points:
+        share = np.clip(((point - start) * way).sum(axis=1) / square, 0.0, 1.0)
+        np.minimum(nearest, np.linalg.norm(start + share[:, None] * way - point, axis=1), out=nearest)
+    return nearest - cloud.radius
 
 
 def point_distance(thing: SceneObject, base: Pose | None = None) -> Callable[[FloatArray], FloatArray]:

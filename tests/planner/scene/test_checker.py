@@ -77,6 +77,45 @@ def test_a_point_cloud_is_as_near_as_its_points() -> None:
     assert all(found.upper[1] - found.lower[1] <= 1e-4 + 1e-9 for found in bounds)
 
 
+def test_bounds_never_exceed_distances() -> None:
+    """All pairs nearer than asked are found among groups of obstacles, and no bound is beyond a proved distance."""
+    rng = np.random.default_rng(4)
+    things = [
+        SceneObject(f"ball_{k}", [Sphere(rng.uniform(0.01, 0.1))], Pose(rng.uniform(-2.0, 2.0, 3))) for k in range(40)
+    ]
+    things.append(SceneObject("cloud", [PointCloud(rng.uniform(-1.5, 1.5, (300, 3)), 0.03)], ahead(0.2), margin=0.4))
+    things.append(SceneObject("floor", [HalfSpace([0.0, 0.0, 1.0], 0.1)]))
+    checker = CollisionChecker(KUKA, Scene(things, allowed_pairs=[("link_3", "cloud")], margin=0.3))
+    postures = checker.bodies.at(HOME + rng.uniform(-0.5, 0.5, (3, 6)))
+    moved = rng.uniform(0.0, 0.2, (3, len(checker.bodies.pieces)))
+    found, least = checker.near_items(postures, moved, checker.margins)
+    shape = (3, *checker.margins.shape)
+    low = np.array(
+        [checker.separate(postures, k, checker.own_pairs + n).proved for k, n in np.ndindex(3, shape[1] * shape[2])]
+    )
+    low = low.reshape(shape)
+    near = np.zeros(low.size, dtype=bool)
+    near[found.rows * shape[1] * shape[2] + found.pairs - checker.own_pairs] = True
+    assert near.sum() == len(found.rows)
+    near, asked = near.reshape(shape), np.broadcast_to(np.isfinite(checker.margins), shape)
+    room = low - moved[..., None]
+    assert not (near & ~asked).any()
+    assert near[asked & (room < checker.margins)].all()
+    assert 0 < near.sum() < asked.sum()
+    assert least <= room[asked & ~near].min() + 1e-9
+    distances = low[
+        found.rows, (found.pairs - checker.own_pairs) // shape[2], (found.pairs - checker.own_pairs) % shape[2]
+    ]
+    loose = checker.bounds(postures, found, np.full(len(found.rows), -np.inf))
+    tight = checker.bounds(postures, found, np.full(len(found.rows), np.inf))
+    assert (loose <= tight).all()
+    assert (tight <= distances + 1e-9).all()
+    assert (loose < tight).any()  # of a cluster, whose box is nearer than its balls
+    row, pair = checker.nearest_item(postures)
+    body, obstacle = divmod(pair - checker.own_pairs, shape[2])
+    assert asked[row, body, obstacle]
+
+
 def test_objects_stand_in_the_world() -> None:
     """An arm on the ceiling meets what is below it in the world: above it in its own frame."""
     ceiling = KUKA.derived(mounting=Pose.from_rpy([0.0, 0.0, 3.0], [np.pi, 0.0, 0.0]))

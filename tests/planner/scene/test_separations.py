@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from planner.scene.point_cloud import PointCloud
+from planner.scene.point_cloud import PointCloud, k_d_leaves
 from planner.scene.segments import segment_distances
 from planner.scene.separations import Placed, cluster_separation, separation
 from planner.shapes import Box, Capsule, ConvexHull, Shape, Sphere
@@ -99,6 +99,19 @@ def test_segments_are_never_nearer_than_their_bound() -> None:
     clear = sampled > 2.0 * steps  # where they meet there is no direction to leave each other in
     assert clear.sum() > 0.2 * len(clear)
     assert (bounds[clear] >= (sampled - steps - 1e-9 * scale)[clear]).all()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 7, 8, 9, 63, 65, 1000])
+@pytest.mark.parametrize("kinds", [1, 3, 10**6])
+def test_leaves_of_a_tree_have_every_point_once(count: int, kinds: int) -> None:
+    """Also where many points are the same, or all of them are."""
+    points = np.random.default_rng(count).integers(kinds, size=(count, 3)).astype(float)
+    leaves = k_d_leaves(points, 8)
+    assert sorted(row for leaf in leaves for row in leaf.tolist()) == list(range(count))
+    assert all(0 < len(leaf) <= 8 for leaf in leaves)
+    if count == 1000 and kinds > 3:
+        sides = [float(np.ptp(points[leaf], axis=0).max()) for leaf in leaves]
+        assert np.median(sides) < 0.4 * kinds
 
 
 def test_a_cluster_is_as_near_as_its_nearest_ball() -> None:
