@@ -1,10 +1,16 @@
-"""The service over HTTP in a thread, with a real database; its tasks run there, too: it starts quickly."""
+"""The service over HTTP in a thread, with a real database; its tasks run there, too: it starts quickly.
+
+Each task may take as much memory as in a worker: one that wants more is refused, and ends no process of tests.
+"""
 
 from __future__ import annotations
 
+import re
+import resource
 import threading
 from collections import Counter
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import httpx
@@ -20,6 +26,22 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+MEMORY_MIB = 1024
+"""The private memory that a task may take, MiB: what the service's own settings give a worker."""
+
+
+@contextmanager
+def limited_memory(mib: int) -> Iterator[None]:
+    """Let the process take no more private memory than so much beside what it has."""
+    [taken_kib] = re.findall(r"VmData:\s+(\d+) kB", Path("/proc/self/status").read_text())
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (int(taken_kib) * 1024 + mib * 2**20, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, before)
+
+
 class WorkersInTheProcess:
     """Run tasks at once, as a worker does it."""
 
@@ -27,7 +49,7 @@ class WorkersInTheProcess:
     ready, ended = True, 0
 
     def __init__(self, settings: Settings) -> None:
-        self._caps = Caps(settings.max_deadline, settings.max_waypoints, settings.max_samples, 1024)
+        self._caps = Caps(settings.max_deadline, settings.max_waypoints, settings.max_samples, MEMORY_MIB)
 
     def is_full(self, client: str) -> bool:
         return False
@@ -45,10 +67,12 @@ class WorkersInTheProcess:
     def stop(self) -> None: ...
 
     async def run(self, task: Task, kind: object, hold: object) -> Reply:
-        return execute(task, self._caps)
+        with limited_memory(MEMORY_MIB):
+            return execute(task, self._caps)
 
     async def run_behind(self, task: Task, kind: object, seconds: float) -> Reply:
-        return execute(task, self._caps)
+        with limited_memory(MEMORY_MIB):
+            return execute(task, self._caps)
 
 
 @contextmanager

@@ -5,11 +5,14 @@ CI tries 5,000; `TEST_FIELDS=50000` so many. `python -m tests.api.random_request
 
 from __future__ import annotations
 
+import resource
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
+from api.execution import RUN
 from tests.api.made_up_service import made_up_service
 from tests.api.random_requests.conversation import Conversation
 from tests.sizes import OVER_FIELDS
@@ -46,3 +49,19 @@ def test_none_fails_and_what_is_returned_holds(client: httpx.Client, part: int) 
     if wanted > 100:
         planned = sum(count for (path, _), count in statuses.items() if path == "trajectories")
         assert statuses["trajectories", "200"] > 0.4 * planned, statuses
+
+
+def test_a_task_that_wants_all_memory_fails_one_test_and_names_its_request(
+    client: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Such a request once took 22 GB, with the process of the tests."""
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+
+    def wants_all(work: Any) -> Any:
+        return np.ones((4096, 2**20))
+
+    for name in ("plan_trajectory", "check_collisions"):
+        monkeypatch.setitem(RUN, name, wants_all)
+    with pytest.raises(AssertionError, match=r'(?s)"robot": .*memory_exceeded'):
+        Conversation(client, 0).hold()
+    assert resource.getrlimit(resource.RLIMIT_DATA) == before
