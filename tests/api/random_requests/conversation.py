@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.spatial import Pose
+from tests.api.random_requests.handled import is_handled
 from tests.api.random_requests.judged_goals import goals_hold
 from tests.api.random_requests.judged_limits import limits_hold
 from tests.api.random_requests.judged_refusals import is_precise, with_remedies
-from tests.api.random_requests.judged_scenes import check_holds, collides, is_free
+from tests.api.random_requests.judged_scenes import check_holds, collides, is_free, validation_holds
 from tests.api.random_requests.operations import Operations
 from tests.api.random_requests.poses import placement
 from tests.api.random_requests.robots import made_up_robot
@@ -36,6 +37,11 @@ BY_ID = 0.15
 """Share of the scenes that are kept first, and named by their id."""
 
 REFUSED_BY_SCENES = ("collision", "start_in_collision", "clearance_unproved")
+
+
+def stands_as_asked(waypoint: dict[str, Any]) -> bool:
+    """Whether a start is a joint position, and everything is where the scene has it."""
+    return waypoint["kind"] == "joint" and not is_handled([waypoint])
 
 
 class Conversation:
@@ -69,6 +75,9 @@ class Conversation:
         request = made.plan()
         if made.chance(0.05):
             request = made.spoiled(request)
+        if made.chance(0.04):
+            self._ask("trajectories/compare", made.comparison(request))
+            return
         answer, problem = self._ask("trajectories", request)
         if answer is not None:
             path, asked = made.operation(request, answer)
@@ -114,7 +123,7 @@ class Conversation:
         if status != 200:
             is_precise(self.robot, body, found)
             is_plan = path == "trajectories"
-            if is_plan and found["code"] == "start_in_collision" and body["waypoints"][0]["kind"] == "joint":
+            if is_plan and found["code"] == "start_in_collision" and stands_as_asked(body["waypoints"][0]):
                 collides(self._mounted(body), body, found, np.array(body["waypoints"][0]["position"]))
             elif found["code"] in REFUSED_BY_SCENES:
                 collides(self._mounted(body), body, found, None)
@@ -123,11 +132,23 @@ class Conversation:
         if path == "collisions/check":
             check_holds(robot, body, found)
             return
+        if path == "trajectories/validate":
+            validation_holds(robot, body, found, self.random)
+            return
+        if path == "trajectories/compare":
+            assert len(found["results"]) == len(body["backends"])
+            for backend, result in zip(body["backends"], found["results"], strict=True):
+                plan = {name: value for name, value in body.items() if name != "backends"} | {"backend": backend}
+                done = result["trajectory"] or result["problem"]
+                assert result["status"] == ("planned" if result["trajectory"] else done["code"])
+                is_for_plan = not done.get("remedies") and not done.get("errors")
+                self._judge("trajectories", plan if is_for_plan else body, done, done.get("status", 200))
+            return
         limits_hold(robot, body, found, self.random)
         if path == "trajectories":
             goals_hold(robot, body, found)
         if body.get("scene") or body.get("self_collision"):
-            is_free(robot, body, found["polynomials"], found["certificate"].get("clearance"))
+            is_free(robot, body, found, found["certificate"].get("clearance"))
 
     def _mounted(self, body: dict[str, Any]) -> Robot:
         if not body.get("mounting"):

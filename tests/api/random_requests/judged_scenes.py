@@ -8,6 +8,8 @@ import numpy as np
 
 from tests.api.random_requests.answered import Answered
 from tests.api.random_requests.distances import CLOSED_FORMS
+from tests.api.random_requests.handled import stages
+from tests.api.random_requests.judged_limits import limits_hold
 from tests.api.random_requests.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -22,18 +24,19 @@ GENEROUS = 2e-3
 RESTING = [0.0, 1.0]
 
 
-def is_free(robot: Robot, request: dict[str, Any], polynomials: list[dict[str, Any]], clearance: Any) -> None:
+def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clearance: Any) -> None:
     """Fail where a trajectory that is said to be free comes nearer to something than it may."""
     if not request.get("scene") and not request.get("self_collision"):
         return
-    around, trajectory = Surroundings(robot, request), Answered(polynomials)
-    excess, apart, pair = around.least_excess(trajectory)
-    assert excess >= -CONTACT, f"{pair} are {-excess} m too near"
+    trajectory = Answered(answer["polynomials"])
+    for first, last, around in stages(robot, request, answer):
+        excess, apart, pair = around.least_excess(trajectory, np.clip([first, last], *trajectory.breakpoints[[0, -1]]))
+        assert excess >= -CONTACT, f"{pair} are {-excess} m too near"
+        if clearance is not None and clearance["scene"] is not None:
+            lower = clearance["scene"]["lower"]
+            assert lower <= apart + 1e-6 or np.isinf(apart), f"{pair} are {apart} m apart, not {lower}"
     if clearance is None:
         return
-    if clearance["scene"] is not None:
-        lower = clearance["scene"]["lower"]
-        assert lower <= apart + 1e-6 or np.isinf(apart), f"{pair} are {apart} m apart, not {lower}"
     if clearance["itself"] is not None:
         sources = {"model", "estimate"} if request.get("self_collision") else {"model"}
         apart, pair = around.least_between_links(trajectory, sources)
@@ -65,6 +68,21 @@ def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], postu
         assert min(rooms) < GENEROUS, f"{found['pair']} have {min(rooms)} m more than they need"
 
 
+def validation_holds(
+    robot: Robot, request: dict[str, Any], answer: dict[str, Any], random: np.random.Generator
+) -> None:
+    """Hold what is said about a trajectory against dense samples, of limits and of distances."""
+    polynomials = {"polynomials": request["polynomials"]}
+    if answer["satisfied"]:
+        limits_hold(robot, request, {"certificate": answer, **polynomials}, random)
+    if collision := answer.get("collision"):
+        assert not answer["satisfied"]
+        posture = Answered(request["polynomials"]).at(np.array([collision["time"] or 0.0]))[0][0]
+        collides(robot, request, collision, posture)
+    else:
+        is_free(robot, request, polynomials, answer.get("clearance"))
+
+
 def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
     """Hold the answer of a collision check against distances of dense samples."""
     results = answer["results"]
@@ -79,7 +97,7 @@ def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -
     for result, motion in zip(results, motions, strict=True):
         assert result["free"] == (result["collision"] is None)
         if result["free"]:
-            is_free(robot, request, motion, result["clearance"])
+            is_free(robot, request, {"polynomials": motion}, result["clearance"])
         else:
             time = result["collision"]["time"]
             posture = Answered(motion).at(np.array([time or 0.0]))[0][0]

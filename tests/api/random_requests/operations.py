@@ -27,9 +27,11 @@ class Operations(Plans):
             quantities = ("position", "velocity", "acceleration", "jerk", *TOOL_LIMITS)
             asked["enforced"] = [quantity for quantity in quantities if self.chance(0.6)]
         at = sorted(self.random.uniform(0.0, 1.0, 2) * duration)
-        name = self.choice(("retime", "stop", "stop", "reverse", "slice", "join", "resample", "check"))
+        name = self.choice(("retime", "stop", "stop", "reverse", "slice", "join", "resample", "check", "validate"))
         if name == "check":
             return "collisions/check", self.check(request, planned)
+        if name == "validate" and "mounting" not in request:
+            return "trajectories/validate", self.validation(planned)
         if self.chance(0.2):
             asked |= {key: request[key] for key in ("frames",) if key in request}
             postures = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
@@ -73,6 +75,22 @@ class Operations(Plans):
         if not self.chance(0.1):
             asked["scene"] = self.scene(asked, postures)
         return asked
+
+    def validation(self, planned: dict[str, Any]) -> dict[str, Any]:
+        """What was planned, in a scene and within limits that it may well break."""
+        asked: dict[str, Any] = {"robot": self.robot.id, "polynomials": planned["polynomials"], "deadline": 30.0}
+        if self.chance(0.3):
+            asked["limits"] = self.limits(0.1)
+        if self.chance(0.7):
+            asked["scene"] = self.scene(asked, [np.array(waypoint["position"]) for waypoint in planned["waypoints"]])
+        if self.chance(0.3):
+            asked["self_collision"] = self.chance(0.5)
+        return asked
+
+    def comparison(self, request: dict[str, Any]) -> dict[str, Any]:
+        """A request to plan with two back ends."""
+        backends = [request["backend"], self.choice(BACKENDS)]
+        return {name: value for name, value in request.items() if name != "backend"} | {"backends": backends}
 
     def points(self) -> list[list[float]]:
         """A walk of joint positions, smooth or rough, some of them repeated."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tests.api.random_requests.poses import NOTATIONS, in_base, tool_at, written
 from tests.api.random_requests.scenes import Scenes
 from tests.api.random_requests.waypoints import TOOLS, Waypoints
 
@@ -32,6 +33,15 @@ FRAMES = {"pallet": {"position": [0.2, -0.1, 0.05], "orientation": {"kind": "rpy
 MOUNTING = {"position": [0.0, 0.0, 0.5], "orientation": {"kind": "rpy", "rpy": [0.3, 0.0, 0.2]}}
 FEW_CHECKS = (1, 30, 300)
 """Bounds on the search for a way around, so that it takes no longer than the rest."""
+
+
+PARTS: Sequence[dict[str, Any]] = (
+    {"kind": "sphere", "radius": 0.02},
+    {"kind": "box", "size": [0.04, 0.06, 0.02]},
+    {"kind": "capsule", "radius": 0.01, "length": 0.1},
+    {"kind": "convex", "vertices": [[0.0, 0.0, 0.0], [0.03, 0.0, 0.0], [0.0, 0.03, 0.0], [0.0, 0.0, 0.03]]},
+)
+"""Shapes of what is taken."""
 
 
 class Plans(Waypoints, Scenes):
@@ -72,6 +82,8 @@ class Plans(Waypoints, Scenes):
         if self.chance(0.25):
             request["scene"] = self.scene(request, postures)
             self._leave_ways_open(waypoints)
+            if self.chance(0.5):
+                self._handle(request, postures)
         if self.chance(0.1):
             request["self_collision"] = self.chance(0.5)
         self._of_the_whole(request)
@@ -119,7 +131,37 @@ class Plans(Waypoints, Scenes):
         for waypoint in waypoints[1:]:
             if waypoint["kind"] != "relative" and self.chance(0.25):
                 waypoint["motion"] = {"kind": "free", "most_checks": self.choice(FEW_CHECKS)}
-                waypoint.pop("duration", None)
+                for timed in ("duration", "minimum_duration") if self.chance(0.97) else ():
+                    waypoint.pop(timed, None)
+
+    def _handle(self, request: dict[str, Any], postures: Sequence[np.ndarray]) -> None:
+        """A part at the tool, or whatever there is, is taken at a waypoint, and mostly put down at a later one."""
+        waypoints, scene = request["waypoints"], request["scene"]
+        if self.chance(0.7):
+            scene |= {"objects": scene["objects"][:1], "margin": 0.0}
+        k = 0 if self.chance(0.5) else int(self.random.integers(len(waypoints)))
+        taken: dict[str, Any] = {"id": "part"}
+        if scene["objects"] and self.chance(0.1):
+            taken["id"] = self.choice(scene["objects"])["id"]
+        at_tool = in_base(self.robot, request, "world").actInv(tool_at(self.robot, postures[k], request.get("tool")))
+        at_tool.translation += at_tool.rotation @ np.array([0.0, 0.0, self.between(0.01, 0.1)])
+        part = {"id": "part", "shape": self.choice(PARTS), "pose": written(at_tool, self.choice(NOTATIONS))}
+        scene["objects"].append(part)
+        links = [shape.link for shape in self.robot.collision_shapes if shape.joint]
+        if self.chance(0.2):
+            taken["link"] = self.choice(links)
+        if self.chance(0.3):
+            taken["touch_links"] = [self.choice(links)]
+        waypoints[k]["attach"] = [taken]
+        handled = [k]
+        if self.chance(0.7) and k + 1 < len(waypoints):
+            handled.append(int(self.random.integers(k + 1, len(waypoints))))
+            waypoints[handled[-1]]["detach"] = [taken["id"]]
+        if scene.get("attached") and self.chance(0.3):
+            handled.append(int(self.random.integers(len(waypoints))))
+            waypoints[handled[-1]].setdefault("detach", []).append("held_0")
+        for k in handled if self.chance(0.97) else []:
+            waypoints[k].pop("transition", None)
 
     def _of_the_whole(self, request: dict[str, Any]) -> None:
         if self.chance(0.08):

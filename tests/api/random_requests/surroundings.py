@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from planner.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from planner.shapes.hulls import ConvexHull
-from tests.api.random_requests.distances import Distance, core_of, distance_to
+from tests.api.random_requests.distances import CLOSED_FORMS, Distance, core_of, distance_to
 from tests.api.random_requests.poses import in_base, placement
 
 if TYPE_CHECKING:
@@ -21,6 +21,9 @@ COARSE = 40
 
 FINE = 21
 """Number of times around the nearest of them at which the nearest pairs are looked at once more, twice."""
+
+ROOM_ON_THE_WAY = 1e-4
+"""How much nearer than where it is taken or put down a thing may come on the way, m: what docs/collisions.md states."""
 
 CLOSEST = 3
 """Number of pairs that are looked at closely."""
@@ -81,9 +84,23 @@ class Surroundings:
             where = in_base(robot, request, thing.get("frame", "world")) * placement(thing.get("pose"))
             margin = thing.get("margin", scene.get("margin", 0.0))
             self.things.append(Thing(thing["id"], thing["shape"]["kind"], _placed(thing["shape"], where), margin))
+        self.near: dict[tuple[str, str], float] = {}
 
     def _tool(self, request: dict[str, Any]) -> pin.SE3:
         return placement(request["tool"]) if request.get("tool") else self.robot.tool_in_tip
+
+    def let_near(self, posture: np.ndarray, moving: set[str], standing: str | None) -> None:
+        """Let things that move come as near to one that stands (None: to all) as they are at a posture (joints,)."""
+        for body in (body for body in self.bodies if body.name in moving):
+            for thing in (thing for thing in self.things if standing in (None, thing.name)):
+                is_exact = body.is_line and thing.kind in CLOSED_FORMS
+                apart = float(self.apart(body, thing, posture[None])[0]) - ROOM_ON_THE_WAY if is_exact else -np.inf
+                names = body.name, thing.name
+                self.near[names] = min(apart, self.near.get(names, np.inf))
+
+    def margin(self, body: Body, thing: Thing) -> float:
+        """The least distance that two things keep, m; negative: as deep they may overlap, infinitely so: they touch."""
+        return min(max(thing.margin, body.margin), self.near.get((body.name, thing.name), np.inf))
 
     def moved(self, body: Body, positions: np.ndarray) -> np.ndarray:
         """The core of a body (T, P, 3) in the base frame at postures (T, joints)."""
@@ -100,20 +117,20 @@ class Surroundings:
             body.points @ rotations[:, body.joint].transpose(0, 2, 1) + origins[:, None, body.joint] for body in bodies
         ]
 
-    def least_excess(self, trajectory: Answered) -> tuple[float, float, str]:
+    def least_excess(self, trajectory: Answered, ends: np.ndarray) -> tuple[float, float, str]:
         """The least distance less the margin of a body from a thing; the least distance; and of which pair.
 
-        What may touch is left out. Both are no less than the truth.
+        What may touch is left out. Both are no less than the truth, between two times (2,), s.
         """
         pairs = [
-            (body, thing, max(thing.margin, body.margin))
+            (body, thing, margin)
             for body in self.bodies
             for thing in self.things
             if body.joint and frozenset((body.name, thing.name)) not in self.allowed
+            if (margin := self.margin(body, thing)) > -np.inf
         ]
         if not pairs:
             return np.inf, np.inf, ""
-        ends = trajectory.breakpoints[[0, -1]]
         times = np.linspace(ends[0], ends[1], COARSE)
         bodies = list({id(body): body for body, _, _ in pairs}.values())
         cores = dict(zip(map(id, bodies), self._moved(bodies, trajectory.at(times)[0]), strict=True))
@@ -125,14 +142,14 @@ class Surroundings:
         coarse.sort(key=lambda found: found[0])
         best = (np.inf, np.inf, "")
         for _, time, body, thing, margin in coarse[:CLOSEST]:
-            apart = self._closely(trajectory, body, thing, time, (ends[1] - ends[0]) / COARSE)
+            apart = self._closely(trajectory, ends, body, thing, time)
             best = min(best, (apart - margin, apart, f"{body.name} and {thing.name}"))
         return best
 
-    def _closely(self, trajectory: Answered, body: Body, thing: Thing, time: float, step: float) -> float:
-        least = np.inf
+    def _closely(self, trajectory: Answered, ends: np.ndarray, body: Body, thing: Thing, time: float) -> float:
+        least, step = np.inf, (ends[1] - ends[0]) / COARSE
         for _ in range(2):
-            times = np.clip(time + np.linspace(-step, step, FINE), *trajectory.breakpoints[[0, -1]])
+            times = np.clip(time + np.linspace(-step, step, FINE), *ends)
             apart = self.apart(body, thing, trajectory.at(times)[0])
             least = min(least, float(apart.min()))
             time, step = float(times[apart.argmin()]), step / 10.0

@@ -1,0 +1,90 @@
+"""What a robot takes and puts down on its way, as requests say it: what stands and what moves on each segment."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from tests.api.random_requests.answered import times_of
+from tests.api.random_requests.poses import in_base, placement, tool_at, written
+from tests.api.random_requests.surroundings import Surroundings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.robots import Robot
+
+
+class Stage(NamedTuple):
+    """A part of a plan on which the robot carries the same: when it begins and ends, s, and what is around."""
+
+    first: float
+    last: float
+    around: Surroundings
+
+
+def stages(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> Iterator[Stage]:
+    """Yield the parts of an answer; all of it where nothing is taken or put down."""
+    asked = request.get("waypoints", [])
+    if not is_handled(asked):
+        yield Stage(-np.inf, np.inf, Surroundings(robot, request))
+        return
+    times, scene = times_of(answer), request["scene"]
+    for k, (before, after) in enumerate(pairwise(asked)):
+        here, there = (np.array(times[j]["position"]) for j in (k, k + 1))
+        released = [held for held in scene.get("attached", []) if held["id"] in before.get("detach", [])]
+        scene = _after(robot, request, scene, before, here)
+        around = Surroundings(robot, {**request, "scene": scene})
+        around.let_near(here, {take["id"] for take in before.get("attach", [])}, None)
+        around.let_near(there, set(after.get("detach", [])), None)
+        for held in released:
+            around.let_near(here, _holders(robot, around, held), held["id"])
+        for take in after.get("attach", []):
+            around.let_near(there, _holders(robot, around, take), take["id"])
+        yield Stage(times[k]["departure_time"], times[k + 1]["arrival_time"], around)
+
+
+def is_handled(waypoints: list[dict[str, Any]]) -> bool:
+    """Whether anything is taken or put down at some waypoints."""
+    return any(waypoint.get("attach") or waypoint.get("detach") for waypoint in waypoints)
+
+
+def _after(
+    robot: Robot, request: dict[str, Any], scene: dict[str, Any], waypoint: dict[str, Any], position: np.ndarray
+) -> dict[str, Any]:
+    """A scene after things were put down at a waypoint, and then others taken."""
+    objects, attached = list(scene.get("objects", [])), list(scene.get("attached", []))
+    for name in waypoint.get("detach", []):
+        (held,) = (thing for thing in attached if thing["id"] == name)
+        attached.remove(held)
+        pose = _frame(robot, request, held, position) * placement(held.get("pose"))
+        objects.append(_with(held, ("id", "shape", "margin"), frame="base", pose=written(pose, "matrix")))
+    for take in waypoint.get("attach", []):
+        (thing,) = (thing for thing in objects if thing["id"] == take["id"])
+        objects.remove(thing)
+        there = in_base(robot, request, thing.get("frame", "world")) * placement(thing.get("pose"))
+        pose = _frame(robot, request, take, position).actInv(there)
+        attached.append(_with(thing, ("shape", "margin"), **take, pose=written(pose, "matrix")))
+    return {**scene, "objects": objects, "attached": attached}
+
+
+def _with(thing: dict[str, Any], names: tuple[str, ...], **more: Any) -> dict[str, Any]:
+    return {name: thing[name] for name in names if name in thing} | more
+
+
+def _frame(robot: Robot, request: dict[str, Any], held: dict[str, Any], position: np.ndarray) -> pin.SE3:
+    """Where what holds a thing is at a posture, in the base frame: a link, or the tool."""
+    if not held.get("link"):
+        return tool_at(robot, position, request.get("tool"))
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, position)
+    return data.oMf[robot.model.getFrameId(held["link"])].copy()
+
+
+def _holders(robot: Robot, around: Surroundings, held: dict[str, Any]) -> set[str]:
+    """Names of what moves with what holds a thing, and of what else may touch it."""
+    joint = robot.model.frames[robot.model.getFrameId(held.get("link") or robot.tip_frame)].parentJoint
+    return {body.name for body in around.bodies if body.joint == joint} | set(held.get("touch_links", []))
