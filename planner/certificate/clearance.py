@@ -156,7 +156,7 @@ def certify_clearance_along(
             if begin == 0.0:
                 raise
             waypoint = int(part.segments[0])
-            fields = {name: getattr(refusal, name) for name in ("pair", "depth", "point", "value", "limit")}
+            fields = {name: getattr(refusal, name) for name in ("pair", "depth", "point", "position", "value", "limit")}
             message = refusal.message.replace("where the robot starts", f"from waypoint {waypoint} on")
             raise Collision(message, **fields, time=begin, segment=waypoint, waypoint=waypoint) from None
         except (Collision, ClearanceUnproved) as refusal:

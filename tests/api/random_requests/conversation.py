@@ -75,7 +75,7 @@ class Conversation:
         request = made.plan()
         if made.chance(0.05):
             request = made.spoiled(request)
-        if made.chance(0.04):
+        if made.compares:
             self._ask("trajectories/compare", made.comparison(request))
             return
         answer, problem = self._ask("trajectories", request)

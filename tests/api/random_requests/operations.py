@@ -18,6 +18,8 @@ class Operations(Plans):
 
     def operation(self, request: dict[str, Any], planned: dict[str, Any]) -> tuple[str, dict[str, Any]]:
         """An operation on a planned trajectory: its path after /v1/, and the request."""
+        if self.validates and "mounting" not in request:
+            return "trajectories/validate", self.validation(planned)
         trajectory, duration = {"polynomials": planned["polynomials"]}, planned["duration"]
         asked: dict[str, Any] = {"robot": self.robot.id, "include": ["polynomials"], "deadline": 30.0}
         asked |= {name: request[name] for name in AS_THEY_ARE if name in request}
@@ -27,11 +29,9 @@ class Operations(Plans):
             quantities = ("position", "velocity", "acceleration", "jerk", *TOOL_LIMITS)
             asked["enforced"] = [quantity for quantity in quantities if self.chance(0.6)]
         at = sorted(self.random.uniform(0.0, 1.0, 2) * duration)
-        name = self.choice(("retime", "stop", "stop", "reverse", "slice", "join", "resample", "check", "validate"))
+        name = self.choice(("retime", "stop", "stop", "reverse", "slice", "join", "resample", "check"))
         if name == "check":
             return "collisions/check", self.check(request, planned)
-        if name == "validate" and "mounting" not in request:
-            return "trajectories/validate", self.validation(planned)
         if self.chance(0.2):
             asked |= {key: request[key] for key in ("frames",) if key in request}
             postures = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]

@@ -82,7 +82,7 @@ class Plans(Waypoints, Scenes):
         if self.chance(0.25):
             request["scene"] = self.scene(request, postures)
             self._leave_ways_open(waypoints)
-            if self.chance(0.5):
+            if self.handles:
                 self._handle(request, postures)
         if self.chance(0.1):
             request["self_collision"] = self.chance(0.5)
@@ -131,8 +131,7 @@ class Plans(Waypoints, Scenes):
         for waypoint in waypoints[1:]:
             if waypoint["kind"] != "relative" and self.chance(0.25):
                 waypoint["motion"] = {"kind": "free", "most_checks": self.choice(FEW_CHECKS)}
-                for timed in ("duration", "minimum_duration") if self.chance(0.97) else ():
-                    waypoint.pop(timed, None)
+                waypoint.pop("duration", None)
 
     def _handle(self, request: dict[str, Any], postures: Sequence[np.ndarray]) -> None:
         """A part at the tool, or whatever there is, is taken at a waypoint, and mostly put down at a later one."""

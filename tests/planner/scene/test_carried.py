@@ -176,6 +176,22 @@ def test_what_is_carried_hits_what_the_arm_alone_does_not() -> None:
     assert error.time is not None and error.depth > 0.0
 
 
+def test_what_is_taken_out_of_something_else_is_refused_where_that_is() -> None:
+    """The ball is 5 mm inside of a stone, with a margin of 10: the refusal says at which posture, from where on."""
+    problem = carried_over(0.3)
+    assert problem.scene is not None
+    (ball,) = (thing for thing in problem.scene.objects if thing.id == "ball")
+    stone = SceneObject(
+        "stone", [Sphere(RADIUS)], Pose(ball.pose.position + np.array([2.0 * RADIUS - 0.005, 0.0, 0.0]))
+    )
+    with pytest.raises(Collision) as refusal:
+        planner.plan(replace(problem, scene=replace(problem.scene, objects=[*problem.scene.objects, stone])))
+    found = refusal.value
+    assert (found.waypoint, set(found.pair)) == (1, {"ball", "stone"})
+    assert found.depth == pytest.approx(0.015, abs=1e-6)
+    assert found.position == pytest.approx(np.array(problem.waypoints[1].position), abs=1e-9)
+
+
 def test_what_was_put_down_stays_there() -> None:
     """A sweep at the height where the ball was let go ends in it; where it never was put there, nothing is hit."""
     problem = carried_over(0.3)
