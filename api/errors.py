@@ -323,6 +323,7 @@ def _planning_fields(error: PlanningError) -> dict[str, Any]:
         document |= {} if error.point is None else {"point": error.point}
     if isinstance(error, NoPathFound):
         document["checks"] = error.checks
+        document |= {"enclosed_by": error.enclosed_by} if error.enclosed_by else {}
     if error.remedies:
         document["remedies"] = list(map(_remedy, error.remedies))
     if error.hints:

@@ -291,14 +291,16 @@ class NoPathFound(PlanningError):
 
     Attributes:
         checks: The number of motions that were looked at.
+        enclosed_by: Names of objects between which it is proved that there is no way; empty: nothing is proved.
     """
 
     code = "no_path_found"
     title = "No way around was found"
 
-    def __init__(self, message: str, *, checks: int, **fields: Any) -> None:
+    def __init__(self, message: str, *, checks: int, enclosed_by: Sequence[str] = (), **fields: Any) -> None:
         super().__init__(message, **fields)
         self.checks = checks
+        self.enclosed_by = tuple(enclosed_by)
 
 
 class StartInCollision(Collision):

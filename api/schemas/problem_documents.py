@@ -112,6 +112,8 @@ class ProblemDocument(Answer):
     """With a collision: the joint position there, rad or m per joint."""
     checks: int | None = None
     """With `no_path_found`: the number of motions that the search looked at."""
+    enclosed_by: list[str] | None = None
+    """With `no_path_found` where it is proved that there is no way at all: the names of the objects that leave none."""
     remedies: list[RemedyAnswer] | None = None
     """Changes to the request, each of which makes it feasible by itself; those of several durations do it together, and
     so do those of several limits, and of several payloads. All have been tried, and keep within what may be asked."""

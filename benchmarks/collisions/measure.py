@@ -13,7 +13,7 @@ from benchmarks.collisions.peers import PEERS
 from benchmarks.collisions.proofs import measure_proofs
 from benchmarks.collisions.scenes import KINDS, problem
 from benchmarks.machine import machine
-from planner.errors import PlanningError
+from planner.errors import NoPathFound, PlanningError
 from planner.robots import load_robot
 
 if TYPE_CHECKING:
@@ -44,11 +44,13 @@ class Answer(NamedTuple):
         path: (N, joints), joined by straight motions, rad; None: nothing.
         seconds: Processor time.
         duration: s, of what is delivered, or of the path as this library times it; None: it could not.
+        no_way: Whether it is proved that there is none.
     """
 
     path: FloatArray | None
     seconds: float
     duration: float | None = None
+    no_way: bool = False
 
 
 def measure(count: int, arms: Sequence[str] = ARMS, kinds: Sequence[str] = tuple(KINDS)) -> dict[str, Any]:
@@ -82,8 +84,9 @@ def ours(robot: Robot, asked: Problem) -> Answer:
     begun = time.process_time()
     try:
         trajectory = planner.plan(wanted).trajectory
-    except PlanningError:
-        return Answer(None, time.process_time() - begun)
+    except PlanningError as refusal:
+        no_way = isinstance(refusal, NoPathFound) and bool(refusal.enclosed_by)
+        return Answer(None, time.process_time() - begun, no_way=no_way)
     seconds = time.process_time() - begun
     rough = trajectory.evaluate(np.linspace(0.0, trajectory.duration, 101), [0])[0]
     fine = int(np.abs(np.diff(rough, axis=0)).sum(axis=0).max() / REST) + 2
@@ -120,13 +123,15 @@ def _timed(robot: Robot, path: FloatArray) -> float | None:
 def summary(found: Sequence[tuple[Answer, bool]]) -> dict[str, Any]:
     """Return the figures of one planner."""
     within = [(a, touches) for a, touches in found if a.path is not None and a.seconds <= SECONDS]
+    no_way = sum(answer.no_way for answer, _ in found)
     if not within:
-        return {"asked": len(found), "solved": 0}
+        return {"asked": len(found), "no_way": no_way, "solved": 0}
     seconds = [answer.seconds for answer, _ in within]
     lengths = [np.linalg.norm(np.diff(a.path, axis=0), axis=1).sum() for a, _ in within if a.path is not None]
     durations = [answer.duration for answer, _ in within if answer.duration is not None]
     return {
         "asked": len(found),
+        "no_way": no_way,
         "solved": len(within),
         "p50": float(np.median(seconds)),
         "p95": float(np.quantile(seconds, 0.95)),

@@ -31,7 +31,9 @@ def print_table(figures: dict[str, Any]) -> None:
         table = plain_table(*columns, right=columns[1:], title=f"{arm}, {measured['problems']} problems")
         for name, row in measured["solvers"].items():
             table.add_row(name, *_cells(row), style="bold" if name == OURS else "")
-        console.print(table, "")
+        console.print(table)
+        no_way = measured["solvers"][OURS]["no_way"]
+        console.print(f"{no_way} of these problems have no way at all, as ours proved\n")
         _print_proofs(console, arm, measured["proofs"])
     for line in (
         "aims: 99 % solved, p50 150 ms for panda and 300 ms for ur5, p95 1500 ms, none touching",

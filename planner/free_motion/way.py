@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from planner.free_motion.edges import FreeEdges
+from planner.free_motion.enclosures import find_enclosure
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
 from planner.problem import MOST_CHECKS
@@ -16,6 +17,7 @@ from planner.scene import is_free
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.free_motion.enclosures import Enclosure
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
@@ -31,7 +33,7 @@ and stays free where its corners are cut."""
 SHARE_WITH_ROOM = 0.25
 """The share of the motions that are looked at for a way with that much room, before one with less will do."""
 
-WayStatus = Literal["found", "start_not_free", "no_goal_free", "budget_spent"]
+WayStatus = Literal["found", "start_not_free", "no_goal_free", "enclosed", "budget_spent"]
 """Whether there is a way, or why there is none."""
 
 
@@ -40,13 +42,14 @@ class Way:
     """A way along straight joint motions, or how far the search for one came.
 
     Attributes:
-        status: `found`; `start_not_free` or `no_goal_free`: there is not enough room at an end of it; or
-            `budget_spent`: as many motions as allowed were looked at.
+        status: `found`; `start_not_free` or `no_goal_free`: there is not enough room at an end of it;
+            `enclosed`: it is proved that there is no way; or `budget_spent`: as many motions as allowed were looked at.
         positions: (positions, joints), rad or m, from the start to a goal, proved to be free between neighbours; if
             none was found, as far as the tree from the start came towards those of the goals.
         goal: Number of the goal that it leads to, or that is nearest to where it ends.
         left: How far its end is from the nearest position that leads to a goal, rad or m; 0 where it was found.
         checks: The number of motions that were looked at.
+        enclosure: What is in the way; None: nothing is proved to be.
     """
 
     status: WayStatus
@@ -54,6 +57,7 @@ class Way:
     goal: int
     left: float
     checks: int
+    enclosure: Enclosure | None = None
 
 
 def find_way(
@@ -72,7 +76,7 @@ def find_way(
         checker: The arm and what is around it.
         start: (joints,), rad or m, within the limits.
         goals: (goals, joints), within the limits: any of them will do.
-        most_checks: The most motions that are looked at.
+        most_checks: The most motions that are looked at; and then the most cells, to prove that there is no way.
         seed: Of the random positions; equal seeds give equal ways.
     """
     edges = FreeEdges(robot, checker, most_checks)
@@ -97,9 +101,9 @@ def find_way(
             continue
         met = trees.find_way(lower, upper, rng)
         if met is not None:
-            break
-    if met is None:
-        left, row = trees.gap()
-        far = trees.from_start.positions[trees.from_start.branch(row)[::-1]]
-        return Way("budget_spent", far, free[0], left, edges.checked)
-    return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
+            return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
+    left, row = trees.gap()
+    far = trees.from_start.positions[trees.from_start.branch(row)[::-1]]
+    enclosure = find_enclosure(robot, checker, start, goals[free], most_checks)
+    status: WayStatus = "budget_spent" if enclosure is None else "enclosed"
+    return Way(status, far, free[0], left, edges.checked, enclosure)

@@ -168,10 +168,19 @@ def _refusal(
     end = way.positions[-1]
     whole = float(np.linalg.norm(goals[way.goal] - start))
     fraction = float(np.clip(1.0 - way.left / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
+    where = f"from waypoint {index - 1} to {index}"
+    if way.enclosure is None:
+        message = (
+            f"no way was found {where} among {way.checks} motions: the search came within {way.left:.3g} of what leads "
+            "there, rad or m"
+        )
+    else:
+        moved = ", ".join(problem.robots[index].joint_names[: way.enclosure.joints])
+        message = f"there is no way {where}: {moved} cannot get there between {', '.join(way.enclosure.objects)}"
     return NoPathFound(
-        f"no way was found from waypoint {index - 1} to {index} among {way.checks} motions: the search came within "
-        f"{way.left:.3g} of what leads there, rad or m",
+        message,
         checks=way.checks,
+        enclosed_by=() if way.enclosure is None else way.enclosure.objects,
         segment=index - 1,
         path_point=PathPoint(fraction, tool_pose(problem.robots[index], end), end),
     )
