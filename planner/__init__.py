@@ -105,6 +105,7 @@ if TYPE_CHECKING:
     from planner.operations import stop_on_path as stop_on_path
     from planner.paths import JointPath as JointPath
     from planner.planning import plan as plan
+    from planner.plots.animation import Animation as Animation
     from planner.plots.picture import Picture as Picture
     from planner.plots.picture import draw_plan as draw_plan
     from planner.plots.picture import draw_robot_at as draw_robot_at
@@ -255,6 +256,7 @@ _NAMES = {
     ),
     "planner.paths": ("JointPath",),
     "planner.planning": ("plan",),
+    "planner.plots.animation": ("Animation",),
     "planner.plots.picture": ("Picture", "draw_plan", "draw_robot_at", "draw_workspace"),
     "planner.polar_moves": ("CylindricalMove", "SphericalMove"),
     "planner.problem": (

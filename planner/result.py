@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from planner.certificate.clearance import ClearanceReport
     from planner.free_motion.ways import FoundWay
     from planner.paths import JointPath
+    from planner.plots.animation import Animation
     from planner.plots.picture import Picture
     from planner.problem import PlanningProblem
     from planner.spatial import FloatArray
@@ -98,6 +99,26 @@ class Plan:
         from planner.plots.picture import draw_plan
 
         return draw_plan(self, show or None, joints=joints, axes=axes, view=view, title=title)
+
+    def animate(self, *, view: str = "isometric", speed: float = 1.0) -> Animation:
+        """Let the stick model of the robot move along the trajectory; notebooks and browsers play it.
+
+        Args:
+            view: Where it is looked at from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
+            speed: How many seconds of the trajectory pass in one.
+
+        Raises:
+            ValueError: There is no such view, or the speed is not a positive number.
+        """
+        from planner.plots.animation import animate
+
+        return animate(self, view=view, speed=speed)
+
+    def _repr_html_(self) -> str:
+        """Return the plan at a glance, for notebooks."""
+        from planner.plots.summary import summary
+
+        return summary(self)
 
 
 def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
