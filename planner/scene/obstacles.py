@@ -112,8 +112,8 @@ class Obstacles:
 
     def in_groups(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of the obstacles in groups (n,), and for each of them which of the n groups it is in."""
-        of, places = _ranges(self._first_members[groups], self._group_sizes[groups])
-        return self._members[places], of
+        of, rows = _ranges(self._first_members[groups], self._group_sizes[groups])
+        return self._members[rows], of
 
     def sphere_distances(self, points: FloatArray, rows: np.ndarray) -> FloatArray:
         """Bound the distances of points (n, 3) from obstacles (n,), by spheres about those with an end: (n,), m."""
