@@ -22,6 +22,14 @@ if TYPE_CHECKING:
 built = pytest.mark.skipif(not (ROOT / "api/built_page/index.html").is_file(), reason="the page is not built")
 
 
+def test_the_style_is_in_short_files_that_are_all_used() -> None:
+    """The linter holds the same for the page's code."""
+    lines = {file.name: len(file.read_text().splitlines()) for file in (ROOT / "web/src/style").iterdir()}
+    assert max(lines.values()) <= 300
+    programs = [(ROOT / "web/src" / name).read_text() for name in ("main.tsx", "report/main.tsx")]
+    assert {name for text in programs for name in re.findall(r"style/(\w+\.css)", text)} == set(lines)
+
+
 @built
 def test_the_document_lets_nothing_in_from_elsewhere(service: RunningService) -> None:
     answer = service.client.get("/")

@@ -2,6 +2,9 @@
 import { render } from 'preact';
 import './style/base.css';
 import './style/layout.css';
+import './style/stage.css';
+import './style/narrow.css';
+import './style/waypoints.css';
 import './style/panels.css';
 import './style/robot.css';
 import './style/batch.css';
