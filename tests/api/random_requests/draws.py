@@ -31,14 +31,13 @@ class Draws:
         handles: Whether things of a scene are taken and put down.
         compares: Whether back ends are compared.
         validates: Whether what was planned is validated.
-        solves: Whether poses are solved, and nothing is planned.
     """
 
     def __init__(self, robot: Robot, random: np.random.Generator) -> None:
         """Begin; what is drawn apart leaves the requests as they are that have nothing of it."""
         self.robot, self.random = robot, random
-        apart = random.spawn(1)[0].random(4) < (0.5, 0.04, 0.1, 0.05)
-        self.handles, self.compares, self.validates, self.solves = apart.tolist()
+        apart = random.spawn(1)[0].random(3) < (0.5, 0.04, 0.1)
+        self.handles, self.compares, self.validates = apart.tolist()
 
     def chance(self, share: float) -> bool:
         return bool(self.random.random() < share)
