@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.free_motion.inner_balls import distance_bounds, inner_balls
+from planner.free_motion.inner_balls import distance_bounds, faces, inner_balls
 from planner.scene import CONTACT_TOLERANCE
-from planner.shapes import Shape
+from planner.shapes import ConvexHull, Shape
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -26,6 +26,13 @@ if TYPE_CHECKING:
 ATTEMPTS = ((1, 0.05), (2, 0.1), (2, 0.05))
 """How many joints are looked at and how wide the cells are, rad or m, one after the other: a third joint would take
 minutes."""
+
+FEW = 20.0
+"""Number of objects up to which as many cells are looked at as may be; among more of them fewer are, since each takes
+longer: so a search that fails in a full scene ends in as much time as one in an empty one."""
+
+FACES_OF_ONE = 8.0
+"""The number of faces of a hull that take as long as a box does."""
 
 AT_ONCE = 200_000
 """The number of distances of balls from an object that are computed together: some MiB."""
@@ -56,7 +63,7 @@ def find_enclosure(
         checker: The arm and what is around it; point clouds, and the arm against itself, are left out.
         start: (joints,), free, rad or m.
         goals: (goals, joints), free.
-        most_cells: The most cells that are looked at in each of a few attempts.
+        most_cells: The most cells that are looked at in each of a few attempts, among few objects.
 
     Returns:
         What is in the way; None: nothing is proved.
@@ -68,7 +75,8 @@ def find_enclosure(
         links = _Balls(robot, checker, count)
         if cells is None or not len(links.radii) or links.is_far:
             continue
-        objects = _enclosing(cells, links, start[:count], goals[:, :count], most_cells)
+        most = int(most_cells * FEW / max(FEW, links.cost))
+        objects = _enclosing(cells, links, start[:count], goals[:, :count], most)
         if objects is not None:
             return Enclosure(count, objects)
     return None
@@ -141,6 +149,12 @@ class _Balls:
             [np.zeros((0, 3)), *(c @ piece.rotation.T + piece.translation for piece, c in placed)]
         )
         self.radii = np.concatenate([np.zeros(0), *(radii for _, radii in balls)])
+
+    @property
+    def cost(self) -> float:
+        """How many boxes take as long to be looked at as the objects."""
+        shapes = [shape for _, shape, _ in self._objects]
+        return sum(len(faces(s)) / FACES_OF_ONE if isinstance(s, ConvexHull) else 1.0 for s in shapes)
 
     @property
     def is_far(self) -> bool:

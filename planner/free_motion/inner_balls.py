@@ -27,6 +27,9 @@ LEAST_SHARE = 0.4
 APART = 0.7
 """How far the centers of two balls are apart at least, as a share of the larger one's radius."""
 
+AT_ONCE = 16
+"""The number of faces of a hull that points are held against together: all of many would take hundreds of MiB."""
+
 MOST_SHAPES = 256
 """Number of shapes whose balls a process keeps: some robots' pieces."""
 
@@ -69,8 +72,10 @@ def distance_bounds(shape: Shape, points: FloatArray) -> FloatArray:
     if isinstance(shape, HalfSpace):
         return np.asarray(points @ shape.normal - shape.offset, dtype=np.float64)
     if isinstance(shape, ConvexHull):
-        faces = _faces(shape)
-        height: FloatArray = (points @ faces[:, :3].T + faces[:, 3]).max(axis=-1)
+        planes, height = faces(shape), np.full(points.shape[:-1], -np.inf)
+        for k in range(0, len(planes), AT_ONCE):
+            some = planes[k : k + AT_ONCE]
+            np.maximum(height, (points @ some[:, :3].T + some[:, 3]).max(axis=-1), out=height)
         return np.where(height <= 0.0, height, np.inf)
     if isinstance(shape, Box):
         beyond = np.abs(points) - shape.size / 2.0
@@ -91,7 +96,7 @@ def distance_bounds(shape: Shape, points: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=MOST_SHAPES)
-def _faces(hull: ConvexHull) -> FloatArray:
+def faces(hull: ConvexHull) -> FloatArray:
     """Return the planes (faces, 4) of a hull, in whose inside n . x + d is negative."""
     from scipy.spatial import ConvexHull as Qhull  # here only: most processes never need it
 

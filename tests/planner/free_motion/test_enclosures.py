@@ -104,6 +104,25 @@ def test_walls_leave_no_way_or_one(arm: str, walls: list[SceneObject], proved: t
     assert find_enclosure(robot, checker, left, np.stack([right, left + 0.05]), 700) is None
 
 
+@pytest.mark.parametrize("shape", [Box([0.1, 0.1, 0.1]), shape_of("hull", np.random.default_rng(5))])
+def test_among_many_objects_fewer_cells_are_looked_at(shape: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a search that fails among a thousand of them would take minutes instead of seconds."""
+    looked = []
+    blocked = _Balls.blocked
+
+    def counting(self: _Balls, middles: FloatArray, widths: FloatArray) -> np.ndarray:
+        looked.append(len(middles))
+        return blocked(self, middles, widths)
+
+    monkeypatch.setattr(_Balls, "blocked", counting)
+    things = [SceneObject(f"far {k}", [shape], Pose([20.0, 0.0, k])) for k in range(200)]
+    left, right = np.zeros((2, ARM.dof))
+    left[0], right[0] = 1.5, -1.5
+    checker = CollisionChecker(ARM, Scene([BEHIND, *things]))
+    find_enclosure(ARM, checker, left, right[None], 500)
+    assert 0 < sum(looked) < 300  # some 1,100 otherwise
+
+
 def test_a_refusal_says_that_there_is_no_way() -> None:
     few = planner.FreeMotion(most_checks=300)
     waypoints = [planner.JointWaypoint([1.5, *LEFT[1:]]), planner.JointWaypoint([-1.5, *LEFT[1:]], motion=few)]
