@@ -14,8 +14,8 @@ Distance = Callable[[np.ndarray], np.ndarray]
 CLOSED_FORMS = {"sphere", "half_space", "capsule", "box", "cylinder"}
 """Kinds of shapes whose distances have a closed form."""
 
-MOST_TRIANGLES = 64
-"""Number of triangles of a hull from which on points have to be few."""
+MOST_PAIRS = 256_000
+"""Number of pairs of a point and a triangle that are looked at together."""
 
 
 def distance_to(shape: dict[str, Any]) -> Distance:
@@ -64,12 +64,17 @@ def _from_hull(vertices: np.ndarray) -> Distance:
         hull = ConvexHull(vertices)
     except (QhullError, ValueError):
         return lambda points: KDTree(vertices).query(points)[0]
-    outside = _from_triangles(vertices[hull.simplices])
+    outside, tree = _from_triangles(vertices[hull.simplices]), KDTree(vertices)
 
     def distance(points: np.ndarray) -> np.ndarray:
-        inside = (points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
-        apart = outside(points) if len(hull.simplices) * len(points) < MOST_TRIANGLES * 4000 else inside
-        return np.where(inside < 0.0, inside, np.maximum(apart, inside))
+        """Of many points only the least distance is exact: those of others are no less than the truth."""
+        beyond = (points @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+        apart, asked = tree.query(points)[0], np.arange(len(points))
+        if len(hull.simplices) * len(points) > MOST_PAIRS:
+            asked = np.flatnonzero(beyond <= apart.min())
+        for few in np.array_split(asked, 1 + len(hull.simplices) * len(asked) // MOST_PAIRS):
+            apart[few] = outside(points[few])
+        return np.where(beyond < 0.0, beyond, apart)
 
     return distance
 
