@@ -168,6 +168,7 @@ def test_the_first_view_comes_soon_and_playing_costs_little(
         page.get_by_role("button", name="Play").click()
         before, frames = scripting(), page.evaluate("frames_")
         page.wait_for_timeout(3000)
+        page.wait_for_function(f"frames_ >= {frames + 20}", timeout=60_000)  # a busy machine draws few of them
         cost = 1e3 * (scripting() - before) / (page.evaluate("frames_") - frames)
     print(f"first view after {first_view:.0f} ms, {cost:.2f} ms of scripting a frame")
     assert first_view < FIRST_VIEW
