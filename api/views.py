@@ -14,6 +14,7 @@ from api.version import service_version
 from planner.errors import MissingDynamics
 from planner.export import ExportOptions
 from planner.robots import describe
+from planner.robots.collision.describe import describe_drawn_links
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -70,6 +71,8 @@ class View:
 def report(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:
     """Make a report: plots, limit bands, certificate, waypoints, playback, request and version in one file.
 
+    The playback shows the links of the robot, the scene and what the robot carries.
+
     Raises:
         NotAcceptable: The program of reports was not built with this installation.
     """
@@ -81,6 +84,7 @@ def report(plan: Plan, request: dict[str, Any], request_hash: str | None, title:
         "request": request,
         "answer": _answer(plan, request_hash),
         "robot": describe(plan.path.robot) | {"content": None},
+        "links": _links(plan),
         "version": service_version(),
     }
     # An end tag within a text would end the element that holds it.
@@ -88,6 +92,14 @@ def report(plan: Plan, request: dict[str, Any], request_hash: str | None, title:
     program = folder.joinpath("report.js").read_text("utf-8").replace("</script", "<\\/script")
     style = folder.joinpath("report.css").read_text("utf-8")
     return REPORT.format(style=style, plan=text, program=program).encode()
+
+
+def _links(plan: Plan) -> list[dict[str, Any]]:
+    """Return the shapes of links that can collide, where the robot is drawn by them or its clearance is shown."""
+    robot = plan.path.robot
+    if robot.geometry and plan.certificate.clearance is None:
+        return []
+    return describe_drawn_links(robot)
 
 
 def svg(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 PATH = "/v1/trajectories"
 MOST_BYTES = 3e6
+HTML = {"Accept": "text/html"}
 AFRESH = {"Cache-Control": "no-cache"}
 built = pytest.mark.skipif(not (ROOT / "api/built_page/report").is_dir(), reason="the page is not built")
 
@@ -39,7 +40,7 @@ def test_a_report_holds_the_request_the_plan_and_the_robot(service: RunningServi
     waypoints = [requests.joint(0.1, 0.2, 0.3, name=name), requests.joint(0.3, 0.1, 0.5)]
     request = requests.plan_request(waypoints=waypoints)
     plain = service.post(PATH, request).json()
-    answer = service.post(PATH, request, headers={"Accept": "text/html"})
+    answer = service.post(PATH, request, headers=HTML)
     assert answer.headers["content-type"].startswith("text/html")
     assert answer.text.count("</script>") == 2, "a name ends no element"
     data = data_of(answer.text)
@@ -55,6 +56,32 @@ def test_a_report_holds_the_request_the_plan_and_the_robot(service: RunningServi
 def test_the_report_of_eleven_waypoints_is_small() -> None:
     request = read_request((ROOT / "examples/welding.json").read_bytes())
     assert len(report_of(plan_request(request), request, "welding")) < MOST_BYTES
+
+
+@built
+def test_a_report_has_the_links_of_a_robot_without_shapes_to_look_at(service: RunningService) -> None:
+    """They are those that the service tells of, where it does."""
+    box = '<link name="l1"><collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link>'
+    model = requests.urdf_robot('<link name="l0"/>' + box + requests.urdf_joint(0, "l0", "l1"), id="boxed")
+    assert service.post("/v1/robots", model).status_code == 201
+    waypoints = [requests.joint(0.0), requests.joint(0.3)]
+    answer = service.post(PATH, requests.plan_request(robot="boxed", waypoints=waypoints), headers=HTML)
+    links = data_of(answer.text)["links"]
+    assert [link["shape"] for link in links] == [{"kind": "box", "size": [0.1, 0.2, 0.3]}]
+    assert links == service.client.get("/v1/robots/boxed/geometry").json()["shapes"]
+
+
+@built
+def test_a_report_has_the_scene_that_was_asked_by_its_id(service: RunningService) -> None:
+    """It has the scene itself, as the report asks nobody, and the links that are held against it."""
+    post = {"id": "post", "shape": {"kind": "sphere", "radius": 0.05}, "pose": {"position": [1.0, 1.0, 0.0]}}
+    created = service.post("/v1/scenes", {"id": "beside_a_post", "objects": [post]})
+    assert created.status_code == 201, created.text
+    answer = service.post(PATH, requests.plan_request(scene="beside_a_post"), headers=HTML)
+    data = data_of(answer.text)
+    assert [thing["id"] for thing in data["request"]["scene"]["objects"]] == ["post"]
+    assert "link_1" in {link["link"] for link in data["links"]}
+    assert data_of(service.post(PATH, requests.plan_request(), headers=HTML).text)["links"] == []
 
 
 def test_a_report_without_its_program_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

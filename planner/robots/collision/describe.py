@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from planner.robots.collision.pairs import MANY_POSITIONS, contacts
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 from planner.spatial import quaternion
 
 if TYPE_CHECKING:
+    from planner.robots.collision.geometry import LinkShape
     from planner.robots.robot import Robot
     from planner.shapes import Shape
+    from planner.spatial import FloatArray
+
+DRAWN_CORNERS = 160
+"""The most corners that a hull is drawn with: with so many, what is round looks round, and the six pieces of the mesh
+of a link take 50 kB as text."""
 
 
 def describe_collision_geometry(robot: Robot) -> dict[str, Any]:
@@ -24,20 +32,46 @@ def describe_collision_geometry(robot: Robot) -> dict[str, Any]:
     shares = contacts(robot.model, (robot.limit("lower"), robot.limit("upper")), shapes, checked)
     return {
         "id": robot.id,
-        "shapes": [
-            {
-                "link": each.link,
-                "after": each.joint,
-                "position": each.placement.translation.tolist(),
-                "quaternion_xyzw": quaternion(each.placement.rotation).tolist(),
-                "source": each.source,
-                "shape": _describe_shape(each.shape),
-            }
-            for each in shapes
-        ],
+        "shapes": list(map(_describe_link_shape, shapes)),
         "pairs": [asdict(pair) | {"contact_share": shares.get((pair.link_1, pair.link_2))} for pair in pairs],
         "sampled_positions": MANY_POSITIONS,
         "findings": [asdict(finding) for finding in robot.collision_findings],
+    }
+
+
+def describe_drawn_links(robot: Robot) -> list[dict[str, Any]]:
+    """Return the shapes of a robot's links for a picture, in plain values; SI units.
+
+    Hulls have at most `DRAWN_CORNERS` corners, those that are furthest out in so many directions, to within 10 µm.
+    """
+    return [_describe_link_shape(replace(each, shape=_drawn(each.shape))) for each in robot.collision_shapes]
+
+
+def _drawn(shape: Shape) -> Shape:
+    if not isinstance(shape, ConvexHull):
+        return shape
+    corners = shape.vertices
+    if len(corners) > DRAWN_CORNERS:
+        corners = corners[np.unique(np.argmax(_directions(DRAWN_CORNERS) @ corners.T, axis=1))]
+    return ConvexHull(np.round(corners, 5))
+
+
+def _directions(number: int) -> FloatArray:
+    """Return unit vectors that are spread evenly, (number, 3): the lattice of Fibonacci on a sphere."""
+    heights = 1.0 - (2.0 * np.arange(number) + 1.0) / number
+    turns = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(number)
+    widths = np.sqrt(1.0 - heights**2)
+    return np.column_stack((widths * np.cos(turns), widths * np.sin(turns), heights))
+
+
+def _describe_link_shape(each: LinkShape) -> dict[str, Any]:
+    return {
+        "link": each.link,
+        "after": each.joint,
+        "position": each.placement.translation.tolist(),
+        "quaternion_xyzw": quaternion(each.placement.rotation).tolist(),
+        "source": each.source,
+        "shape": _describe_shape(each.shape),
     }
 
 

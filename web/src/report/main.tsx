@@ -11,9 +11,9 @@ import { Certificate } from '../panels/Certificate';
 import { PlotsView } from '../plots/PlotsView';
 import { Timeline } from '../plots/Timeline';
 import { json } from '../request/code';
-import type { PlanAnswer, PlanRequest, Robot } from '../service/types';
+import type { LinkShape, PlanAnswer, PlanRequest, Robot } from '../service/types';
 import { StageView } from '../stage/StageView';
-import { plan, request, robot } from '../state/store';
+import { links, plan, request, robot } from '../state/store';
 import { texts } from '../texts';
 import { seconds } from '../plan/units';
 import { WaypointTable } from './WaypointTable';
@@ -23,10 +23,12 @@ interface Report {
   request: PlanRequest;
   answer: PlanAnswer;
   robot: Robot;
+  links: readonly LinkShape[];
   version: string;
 }
 
 const report = JSON.parse(document.getElementById('plan')!.textContent) as Report;
+links.value = report.links; // before the robot, which is drawn by them
 robot.value = report.robot;
 request.value = report.request;
 plan.value = { request: report.request, answer: report.answer, took: 0 };
