@@ -38,7 +38,7 @@ def executed() -> dict[str, Any]:
     from jupyter_client.manager import AsyncKernelManager
     from nbclient import NotebookClient
 
-    notebook: Any = nbformat.reads(NOTEBOOK.read_text(encoding="utf-8"), as_version=4)  # type: ignore[no-untyped-call]
+    notebook: Any = nbformat.reads(NOTEBOOK.read_text(encoding="utf-8"), as_version=4)
     kernel = AsyncKernelManager(transport="ipc")  # sockets of this machine's file system, not its network
     NotebookClient(notebook, km=kernel, timeout=SECONDS).execute()
     done: dict[str, Any] = notebook
