@@ -39,7 +39,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 def test_the_readme_has_its_examples() -> None:
     assert len(CURL) == 4
-    assert len(COMMANDS) == 6
+    assert len(COMMANDS) == 7
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")

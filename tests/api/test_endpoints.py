@@ -279,7 +279,8 @@ def test_a_cloud_is_no_larger_than_any_other_answer() -> None:
 
     def reply(samples: int) -> Reply:
         body = orjson.dumps({"robot": "three_dof_arm", "samples": samples})
-        return execute(Task("workspace", "/v1/kinematics/workspace", time.monotonic(), math.inf, body), caps)
+        form = {"format": None, "accept": "application/json"}
+        return execute(Task("workspace", "/v1/kinematics/workspace", time.monotonic(), math.inf, body, form), caps)
 
     assert len(orjson.loads(reply(333).body)["points"]) == 333
     refused = reply(334)
