@@ -188,6 +188,24 @@ def test_a_report_opens_from_disk_and_plays(browser: Browser, service: RunningSe
         assert violations(page) == []
 
 
+@pytest.mark.parametrize("takes", [True, False])
+def test_a_report_shows_what_is_carried(browser: Browser, service: RunningService, tmp_path: Path, takes: bool) -> None:
+    """The arm ends where it began, so that only what it has put down elsewhere makes another picture."""
+    request = json.loads((ROOT / "examples/pick_and_place_dates.json").read_text())
+    text = service.post("/v1/trajectories?format=html", request).text
+    if not takes:
+        text = text.replace('"attach":[{"id":"date"}]', '"attach":[]').replace('"detach":["date"]', '"detach":[]')
+    report = tmp_path / "report.html"
+    report.write_text(text)
+    with opened(browser, report.as_uri()) as page:
+        pictures = []
+        for key in ("Home", "End"):
+            page.get_by_role("slider", name="Time").press(key)
+            page.wait_for_timeout(500)
+            pictures.append(page.evaluate("document.querySelector('.stage canvas').toDataURL()"))
+    assert (pictures[0] != pictures[1]) == takes
+
+
 def test_the_page_is_small() -> None:
     files = {file.name: file.stat().st_size for file in (ROOT / "api/built_page/assets").glob("*.gz")}
     three = sum(size for name, size in files.items() if name.startswith("stage-"))

@@ -8,7 +8,7 @@ import type { Planned } from '../state/store';
 import { millimetres, short } from '../plan/units';
 import { firstPosture, shownPosture } from '../state/posture';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
-import { goToNearest, nearest, setting, shownPair } from '../state/surroundings';
+import { goToNearest, movable, nearest, placedAtPair, setting, shownPair, standing } from '../state/surroundings';
 import { theme } from '../state/theme';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
@@ -124,12 +124,17 @@ function follow(stage: Stage, dragging: Dragging | undefined): () => void {
     effect(() => {
       theme.value; // drawn anew in other colours
       robot.value;
-      stage.setSurroundings(setting.value);
+      stage.setSurroundings(setting.value, standing.value);
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      robot.value;
+      stage.setMovable(movable.value);
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
       setting.value;
-      stage.setPair(shownPair.value, links.value, problem.value !== null);
+      stage.setPair(shownPair.value, placedAtPair.value, links.value, problem.value !== null);
     }),
     effect(() => {
       theme.value; // drawn anew in other colours

@@ -27,14 +27,14 @@ import { axes, ball, disposeOf, ghostLine, pathLine, waypointMarks } from './mar
 import { gapMark, obstacles } from './obstacles';
 import { pointsOf } from '../scene/pair';
 import type { Pair } from '../scene/pair';
-import { mountingOf, placedOf, toolOf } from '../scene/objects';
+import { mountingOf, toolOf } from '../scene/objects';
 import type { Placed, Setting } from '../scene/objects';
 
 export type View = 'home' | 'front' | 'side' | 'top';
 
 const DIRECTIONS: Record<View, Vector3Tuple> = { home: [1, -1.05, 0.75], front: [1, 0, 0.02], side: [0, -1, 0.02], top: [0.001, 0, 1] };
 
-type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'gap' | 'pair';
+type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair';
 
 export class Stage {
   readonly scene = new Scene();
@@ -48,7 +48,7 @@ export class Stage {
   private shapes: readonly Shape[] = [];
   private drawn: Partial<Record<Drawn | 'grid', Object3D>> = {};
   private carried: Object3D[] = [];
-  private placed: readonly Placed[] = [];
+  private tool?: Object3D;
   private waypoints: readonly number[] = []; // of the request, by the ball
   private waiting = false;
   private extent = 1;
@@ -103,38 +103,46 @@ export class Stage {
     this.look('home');
   }
 
-  // Where the base stands in the world, the tool at the tip, what stands around the robot and what it carries.
-  setSurroundings(setting: Setting): void {
+  // Where the base stands in the world, the tool at the tip, and what stands around the robot at all times.
+  setSurroundings(setting: Setting, standing: readonly Placed[]): void {
     if (!this.robot) return;
     this.world.matrixAutoUpdate = false;
     this.world.matrix.copy(mountingOf(setting, this.robot));
     this.world.matrixWorldNeedsUpdate = true;
-    this.placed = placedOf(setting, this.robot);
-    for (const object of this.carried) disposeOf(object);
-    const colours = { thing: styleColour('--thing'), margin: styleColour('--margin') };
-    const still = this.placed.filter(({ after }) => after === null);
-    this.replace('scene', still.length > 0 ? obstacles(still, this.extent, colours) : undefined);
-    this.carried = [];
-    for (const one of this.placed) if (one.after !== null) this.carry(one.after, obstacles([one], this.extent, colours));
+    this.replace('scene', this.things(standing));
     const tip = this.robot.placements.find(({ frame }) => frame === this.robot!.tip_frame);
-    const tool = axes(this.extent * 0.09);
+    disposeOf(this.tool);
+    this.tool = axes(this.extent * 0.09);
     if (tip) {
-      tool.applyMatrix4(matrixOf(tip).multiply(toolOf(setting, this.robot)));
-      this.carry(tip.after, tool);
+      this.tool.applyMatrix4(matrixOf(tip).multiply(toolOf(setting, this.robot)));
+      this.arm?.attach(tip.after, this.tool);
     }
     this.setGround();
   }
 
-  private carry(after: number, object: Object3D): void {
+  // What the robot carries now, and what it takes later or has put down.
+  setMovable(placed: readonly Placed[]): void {
+    for (const object of this.carried) disposeOf(object);
+    this.carried = placed.filter(({ after }) => after !== null).map((one) => this.carry(one, one.after!));
+    this.replace('waiting', this.things(placed.filter(({ after }) => after === null)));
+  }
+
+  private carry(one: Placed, after: number): Object3D {
+    const object = this.things([one])!;
     this.arm?.attach(after, object);
-    this.carried.push(object);
+    return object;
+  }
+
+  private things(placed: readonly Placed[]): Object3D | undefined {
+    const colours = { thing: styleColour('--thing'), margin: styleColour('--margin') };
+    return placed.length > 0 ? obstacles(placed, this.extent, colours) : undefined;
   }
 
   // Shows where two things are nearest: a line between them, and the shapes of the links that are held against objects.
-  setPair(pair: Pair | null, links: readonly LinkShape[], isRefused: boolean): void {
+  setPair(pair: Pair | null, placed: readonly Placed[], links: readonly LinkShape[], isRefused: boolean): void {
     const isOfRobot = pair !== null && pair.position.length === this.robot?.chain.length;
     const colour = styleColour(isRefused ? '--bad' : '--accent');
-    const ends = isOfRobot && !isRefused ? pointsOf(pair, this.robot!, links, this.placed) : null;
+    const ends = isOfRobot && !isRefused ? pointsOf(pair, this.robot!, links, placed) : null;
     this.replace('gap', ends ? gapMark(ends, this.extent * 0.007, colour) : undefined);
     const shapes = links.filter(({ link }) => pair?.names.includes(link)).map((link): Shape => ({ after: link.after, matrix: matrixOf(link), form: link.shape as Form }));
     this.replace('pair', isOfRobot && shapes.length > 0 ? this.ghost(pair.position, colour, shapes) : undefined);
@@ -219,7 +227,7 @@ export class Stage {
 
   // What of the scene has an end: half spaces are drawn as large as the view.
   private ends(): Object3D[] {
-    return (this.drawn.scene?.children ?? []).filter((child) => !child.userData.endless);
+    return [this.drawn.scene, this.drawn.waiting].flatMap((group) => group?.children ?? []).filter((child) => !child.userData.endless);
   }
 
   look(view: View): void {
