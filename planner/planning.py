@@ -19,7 +19,7 @@ from planner.paths import solve_path
 from planner.problem_check import check_problem
 from planner.remedies import remedies_for
 from planner.remedies.proved import proved
-from planner.result import certified_plan
+from planner.smaller_blends import plan_with_free_blends
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
@@ -46,7 +46,7 @@ def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
         _try_remedies(refusal, problem, backend)
         raise
     try:
-        return certified_plan(problem, backend, path)
+        return plan_with_free_blends(problem, backend, path)
     except (JointPositionLimit, LimitsUnsatisfiable) as refusal:
         _try_remedies(refusal, problem, backend)
         if isinstance(refusal, LimitsUnsatisfiable) and not refusal.remedies:

@@ -193,7 +193,8 @@ class BlendTransition:
     """A transition that cuts the corner without stopping.
 
     Attributes:
-        radius: How near to the waypoint the tool is where it leaves its paths to and from it, m.
+        radius: How near to the waypoint the tool is where it leaves its paths to and from it, m; in a scene it is less
+            where the robot would collide otherwise, and a warning says so.
     """
 
     radius: float

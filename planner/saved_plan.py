@@ -18,6 +18,7 @@ from planner.free_motion.ways import FoundWay, with_ways
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.problem import BlendTransition, StopTransition, ThroughTransition
 from planner.result import Plan
+from planner.smaller_blends import blend_radii, with_blend_radii
 from planner.spatial import Pose
 from planner.trajectory import PlanWarning, Trajectory
 from planner.waypoints.solve import SolvedWaypoint
@@ -54,6 +55,7 @@ def save_plan(plan: Plan) -> bytes:
         "tool_positions": _packed(np.array([waypoint.pose.position for waypoint in waypoints])),
         "tool_rotations": [None if rotation is None else rotation.tobytes() for rotation in rotations],
         "certificate": plan.certificate.as_dict(),
+        "blend_radii": list(blend_radii(plan.problem).items()),
         "warnings": [(warning.code, warning.message) for warning in plan.warnings],
         "ways": [
             (way.waypoint, _packed(way.positions), type(way.transition).__name__, vars(way.transition))
@@ -68,7 +70,7 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
 
     Args:
         content: What `save_plan` wrote.
-        problem: What was asked.
+        problem: What was asked; the plan's own has the ways and the radii of blends that were found.
         backend: What put time on the path.
         with_runs: Whether the curves and tool motions of its path are needed, too, as for the parts `OF_THE_PATH`. The
             path is solved again for them; without, the plan's path has none.
@@ -90,7 +92,7 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
         FoundWay(waypoint, _unpacked(positions), TRANSITIONS[kind](**values))
         for waypoint, positions, kind, values in saved.get("ways", ())
     )
-    problem = with_ways(problem, ways)
+    problem = with_blend_radii(with_ways(problem, ways), dict(saved.get("blend_radii", ())))
     path = solve_path(problem) if with_runs else _path(saved, problem)
     return Plan(problem, backend, path, trajectory, certificate, warnings, ways)
 

@@ -189,12 +189,16 @@ class ThroughTransition(Schema):
 
 
 class BlendTransition(Schema):
-    """Cut the corner without stopping; the tool leaves its paths only within the radius of the waypoint."""
+    """Cut the corner without stopping; the tool leaves its paths only within the radius of the waypoint.
+
+    Where the robot would collide with the blend, it takes the largest radius that is proved free, to a tenth of it and
+    down to a 32nd of what is asked; the warning `blend_reduced` says which.
+    """
 
     kind: Literal["blend"]
     """The transition: a cut corner."""
     radius: Annotated[float, Field(ge=1e-5, le=LARGEST)]
-    """The distance from the waypoint at which the tool may leave its path, m."""
+    """The most distance from the waypoint at which the tool may leave its path, m."""
 
 
 Transition = TypeAliasType(

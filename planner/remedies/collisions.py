@@ -1,4 +1,4 @@
-"""What helps where a robot would collide: to stop, a smaller blend, a way around or over it, another configuration."""
+"""What helps where a robot would collide: to stop, a way around or over it, another configuration."""
 
 from __future__ import annotations
 
@@ -30,9 +30,6 @@ if TYPE_CHECKING:
     from planner.errors import ClearanceUnproved
     from planner.paths import JointPath
     from planner.problem import PlanningProblem
-
-SMALLER_BLENDS = (0.5, 0.2)
-"""Shares of a blend's radius that are tried in its place."""
 
 HEIGHTS = (0.1, 0.25, 0.5)
 """Heights above the higher end of a motion by which the tool is led over what is in its way, m."""
@@ -76,10 +73,6 @@ def _candidates(refusal: Collision | ClearanceUnproved, problem: PlanningProblem
     for i in ends:
         field = ("waypoints", i, "transition")
         transition = problem.waypoints[i].transition if i < len(problem.waypoints) else StopTransition()
-        if isinstance(transition, BlendTransition):
-            for share in SMALLER_BLENDS:
-                smaller = BlendTransition(transition.radius * share)
-                yield Remedy(field, smaller, "a smaller blend cuts less of the corner")
         if isinstance(transition, BlendTransition | ThroughTransition):
             yield Remedy(field, StopTransition(), "with a stop the robot goes straight to the waypoint")
     yield from _other_ways(problem, path, refusal.segment)

@@ -33,6 +33,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "anywhere_along_a_bar.json": (4, None),
     "around_a_wall.json": (2, None),
     "at_teach_speed.json": (4, None),
+    "blend_beside_a_post.json": (3, None),
     "blended_lines.json": (4, None),
     "brakes_gently.json": (3, None),
     "contours.json": (3, None),

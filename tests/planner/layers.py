@@ -36,6 +36,7 @@ LAYERS = (
     "free_motion",
     "plots",
     "result",
+    "smaller_blends",
     "saved_plan",
     "free_planning",
     "remedies",

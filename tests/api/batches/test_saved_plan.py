@@ -18,6 +18,7 @@ from planner.saved_plan import OF_THE_PATH, load_plan, save_plan
 from tests.locations import ROOT
 
 CASES = {
+    "blend_beside_a_post.json": {"include": sorted(OF_THE_PATH)},
     "blended_lines.json": {"include": list(INCLUDABLE), "limits": {"tcp_linear_velocity": 0.2}},
     "refuelling_case_1_poses.json": {},
     "named_configuration.json": {"backend": {"kind": "toppra", "jerk_limited": True}},
