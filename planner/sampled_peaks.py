@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.errors import InvalidProblem
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -58,12 +59,24 @@ FINER = 4
 MOST_ROUNDS = 10
 """Times that steps are cut: from the coarsest, a millionth of them is left."""
 
+MOST_SAMPLES = 200_000
+"""Samples that steps are cut into at once, or `MOST_SAMPLES_OF_PIECE` by the number of pieces: a joint that turns a
+thousand times needs them. Five million took 5 GiB, and none may be left out."""
+
+MOST_SAMPLES_OF_PIECE = 24
+"""The same on each of many pieces: those of steps that are all cut twice."""
 
 SLOWING = 0.3
 """Share of its speed by which the tool may change its velocity between samples: its path is then resolved by them."""
 
 LEAST_BEND = 0.01
 """Use of the limit of the acceleration across the path up to which bends between samples do not matter."""
+
+TOO_FAR = (
+    "on a motion on which a joint travels this far, limits of torque and of the tool cannot be checked: that would "
+    "take too many samples; ask for shorter motions, or for none of these limits"
+)
+"""What is said of a motion that would take more samples than that."""
 
 BEND_COLUMNS = 3
 """Number of columns after the functions that tell how much bends between samples may use."""
@@ -128,6 +141,9 @@ def sampled_peaks(
         above: Peaks up to this, one number or (groups,), do not matter: what is found of them may be less.
         bend: Column of the acceleration of the tool across its path, and the power of its use that stands there. Where
             the tool is slow, its path bends within a moment that samples may miss; None: there is none.
+
+    Raises:
+        InvalidProblem: A joint travels so far that the peaks would take too many samples.
     """
     count = len(quantities)
     coarse = -(-parts // COARSER)
@@ -160,6 +176,8 @@ def sampled_peaks(
         rows = np.flatnonzero((room[:, :count] > enough[groups[pieces]][:, quantities]).any(axis=1))
         if not len(rows) or rounds == MOST_ROUNDS:
             break
+        if len(rows) * len(between) > max(MOST_SAMPLES, MOST_SAMPLES_OF_PIECE * len(parts)):
+            raise InvalidProblem([(("limits",), TOO_FAR)])
         pieces, units, step = pieces[rows], units[rows], step[rows] / FINER
         seen, times = np.tile(pieces, len(between)), (units + between[:, None] * step).ravel()
         values = use(seen, times)
