@@ -83,6 +83,12 @@ export const texts = {
     solutions: (solution: number | null, solutions: number | null) =>
       solutions === null ? 'countless solutions' : `solution ${solution === null ? '–' : solution + 1} of ${solutions}`,
   },
+  configurations: {
+    ask: 'Choose the configuration …',
+    leave: 'Leave the configuration to the planner',
+    number: (index: number, of: number) => `${index + 1} of ${of}:`,
+    side: (part: string, side: string) => `${part} ${side.replace('_', ' ')}`,
+  },
   editor: {
     label: 'The chosen waypoint',
     name: 'Name',

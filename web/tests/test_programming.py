@@ -230,6 +230,27 @@ def test_a_pose_is_dragged_and_asked_about_on_the_way(page: Page) -> None:
     assert [float(field.input_value()) for field in fields] == before
 
 
+def test_a_configuration_is_chosen_and_undone(page: Page) -> None:
+    """Each way is another posture; the one that is chosen is planned, by its names."""
+    page.locator("[data-waypoint='4']").click()
+    when = page.locator("[data-waypoint='4'] .when")
+    before = when.inner_text()
+    editor = page.get_by_role("form", name="The chosen waypoint")
+    editor.get_by_role("button", name="Choose the configuration").click()
+    ways = editor.get_by_role("button", name=re.compile(r"^\d+ of \d+:"))
+    expect(ways.first).to_be_visible()
+    assert ways.count() == int(re.findall(r"of (\d+)", before)[0])
+    ways.nth(1).focus()
+    expect(page.locator(".reach-note.reached")).to_be_visible()
+    ways.nth(1).click()
+    leave = editor.get_by_role("button", name="Leave the configuration to the planner")
+    expect(leave).to_be_visible()
+    expect(ways).to_have_count(0)
+    page.get_by_role("button", name="Undo").click()
+    expect(leave).to_have_count(0)
+    expect(when).to_contain_text(before.splitlines()[-1])
+
+
 def test_what_is_no_request_is_said(page: Page) -> None:
     for text, said in (("{", "JSON"), ('{"robot": 1}', "needs a robot")):
         use_request(page, text)

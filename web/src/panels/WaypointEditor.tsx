@@ -6,6 +6,7 @@ import type { Vector } from '../request/rotations';
 import { degrees, factorOf, radians, unitOf } from '../plan/units';
 import { show } from '../state/actions';
 import { texts } from '../texts';
+import { Configurations } from './Configurations';
 import { Choice, NumberField, VectorField } from './fields';
 
 interface EditorProps {
@@ -29,6 +30,7 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
       )}
       {waypoint.kind === 'joint' && <Joints robot={robot} position={waypoint.position} onPosition={(position) => change({ position })} />}
       {waypoint.kind === 'pose' && <PoseFields waypoint={waypoint} frames={Object.keys(request.frames ?? {})} change={change} />}
+      {waypoint.kind === 'pose' && <Configurations request={request} robot={robot} index={index} />}
       {waypoint.kind === 'relative' && <Relative waypoint={waypoint} change={change} />}
       <Way waypoint={waypoint} index={index} last={index === request.waypoints.length - 1} change={change} />
     </form>

@@ -23,6 +23,11 @@ export function askReach(pose: Pose): void {
   if (!isAsking) void ask();
 }
 
+// Shows one of so many ways to stand.
+export function showReach(position: readonly number[], solutions: number): void {
+  reach.value = { kind: 'reached', position, solutions };
+}
+
 export function endReach(): void {
   waiting = null;
   reach.value = null;

@@ -1,0 +1,32 @@
+// The ways in which the chosen pose can be reached, asked of the service when somebody wants to choose among them.
+import { computed, signal } from '@preact/signals';
+import { plannedWaypoint } from '../plan/samples';
+import { client, outcome } from '../service/client';
+import type { PlanRequest, Pose, Solution } from '../service/types';
+import { isStale, problem, request, selected, shownPlan } from './store';
+
+const found = signal<{ request: PlanRequest; index: number; solutions: readonly Solution[] } | null>(null);
+
+// Those of the waypoint that is chosen, as it is now; null: they have not been asked for.
+export const solutions = computed(() => (found.value?.request === request.value && found.value.index === selected.value ? found.value.solutions : null));
+
+// The pose of a waypoint in the base frame; null: only a plan of the request as it is now could tell.
+export function poseInBase(asked: PlanRequest, index: number): Pose | null {
+  const planned = isStale.value || !shownPlan.value ? undefined : plannedWaypoint(shownPlan.value.answer, index);
+  const waypoint = asked.waypoints[index];
+  if (planned) return planned.pose;
+  return waypoint?.kind === 'pose' && !waypoint.frame ? waypoint.pose : null;
+}
+
+export async function askSolutions(): Promise<void> {
+  const [asked, index] = [request.value, selected.value];
+  const pose = asked && poseInBase(asked, index);
+  if (!pose) return;
+  const reference = isStale.value || !shownPlan.value ? undefined : plannedWaypoint(shownPlan.value.answer, index)?.position;
+  const tool = asked.waypoints.slice(0, index + 1).findLast((waypoint) => waypoint.tool)?.tool ?? asked.tool;
+  const body = { robot: asked.robot, poses: [pose], solutions: 'all' as const, reference, tool };
+  const { answer, problem: refused } = await outcome(client.POST('/v1/kinematics/inverse', { body }));
+  if (request.value !== asked) return;
+  if (answer) found.value = { request: asked, index, solutions: answer.results[0]!.solutions };
+  else problem.value = refused;
+}
