@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,9 +45,29 @@ def goals_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) ->
             assert np.abs(here[0] - row["position"]).max() <= 1e-6, f"waypoint {k} is not passed"
             if passage.get("velocity") and moves:
                 assert np.abs(velocity[0] - passage["velocity"]).max() <= 1e-6, f"velocity {k}"
+        else:
+            _cuts_within(robot, request, answer, k, segment.tool)
         _arrives(robot, request, k, segment.tool, times)
         if k > 0 and moves and _stops(waypoints, k - 1) and _stops(waypoints, k):
             _keeps_to_curve(robot, request, segment, trajectory, times)
+
+
+def _cuts_within(
+    robot: Robot, request: dict[str, Any], answer: dict[str, Any], k: int, tool: dict[str, Any] | None
+) -> None:
+    """Hold the tool in the middle of a blend against its radius, which is smaller than asked if a warning says so."""
+    radius, row = request["waypoints"][k]["transition"]["radius"], times_of(answer)[k]
+    for warning in answer["warnings"]:
+        said = re.match(rf"waypoint {k} is blended within (\S+) m in place of (\S+) m, ", warning["message"])
+        if said:
+            assert warning["code"] == "blend_reduced"
+            taken, asked = map(float, said.groups())
+            assert abs(asked - radius) <= 1e-5 * radius, "another radius was asked"
+            assert radius / 32.0 * (1.0 - 1e-5) <= taken < radius
+            radius = taken
+    here = Answered(answer["polynomials"]).at(np.array([row["arrival_time"]]))[0][0]
+    corner, middle = (tool_at(robot, np.array(position), tool).translation for position in (row["position"], here))
+    assert np.linalg.norm(middle - corner) <= radius * (1.0 + 1e-5) + 1e-6, f"the blend at waypoint {k} is too large"
 
 
 def _stops(waypoints: list[dict[str, Any]], k: int) -> bool:
