@@ -55,7 +55,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"{ci.http} made-up HTTP requests an operation instead of {now.http}, "
             f"{ci.over_fields} random ones over all fields instead of {now.over_fields}, "
             f"all jobs of the suite and all cases of long tables instead of one in {now.one_in}, "
-            "and faults that take services down"
+            "and faults that take services down, and searches that take seconds"
         )
 
 

@@ -37,6 +37,7 @@ def test_the_requests_are_what_the_script_writes() -> None:
     assert {path.name: path.read_text(encoding="utf-8") for path in FOLDER.iterdir()} == written
 
 
+@pytest.mark.large_only
 def test_the_page_is_what_the_script_makes() -> None:
     """All ten are planned; what a search for an optimum ends at differs a little from machine to machine."""
     shown, made = PAGE.read_text(encoding="utf-8"), document()

@@ -19,6 +19,7 @@ from tests.jobs.corpus import job
 SEAM, FAR = "seam_straight-00-three_dof_arm", "infeasible-00-three_dof_arm"
 
 
+@pytest.mark.large_only
 def test_worker_is_replaced_when_it_dies() -> None:
     worker = Worker()
     try:

@@ -5,12 +5,17 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
 from tests.locations import ROOT
 
 
+@pytest.mark.large_only
 def test_a_worker_has_loaded_every_solver_before_its_first_request() -> None:
     code = """
 import sys
+
+import pytest
 from api.execution import warm_up
 from api.messages import Caps
 warm_up(Caps(max_deadline=60.0, max_waypoints=100, max_samples=1000, memory_mib=1024))

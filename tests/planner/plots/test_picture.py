@@ -43,6 +43,7 @@ def test_limits_are_those_in_force_on_each_segment(slowed: Plan) -> None:
     assert (np.abs(velocity) <= values * (1.0 + 1e-9)).all()
 
 
+@pytest.mark.large_only
 def test_the_same_plan_gives_the_same_bytes(slowed: Plan) -> None:
     first, second = (slowed.plot("position", "path").svg() for _ in range(2))
     assert first == second

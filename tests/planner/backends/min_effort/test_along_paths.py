@@ -230,6 +230,7 @@ def test_limits_by_dense_samples(name: str) -> None:
     assert int(result.certificate.continuity[1:]) >= 2
 
 
+@pytest.mark.large_only
 def test_durations_of_segments_that_are_passed_are_kept() -> None:
     """Exactly; one without a duration has what the quintic gives it."""
     free = planned("blends", replace(QUICK, slowdown=1.2))
@@ -278,6 +279,7 @@ def test_other_objectives(name: str, objective: Objective) -> None:
         assert cost(best, objective) < 0.9999 * cost(other, objective, best.trajectory.duration)
 
 
+@pytest.mark.large_only
 def test_time_against_effort() -> None:
     def price(result: Plan, weight: float) -> float:
         return cost(result) + weight * result.trajectory.duration
@@ -297,6 +299,7 @@ def test_after_its_iterations_the_best_law_so_far_is_returned() -> None:
     assert cost(hurried) <= cost(planned("line", Quintic())) * (1.0 + 1e-9)
 
 
+@pytest.mark.large_only
 def test_no_other_law_is_no_fault() -> None:
     """In the shortest time there is one law only: nothing is left to search for, and nothing to warn of."""
     shortest = planned("line", Ruckig()).trajectory.duration

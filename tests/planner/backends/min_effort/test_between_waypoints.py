@@ -195,6 +195,7 @@ def test_limits_by_dense_samples() -> None:
     assert effort(result) < effort(quintic)
 
 
+@pytest.mark.large_only
 def test_without_inertias_effort_is_unknown() -> None:
     problem = problem_of("ngv_refuelling_arm", 1, 2)
     with pytest.raises(MissingDynamics):
@@ -236,6 +237,7 @@ def test_asked_durations_are_kept_and_free_ones_found() -> None:
     assert effort(found) < effort(given) < effort(quintic)
 
 
+@pytest.mark.large_only
 def test_a_duration_that_only_the_quintic_finds_too_short() -> None:
     free = arm_problem(1, 2)
     shortest = plan(free, Quintic()).trajectory.duration
@@ -250,6 +252,7 @@ def test_a_duration_that_only_the_quintic_finds_too_short() -> None:
     assert plan(with_durations(free, [remedy.value]), QUICK).trajectory.duration == remedy.value
 
 
+@pytest.mark.large_only
 def test_time_against_effort() -> None:
     def price(result: Plan, weight: float) -> float:
         return effort(result) + weight * result.trajectory.duration
@@ -345,6 +348,7 @@ def test_equal_problems_have_equal_plans_when_the_search_is_cut() -> None:
     assert np.array_equal(cut[0].trajectory.coefficients, cut[1].trajectory.coefficients)
 
 
+@pytest.mark.large_only
 def test_waypoints_under_a_tool_speed_take_a_bounded_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """With fifty of them the search took a minute and more."""
     problem, most, spent = replace(passed(24), limits=Limits(tcp_linear_velocity=0.05)), MOST_WORK // 40, []

@@ -89,7 +89,7 @@ def test_the_deviation_of_joints_is_what_is_said_and_what_is_allowed(most: float
         assert check.joint == ROBOT.joint_names[straying]
 
 
-@settings(max_examples=max(5, settings.default.max_examples // 20))
+@settings(max_examples=max(3, settings.default.max_examples // 20))
 @given(
     robot_id=st.sampled_from(["kuka_kr16_l6_2", "ur5", "panda"]),
     seed=st.integers(0, 2**32),
@@ -156,6 +156,7 @@ def test_where_waypoints_are_passed_the_deviation_is_reported(transition: Throug
         assert deviation(stopped, quantity).peak <= most
 
 
+@pytest.mark.large_only
 def test_through_waypoints_the_way_is_that_of_the_quintic() -> None:
     """Within so much of it; with a lot of room it costs less."""
     problem = problem_of("kuka_kr16_l6_2", 1, 4, 0.4)
@@ -173,6 +174,7 @@ def test_through_waypoints_the_way_is_that_of_the_quintic() -> None:
     assert efforts == sorted(efforts, reverse=True)
 
 
+@pytest.mark.large_only
 def test_each_segment_has_its_own_straight_motion() -> None:
     """There and back again: the deviation of a list is that of its worst segment."""
     there, back = REACHING.waypoints

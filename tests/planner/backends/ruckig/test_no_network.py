@@ -32,6 +32,7 @@ def test_a_socket_would_be_noticed(code: str) -> None:
     assert run_without_sockets(code).returncode == -signal.SIGSYS
 
 
+@pytest.mark.large_only
 @known_machine
 def test_planning_opens_no_socket() -> None:
     code = """

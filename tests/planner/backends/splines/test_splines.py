@@ -18,7 +18,7 @@ from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.limits import TCP_QUANTITIES, SegmentLimits
 
 DEGREES = (3, 5)
-fewer = settings(max_examples=max(100, settings.default.max_examples // 10))
+fewer = settings(max_examples=max(20, settings.default.max_examples // 5))
 """Each example is a search for durations."""
 INF = np.inf
 

@@ -145,7 +145,7 @@ def test_straight_motion_with_binding_torques_as_fast_as_a_fine_linear_program()
     assert 0.995 * best <= plan(problem, Toppra()).trajectory.duration <= 1.02 * best
 
 
-@settings(max_examples=max(50, settings.default.max_examples // 20))
+@settings(max_examples=max(15, settings.default.max_examples // 10))
 @given(
     robot_id=st.sampled_from(["ngv_refuelling_arm", "date_sorting_arm", KUKA]),
     seed=st.integers(0, 2**32),
