@@ -29,6 +29,26 @@ SCRIPTING = 4.0  # ms a frame
 MOST_BYTES = 350_000, 600_000  # compressed, without three and with it
 
 
+FIRST_VIEW_SEEN = """() => new Promise((seen) => {
+  const look = (list) => list.getEntriesByName("first-contentful-paint").forEach((paint) => seen(paint.startTime));
+  new PerformanceObserver(look).observe({type: "paint", buffered: true});
+})"""
+"""Waits for the first view, and gives when it came, ms: a busy machine may show it after the plan has come."""
+
+FRAMES_DRAWN = """() => new Promise((enough) => {
+  const began = performance.now();
+  let frames = 0;
+  const next = () => {
+    frames += 1;
+    if (frames >= 20 && performance.now() > began + 3000) enough(frames);
+    else requestAnimationFrame(next);
+  };
+  requestAnimationFrame(next);
+  setTimeout(() => enough(frames), 60000);
+})"""
+"""Counts frames for 3 s, and on a busy machine until there are twenty."""
+
+
 def violations(page: Page) -> list[str]:
     page.evaluate(AXE)
     found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")["violations"]
@@ -152,7 +172,7 @@ def test_the_first_view_comes_soon_and_playing_costs_little(
         for _ in range(3):  # the least: other work on the machine only adds to it
             page.reload()
             planned(page)
-            views.append(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime"))
+            views.append(page.evaluate(FIRST_VIEW_SEEN))
         first_view = min(views)
         use_request(page, json.dumps(asked))
         expect(page.locator("[data-waypoint]")).to_have_count(300, timeout=30_000)
@@ -164,12 +184,10 @@ def test_the_first_view_comes_soon_and_playing_costs_little(
             metrics = client.send("Performance.getMetrics")["metrics"]
             return float(next(metric["value"] for metric in metrics if metric["name"] == "ScriptDuration"))
 
-        page.evaluate("globalThis.frames_ = 0; const f = () => { frames_++; requestAnimationFrame(f); }; f()")
         page.get_by_role("button", name="Play").click()
-        before, frames = scripting(), page.evaluate("frames_")
-        page.wait_for_timeout(3000)
-        page.wait_for_function(f"frames_ >= {frames + 20}", timeout=60_000)  # a busy machine draws few of them
-        cost = 1e3 * (scripting() - before) / (page.evaluate("frames_") - frames)
+        before = scripting()
+        frames = page.evaluate(FRAMES_DRAWN)
+        cost = 1e3 * (scripting() - before) / frames
     print(f"first view after {first_view:.0f} ms, {cost:.2f} ms of scripting a frame")
     assert first_view < FIRST_VIEW
     assert cost < SCRIPTING
