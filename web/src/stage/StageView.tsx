@@ -8,7 +8,7 @@ import type { Planned } from '../state/store';
 import { millimetres, short } from '../plan/units';
 import { firstPosture, shownPosture } from '../state/posture';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
-import { goToNearest, movable, nearest, placedAtPair, setting, shownPair, standing } from '../state/surroundings';
+import { goToNearest, nearest, setting, shownPair } from '../state/surroundings';
 import { theme } from '../state/theme';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
@@ -30,11 +30,11 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
   const [failed, setFailed] = useState(false);
   useEffect(() => {
     let stop = (): void => undefined;
-    void import('./stage').then(({ Stage }) => {
+    void Promise.all([import('./stage'), import('../state/placed')]).then(([{ Stage }, placed]) => {
       if (!canvas.current) return;
       try {
         const made = new Stage(canvas.current);
-        stop = follow(made, dragging);
+        stop = follow(made, placed, dragging);
         setStage(made);
       } catch {
         setFailed(true); // a browser without WebGL: everything else works
@@ -111,7 +111,7 @@ function sharesOf(shown: Planned | null, arm: Robot | null): readonly number[] {
   return toolSpeeds(shown.answer).map((speed) => speed / fastest);
 }
 
-function follow(stage: Stage, dragging: Dragging | undefined): () => void {
+function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import('../state/placed'), dragging: Dragging | undefined): () => void {
   stage.gizmo.onDrag = (pose) => dragging?.onDrag(pose);
   stage.gizmo.onDrop = (pose) => dragging?.onDrop(pose);
   stage.onPick = (waypoint) => (selected.value = waypoint);

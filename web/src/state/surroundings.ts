@@ -1,14 +1,12 @@
 // What stands around the robot as it is shown, and which pair of things the stage points at.
 import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
-import { handledNames, placedAt, stretchesOf } from '../scene/carried';
-import { placedOf } from '../scene/objects';
-import type { Placed, Setting } from '../scene/objects';
+import type { Setting } from '../scene/objects';
 import type { Pair } from '../scene/pair';
 import { client, outcome } from '../service/client';
 import type { Clearance, Scene } from '../service/types';
-import { seek, time } from './playback';
-import { isStale, plan, problem, request, robot, shownPlan } from './store';
+import { seek } from './playback';
+import { isStale, plan, problem, request, shownPlan } from './store';
 
 export const KINDS = ['scene', 'itself'] as const;
 export type Kind = (typeof KINDS)[number];
@@ -45,28 +43,6 @@ export const setting = computed<Setting>(() => {
   return { scene: scene.value, frames: frames.value, tool: tool.value, mounting: mounting.value };
 });
 
-const placed = computed(() => (robot.value ? placedOf(setting.value, robot.value) : []));
-
-// The names of what is taken or put down on the way, as a text that is equal while they are.
-const handled = computed(() => JSON.stringify(shownPlan.value ? handledNames(shownPlan.value.request) : []));
-
-// What stands still at all times, and what moves with the robot at some.
-const parted = computed(() => {
-  const names = JSON.parse(handled.value) as string[];
-  const isMovable = ({ id, after }: Placed): boolean => after !== null || names.includes(id);
-  return { standing: placed.value.filter((one) => !isMovable(one)), movable: placed.value.filter(isMovable) };
-});
-
-export const standing = computed(() => parted.value.standing);
-
-const stretches = computed(() => {
-  const { request, answer } = shownPlan.value ?? {};
-  return robot.value ? stretchesOf(parted.value.movable, request, answer, robot.value) : [];
-});
-
-// Where what moves is at the time that is shown; the same array until something is taken or put down.
-export const movable = computed(() => placedAt(stretches.value, time.value));
-
 // The margin that a pair has to keep, m: the object's, or what is carried asks for more.
 export function marginOf(pair: readonly string[]): number {
   const { objects = [], attached = [], margin = 0 } = scene.value ?? {};
@@ -88,9 +64,6 @@ export const shownPair = computed<Pair | null>(() => {
   const { pair, time } = nearest.value?.clearance ?? {};
   return pair && typeof time === 'number' ? { names: pair, position: positionAt(shownPlan.value!.answer, time) } : null;
 });
-
-// Where things are when that pair comes nearest.
-export const placedAtPair = computed(() => [...standing.value, ...placedAt(stretches.value, nearest.value?.clearance.time ?? 0)]);
 
 export function goToNearest(kind: Kind): void {
   preferred.value = kind;
