@@ -162,8 +162,8 @@ def plan_item(work: Work) -> Reply:
         solved = plan(asked, backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
-        options = export_options(request, definition)
-        if "torque" in options.include:  # refused without inertias
+        if "torque" in request.include:  # refused without inertias
+            options = export_options(request, definition)
             sample(solved, replace(options, sample_period=solved.trajectory.duration))
         saved = save_plan(solved)
     figures = figures_of(solved)

@@ -15,6 +15,6 @@ def test_a_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found["planned"] == 30
     assert found["rate"] == pytest.approx(30 / found["seconds"])
     assert 0.0 < found["first_result"] <= found["taken_in"] + found["seconds"]
-    assert found["overhead"] == pytest.approx(found["seconds"] / 30 / figures["bare_loop"] - 1.0)
+    assert found["overhead"] == pytest.approx(found["seconds"] / 30 / found["bare_loop"] - 1.0)
     assert found["memory"] > 20.0
     assert 0.0 < figures["interactive"]["alone"]["median"] <= figures["interactive"]["alone"]["worst"]
