@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import pickle
 from base64 import b64encode
 from dataclasses import replace
@@ -12,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.batches.items import PLANNED, NewItem, Result, compressed, decompressed
-from api.errors import ServiceError, invalid, problem_document
+from api.errors import invalid, problem_document
 from api.messages import Reply
 from api.schemas import batches as schemas
 from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.requests import PlanRequest
-from api.size import has_too_many_rows
+from api.tasks.batch_bodies import of_document, of_lines
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.remedies import acceptable_remedies
 from api.tasks.trajectories import TWO_JOINT_WAYPOINTS, export_options, figures_of, refuse_too_many_rows
@@ -25,8 +24,6 @@ from api.tasks.work import in_scene, robot_of, validated
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from api.tasks.work import Work
     from planner.backends.base import BackEnd
     from planner.export import Format
@@ -50,81 +47,12 @@ def read_items(work: Work) -> Reply:
     """
     first, most = work.arguments.get("first", 0), work.arguments.get("most_items", CHUNK)
     with work.stage("validate"):
-        found = _lines(work.task.body, first) if work.arguments.get("lines") else _requests(work, most)
+        found = of_lines(work.task.body, first) if work.arguments.get("lines") else of_document(work, most)
         items = [_item(request, pointer, work) for request, pointer in itertools.islice(found, most + 1 - first)]
     if first + len(items) > most:
         raise invalid([{"pointer": "/requests", "message": f"a batch may have {most} requests"}])
     chunks = [pickle.dumps(items[start : start + CHUNK]) for start in range(0, len(items), CHUNK)]
     return Reply(200, "application/octet-stream", b"", work.timings, result=chunks)
-
-
-def _lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
-    lines = (line for line in body.split(b"\n") if line.strip())
-    return ((_parsed(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
-
-
-def _requests(work: Work, most: int) -> Iterator[tuple[Any, str]]:
-    """Find the requests of a body that is one document, each with its pointer."""
-    body = work.task.body
-    if has_too_many_rows(body, work.arguments.get("most_bytes", len(body))):
-        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
-    document = _parsed(body, "")
-    if isinstance(document, dict):  # what is null counts as left out
-        document = {name: value for name, value in document.items() if value is not None}
-    match document:
-        case {"requests": list(requests), **more} if requests and not more:
-            return ((request, f"/requests/{index}") for index, request in enumerate(requests))
-        case {"grid": grid, **more} if not more:
-            try:
-                return _combinations(validated(schemas.Grid, orjson.dumps(grid), work.caps), most)
-            except ServiceError as error:
-                faults = error.details["errors"]
-                raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None
-        case _:
-            raise invalid([{"pointer": "", "message": "it has a list of requests, not empty, or a grid, and no more"}])
-
-
-def _parsed(body: bytes, pointer: str) -> Any:
-    try:
-        return orjson.loads(body)
-    except orjson.JSONDecodeError as error:
-        raise invalid([{"pointer": pointer, "message": f"not JSON: {error.msg.partition(': line')[0]}"}]) from None
-
-
-def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
-    """Make the requests of a grid; all have the template's pointer.
-
-    Raises:
-        InvalidRequest: There are too many, or the template has no such field.
-    """
-    number = math.prod(len(field.values) for field in grid.vary)
-    if number > most:
-        message = f"{number} combinations are more than the {most} requests that a batch may have"
-        raise invalid([{"pointer": "/vary", "message": message}])
-    content = orjson.dumps(grid.template)
-    pointers = [field.pointer.replace("~1", "/").split("/")[1:] for field in grid.vary]
-    for k, steps in enumerate(pointers):
-        try:
-            _put(orjson.loads(content), steps, None)
-        except (LookupError, ValueError, TypeError):
-            fault = {"pointer": f"/vary/{k}/pointer", "message": "the template has nothing there"}
-            raise invalid([fault]) from None
-    return _varied(content, pointers, [field.values for field in grid.vary])
-
-
-def _varied(content: bytes, pointers: list[list[str]], values: list[list[Any]]) -> Iterator[tuple[Any, str]]:
-    for combination in itertools.product(*values):
-        request = orjson.loads(content)
-        for steps, value in zip(pointers, combination, strict=True):
-            _put(request, steps, value)
-        yield request, "/grid/template"
-
-
-def _put(document: Any, steps: list[str], value: Any) -> None:
-    for step in steps[:-1]:
-        document = document[int(step) if isinstance(document, list) else step]
-    last: Any = int(steps[-1]) if isinstance(document, list) else steps[-1]
-    document[last] = value
 
 
 def _item(request: Any, pointer: str, work: Work) -> NewItem:

@@ -1,0 +1,89 @@
+"""The requests in the body of a batch: a list, a grid, or one a line; each comes with its pointer."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING, Any
+
+import orjson
+
+from api.errors import ServiceError, invalid
+from api.schemas import batches as schemas
+from api.size import has_too_many_rows
+from api.tasks.work import validated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from api.tasks.work import Work
+
+
+def of_lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
+    """Find the requests of a body, or of a piece of one, that has one a line; the first has this index."""
+    lines = (line for line in body.split(b"\n") if line.strip())
+    return ((_parsed(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
+
+
+def of_document(work: Work, most: int) -> Iterator[tuple[Any, str]]:
+    """Find the requests of a body that is one document, with a list of them or a grid."""
+    body = work.task.body
+    if has_too_many_rows(body, work.arguments.get("most_bytes", len(body))):
+        raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
+    document = _parsed(body, "")
+    if isinstance(document, dict):  # what is null counts as left out
+        document = {name: value for name, value in document.items() if value is not None}
+    match document:
+        case {"requests": list(requests), **more} if requests and not more:
+            return ((request, f"/requests/{index}") for index, request in enumerate(requests))
+        case {"grid": grid, **more} if not more:
+            try:
+                return _combinations(validated(schemas.Grid, orjson.dumps(grid), work.caps), most)
+            except ServiceError as error:
+                faults = error.details["errors"]
+                raise invalid([fault | {"pointer": "/grid" + fault["pointer"]} for fault in faults]) from None
+        case _:
+            raise invalid([{"pointer": "", "message": "it has a list of requests, not empty, or a grid, and no more"}])
+
+
+def _parsed(body: bytes, pointer: str) -> Any:
+    try:
+        return orjson.loads(body)
+    except orjson.JSONDecodeError as error:
+        raise invalid([{"pointer": pointer, "message": f"not JSON: {error.msg.partition(': line')[0]}"}]) from None
+
+
+def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
+    """Make the requests of a grid; all have the template's pointer.
+
+    Raises:
+        InvalidRequest: There are too many, or the template has no such field.
+    """
+    number = math.prod(len(field.values) for field in grid.vary)
+    if number > most:
+        message = f"{number} combinations are more than the {most} requests that a batch may have"
+        raise invalid([{"pointer": "/vary", "message": message}])
+    content = orjson.dumps(grid.template)
+    pointers = [field.pointer.replace("~1", "/").split("/")[1:] for field in grid.vary]
+    for k, steps in enumerate(pointers):
+        try:
+            _put(orjson.loads(content), steps, None)
+        except (LookupError, ValueError, TypeError):
+            fault = {"pointer": f"/vary/{k}/pointer", "message": "the template has nothing there"}
+            raise invalid([fault]) from None
+    return _varied(content, pointers, [field.values for field in grid.vary])
+
+
+def _varied(content: bytes, pointers: list[list[str]], values: list[list[Any]]) -> Iterator[tuple[Any, str]]:
+    for combination in itertools.product(*values):
+        request = orjson.loads(content)
+        for steps, value in zip(pointers, combination, strict=True):
+            _put(request, steps, value)
+        yield request, "/grid/template"
+
+
+def _put(document: Any, steps: list[str], value: Any) -> None:
+    for step in steps[:-1]:
+        document = document[int(step) if isinstance(document, list) else step]
+    last: Any = int(steps[-1]) if isinstance(document, list) else steps[-1]
+    document[last] = value
