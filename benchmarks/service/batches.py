@@ -167,7 +167,8 @@ def _interactive(requests: list[dict[str, Any]], seconds: float) -> dict[str, An
         uvloop.run(arrivals(port, cheap, INTERACTIVE_RATE, 5.0))  # the service learns what they take
         alone = summary(uvloop.run(arrivals(port, cheap, INTERACTIVE_RATE, seconds)), seconds)
         with httpx.Client(base_url=url, timeout=600.0, trust_env=False) as client:
-            location = client.post("/v1/batches", json={"requests": requests}).headers["Location"]
+            made = client.post("/v1/batches", json={"requests": requests})
+            location = made.raise_for_status().headers["Location"]
             beside = summary(uvloop.run(arrivals(port, cheap, INTERACTIVE_RATE, seconds)), seconds)
             was_running = client.get(location).json()["status"] == "running"
             client.delete(location)

@@ -1,0 +1,84 @@
+"""The requests in the bodies of batches are those that a parser of the whole finds."""
+
+from __future__ import annotations
+
+import json
+import math
+import resource
+from multiprocessing import get_context
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from api.errors import ServiceError
+from api.messages import Caps, Task
+from api.tasks.batch_bodies import of_document
+from api.tasks.work import Work
+
+CAPS = Caps(max_deadline=60.0, max_waypoints=1000, max_samples=1_000_000, memory_mib=0)
+
+NAMES = st.text(st.sampled_from('ab"\\{}[],:/ \n\u00e9'), max_size=5)
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-9, 9) | NAMES,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(NAMES, inner, max_size=3),
+    max_leaves=12,
+)
+
+
+def requests_of(body: bytes) -> list[tuple[Any, str]]:
+    work = Work(Task("create_batch", "/v1/batches", 0.0, math.inf, body, {"most_bytes": 2**26}), CAPS)
+    return list(of_document(work, 100))
+
+
+@given(st.lists(VALUES, min_size=1, max_size=6), st.sampled_from([None, 0, 3]), st.booleans())
+def test_a_list_of_anything(requests: list[Any], indent: int | None, ascii_only: bool) -> None:
+    body = json.dumps({"grid": None, "requests": requests}, indent=indent, ensure_ascii=ascii_only).encode()
+    assert requests_of(body) == [(request, f"/requests/{k}") for k, request in enumerate(requests)]
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer"),
+    [
+        (b'{"requests": [{"a": 1}, {"a": }]}', "/requests/1"),
+        (b'{"requests": [{"a": 1}, {"a": 1e999}]}', "/requests/1"),
+        (b'{"requests": [{"a": 1}', ""),
+        (b'{"requests": [{"a": "b}]}', ""),
+        (b'{"requests": [{"a": 1}]]', ""),
+        (b'{"requests": [{"a": [1}]}]}', ""),
+        (b'{"requests": [{}]}}', ""),
+        (b'{"requests": \\"[{}]}', ""),
+        (b'{"requests": [{"a": 1} {"a": 2}]}', ""),
+        (b']]{"requests": [{}]}', ""),
+        (b'{"requests": [{"a": 1}, {"a": 2}], "requests": [{"a": 3}]}', "/requests"),
+        (b'[[{"a": 1}]]', ""),
+        (b'{"requests": [], "more": [{}]}', ""),
+        (b"", ""),
+        (b"{", ""),
+        (b'"\\', ""),
+    ],
+)
+def test_what_is_no_list_is_refused_where_it_is_not(body: bytes, pointer: str) -> None:
+    with pytest.raises(ServiceError) as refused:
+        requests_of(body)
+    assert [fault["pointer"] for fault in refused.value.details["errors"]] == [pointer]
+
+
+@pytest.mark.large_only
+def test_a_hundred_thousand_requests_in_a_list_fit_into_a_worker() -> None:
+    """A parser of the whole body, 52 MB, wanted 600 MB at once: it was refused as `not JSON: Not enough memory`."""
+    with get_context("spawn").Pool(1) as pool:
+        assert pool.apply(_count_in_a_worker) == 100_000
+
+
+def _count_in_a_worker() -> int:
+    limit = 1024 * 2**20
+    resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+    rows = [[k / 7.0 for k in range(6)]] * 3
+    request = {"robot": "kuka_kr16_2", "waypoints": [{"kind": "joint", "position": row} for row in rows]}
+    line = json.dumps(request).encode()
+    body = b'{"requests": [' + b", ".join([line + b" " * (510 - len(line))] * 100_000) + b"]}"
+    assert len(body) > 50_000_000
+    work = Work(Task("create_batch", "/v1/batches", 0.0, math.inf, body, {"most_bytes": 2**26}), CAPS)
+    return sum(1 for _ in of_document(work, 100_000))
