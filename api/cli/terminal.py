@@ -233,8 +233,11 @@ def certificate_table(certificate: Certificate, robot: Robot) -> Table:
             check.method if check.enforced else Text("not enforced", style="dim"),
         )
     if certificate.clearance is not None:
-        parts = (certificate.clearance.scene, certificate.clearance.itself)
-        table.caption = "\n".join(_clearance(part) for part in parts if part is not None)
+        found = certificate.clearance
+        parts = [_clearance(part) for part in (found.scene, found.itself) if part is not None]
+        if found.contacts is not None:
+            parts.append(f"where it takes things and puts them down {_clearance(found.contacts)}")
+        table.caption = "\n".join(parts)
         table.caption_justify = "left"
     return table
 

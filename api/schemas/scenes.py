@@ -216,7 +216,10 @@ class ClearancesAnswer(Answer):
     itself: ClearanceAnswer | None
     """Between parts of the arm and what it carries; null: none are held against each other."""
     scene: ClearanceAnswer | None
-    """Between those and objects; null: none are."""
+    """Between those and objects; null: none are. On motions on which a pair may touch, since something is taken or put
+    down at their ends, that pair is left out."""
+    contacts: ClearanceAnswer | None
+    """Between such pairs on such motions; null: there are none."""
 
 
 class CollisionAnswer(Answer):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.scene.carried import segment_scenes
-from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, ITSELF, checker_of
+from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
 from planner.scene.continuous import Nearest, clearances
 from planner.scene.postures import edge
 from planner.trajectory import Trajectory
@@ -63,7 +63,9 @@ class ClearanceReport:
 
     Attributes:
         itself: Between parts of the arm and what it carries; None: none are held against each other.
-        scene: Between those and objects; None: none are.
+        scene: Between those and objects; None: none are. On motions on which a pair may touch, since something is taken
+            or put down at their ends, that pair is left out.
+        contacts: Between such pairs on such motions; None: there are none.
 
     Examples:
         >>> import planner
@@ -74,6 +76,7 @@ class ClearanceReport:
 
     itself: Clearance | None
     scene: Clearance | None
+    contacts: Clearance | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report in plain values, ready for JSON."""
@@ -82,12 +85,12 @@ class ClearanceReport:
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> ClearanceReport:
         """Read what `as_dict` wrote."""
-        parts = (values["itself"], values["scene"])
-        itself, scene = (
-            None if part is None else Clearance(**part | {"pair": part["pair"] and tuple(part["pair"])})
-            for part in parts
+        return cls(
+            **{
+                name: None if part is None else Clearance(**part | {"pair": part["pair"] and tuple(part["pair"])})
+                for name, part in values.items()
+            }
         )
-        return cls(itself, scene)
 
 
 def certify_clearance(
@@ -189,14 +192,17 @@ def _later(report: ClearanceReport | None, begin: float) -> ClearanceReport | No
     def later(part: Clearance | None) -> Clearance | None:
         return part if part is None or part.time is None else replace(part, time=part.time + begin)
 
-    return None if report is None else ClearanceReport(later(report.itself), later(report.scene))
+    if report is None:
+        return None
+    return ClearanceReport(later(report.itself), later(report.scene), later(report.contacts))
 
 
 def _nearer(one: ClearanceReport | None, other: ClearanceReport | None) -> ClearanceReport | None:
     """Return the clearances of two parts together."""
     if one is None or other is None:
         return one or other
-    return ClearanceReport(_nearer_of(one.itself, other.itself), _nearer_of(one.scene, other.scene))
+    names = (field.name for field in fields(ClearanceReport))
+    return ClearanceReport(*(_nearer_of(getattr(one, name), getattr(other, name)) for name in names))
 
 
 def _nearer_of(one: Clearance | None, other: Clearance | None) -> Clearance | None:
@@ -207,7 +213,7 @@ def _nearer_of(one: Clearance | None, other: Clearance | None) -> Clearance | No
 
 
 def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
-    """Return what was found of both kinds of pairs."""
+    """Return what was found of each kind of pairs."""
 
     def part(kind: int) -> Clearance | None:
         near, lower = found.nearest[kind], float(found.lower[kind])
@@ -217,7 +223,7 @@ def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
             return Clearance(lower, None, None, None)
         return Clearance(lower, near.distance, near.time, checker.names(near.pair))
 
-    return ClearanceReport(part(ITSELF), part(AMONG_OBJECTS))
+    return ClearanceReport(part(ITSELF), part(AMONG_OBJECTS), part(CONTACTS))
 
 
 def _collision(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) -> Collision:

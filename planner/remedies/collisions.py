@@ -24,7 +24,7 @@ from planner.remedies.proved import plan_with, proved
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from planner.backends.base import BackEnd
     from planner.errors import ClearanceUnproved
@@ -69,17 +69,17 @@ def collision_remedies(
 def _candidates(refusal: Collision | ClearanceUnproved, problem: PlanningProblem, path: JointPath) -> Iterator[Remedy]:
     if not isinstance(refusal, Collision) or isinstance(refusal, StartInCollision) or refusal.segment is None:
         return  # what takes long to prove would take as long again with every change
-    ends = (refusal.segment, refusal.segment + 1)
+    ends = range(refusal.segment, min(refusal.segment + 2, len(problem.waypoints)))
     for i in ends:
-        field = ("waypoints", i, "transition")
-        transition = problem.waypoints[i].transition if i < len(problem.waypoints) else StopTransition()
-        if isinstance(transition, BlendTransition | ThroughTransition):
+        if isinstance(problem.waypoints[i].transition, BlendTransition | ThroughTransition):
+            field = ("waypoints", i, "transition")
             yield Remedy(field, StopTransition(), "with a stop the robot goes straight to the waypoint")
-    yield from _other_ways(problem, path, refusal.segment)
+    if len(ends) == 2:  # where the robot rests at its only waypoint there is no way to be changed
+        yield from _other_ways(problem, path, refusal.segment)
     yield from _other_configurations(problem, ends)
 
 
-def _other_configurations(problem: PlanningProblem, ends: tuple[int, int]) -> Iterator[Remedy]:
+def _other_configurations(problem: PlanningProblem, ends: Iterable[int]) -> Iterator[Remedy]:
     """Yield the configurations that a pose at an end of the motion may be reached in besides."""
     parts = named_parts(problem.robot)
     sides = dict(zip(("shoulder", "elbow", "wrist"), zip(BEHIND, AHEAD, strict=True), strict=True))
@@ -121,7 +121,7 @@ def _smaller_margin(refusal: Collision | ClearanceUnproved, problem: PlanningPro
     if scene is None or not refusal.limit or (refusal.value is not None and refusal.value <= 0.0):
         return []
     no_margins = tuple(replace(thing, margin=None) for thing in scene.objects)
-    free = replace(scene, margin=0.0, objects=no_margins)
+    free = replace(scene, margin=CLEARANCE_TOLERANCE, objects=no_margins)  # nearer is what is taken and put down
     try:
         made = plan_with([Remedy(("scene",), free, "")], problem, backend)
     except PlanningError:

@@ -33,6 +33,8 @@ ITSELF = 0
 AMONG_OBJECTS = 1
 """Number of the pairs of a piece that moves and one that stands still."""
 
+CONTACTS = 2
+"""Number of those among them that have a least distance of their own, since they may touch: `Scene.pair_margins`."""
 
 MOST_KEPT = 16
 """Number of checkers that a process keeps: remedies are tried, and edges planned, with the same few."""
@@ -68,6 +70,7 @@ class CollisionChecker:
         first: (own pairs,): number of the body that moves less, of each pair of bodies.
         second: (own pairs,): number of the other one.
         margins: (bodies, obstacles), m: least distance asked; negative without end where none is.
+        asked: Of each kind of pairs with obstacles that there is, its number, and which (bodies, obstacles), bool, are.
     """
 
     def __init__(self, robot: Robot, scene: Scene | None = None, *, self_collision: bool | None = None) -> None:
@@ -101,7 +104,10 @@ class CollisionChecker:
         moved = self.bodies.is_moved
         self._by_second = moved[self.second] & ~moved[self.first]
         self._by_first = moved[self.first] & ~moved[self.second]
-        self.margins = self._margins()
+        self.margins, self._may_be_near = self._margins()
+        asked = np.isfinite(self.margins)
+        by_kind = {AMONG_OBJECTS: asked & ~self._may_be_near, CONTACTS: asked & self._may_be_near}
+        self.asked = {kind: pairs for kind, pairs in by_kind.items() if pairs.any()}
 
     @property
     def own_pairs(self) -> int:
@@ -111,11 +117,14 @@ class CollisionChecker:
     @property
     def is_empty(self) -> bool:
         """Whether there is nothing to be held against anything."""
-        return not self.own_pairs and not np.isfinite(self.margins).any()
+        return not self.own_pairs and not self.asked
 
     def kinds(self, pairs: np.ndarray) -> np.ndarray:
-        """Return `ITSELF` or `AMONG_OBJECTS` of pairs (n,)."""
-        return np.where(pairs < self.own_pairs, ITSELF, AMONG_OBJECTS)
+        """Return `ITSELF`, `AMONG_OBJECTS` or `CONTACTS` of pairs (n,)."""
+        kinds = np.full(len(pairs), ITSELF)
+        among = pairs >= self.own_pairs
+        kinds[among] = np.where(self._may_be_near.ravel()[pairs[among] - self.own_pairs], CONTACTS, AMONG_OBJECTS)
+        return kinds
 
     def names(self, pair: int) -> tuple[str, str]:
         """Return the names of what a pair consists of."""
@@ -137,14 +146,19 @@ class CollisionChecker:
         rows, pairs = np.divmod(np.arange(count * self.own_pairs), max(self.own_pairs, 1))
         return Items(rows, pairs)
 
-    def nearest_item(self, postures: Postures) -> tuple[int, int]:
-        """Return the posture and the number of the pair with an obstacle that spheres leave nearest."""
+    def nearest_item(self, postures: Postures, wanted: FloatArray) -> tuple[int, int]:
+        """Return the posture and the number of the pair with an obstacle that spheres leave nearest.
+
+        Args:
+            postures: N postures.
+            wanted: From which distance on pairs are apart (bodies, obstacles), m; -inf of those that do not count.
+        """
         centers, radii = self._spheres(postures)
         low = self.obstacles.group_distances(centers) - radii[..., None]
-        low[:, ~np.isfinite(self.obstacles.group_margins(self.margins))] = np.inf
+        low[:, ~np.isfinite(self.obstacles.group_margins(wanted))] = np.inf
         row, body, group = (int(k) for k in np.unravel_index(np.argmin(low), low.shape))
         obstacles, _ = self.obstacles.in_groups(np.array([group]))
-        obstacles = obstacles[np.isfinite(self.margins[body, obstacles])]
+        obstacles = obstacles[np.isfinite(wanted[body, obstacles])]
         low = self.obstacles.sphere_distances(np.tile(centers[row, body], (len(obstacles), 1)), obstacles)
         return row, self.own_pairs + body * len(self.obstacles.all) + int(obstacles[np.argmin(low)])
 
@@ -306,9 +320,13 @@ class CollisionChecker:
     def _may_touch(self, first: str, second: str) -> bool:
         return frozenset((first, second)) in self._allowed
 
-    def _margins(self) -> FloatArray:
-        """Return the least distances (bodies, obstacles); what does not move is not held against what stands still."""
+    def _margins(self) -> tuple[FloatArray, np.ndarray]:
+        """Return the least distances (bodies, obstacles), m, and which (bodies, obstacles), bool, single pairs have.
+
+        What does not move is not held against what stands still.
+        """
         margins = np.full((len(self.bodies.pieces), len(self.obstacles.all)), -np.inf)
+        of_pairs = np.zeros(margins.shape, dtype=bool)
         own = {thing.id: thing.margin for thing in self.scene.attached}
         of_obstacles = np.array([self.scene.margin if o.margin is None else o.margin for o in self.obstacles.all])
         by_name: dict[str, list[int]] = {}
@@ -326,7 +344,8 @@ class CollisionChecker:
                 if moving == body.name:
                     among = by_name.get(standing, [])
                     margins[number, among] = np.minimum(margins[number, among], least)
-        return margins
+                    of_pairs[number, among] = True
+        return margins, of_pairs
 
 
 def checker_of(robot: Robot, scene: Scene | None, self_collision: bool | None) -> CollisionChecker:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, ITSELF, Items
+from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, Items
 from planner.scene.excursions import excursions
 from planner.scene.planes import normals_at, plane_bounds
 
@@ -38,6 +38,9 @@ MOST_SPLITS = 6
 ENOUGH_PARTS = 4.0
 """The number of parts down to which a pair is split by its cheap bound, or by a plane found at another posture: as fast
 as one proved distance."""
+
+KINDS = (ITSELF, AMONG_OBJECTS, CONTACTS)
+"""The kinds of pairs, each of which has a clearance of its own."""
 
 LEAST_SHARE = 1e-12
 """The least share of a motion that an interval is split down to: below, times are rounding."""
@@ -84,10 +87,10 @@ class Nearest(NamedTuple):
 
 @dataclass
 class Clearances:
-    """What is known of a motion's clearance: of the arm against itself first, then against objects.
+    """What is known of a motion's clearance, of each of the `KINDS` of pairs.
 
     Attributes:
-        lower: (2,), m: no pair is ever nearer than this; infinite where there is no pair.
+        lower: (3,), m: no pair of the kind is ever nearer than this; infinite where there is none.
         nearest: The nearest seen of each kind, an upper bound; None: nothing was looked at.
         hit: The pair seen that is nearest beyond its margin; None: there is none.
         undecided: A pair that could not be proved within the budget; None: all are.
@@ -95,8 +98,8 @@ class Clearances:
         distances: Number of proved distances.
     """
 
-    lower: FloatArray = field(default_factory=lambda: np.full(2, np.inf))
-    nearest: list[Nearest | None] = field(default_factory=lambda: [None, None])
+    lower: FloatArray = field(default_factory=lambda: np.full(len(KINDS), np.inf))
+    nearest: list[Nearest | None] = field(default_factory=lambda: [None] * len(KINDS))
     hit: Nearest | None = None
     undecided: Nearest | None = None
     postures: int = 0
@@ -109,7 +112,7 @@ class Clearances:
 
     @property
     def upper(self) -> FloatArray:
-        """The distances (2,) of the nearest seen, m; infinite where nothing was looked at."""
+        """The distances (3,) of the nearest seen, m; infinite where nothing was looked at."""
         return np.array([np.inf if near is None else near.distance for near in self.nearest])
 
     def see(self, kind: int, found: Nearest) -> None:
@@ -247,26 +250,25 @@ class _Search:
     def _look(self, postures: Postures, row: int, pair: int, time: float) -> Separation:
         apart = self.checker.separate(postures, row, pair)
         self.found.distances += 1
-        kind = ITSELF if pair < self.checker.own_pairs else AMONG_OBJECTS
+        kind = int(self.checker.kinds(np.array([pair]))[0])
         margin = float(self.checker.margins_of(np.array([pair]))[0])
         self.found.see(kind, Nearest(apart.distance, time, pair, apart.point, margin))
         return apart
 
     def _all_items(self, postures: Postures, displacements: FloatArray, middles: FloatArray) -> Items:
         """Return the pairs that spheres about the pieces do not decide."""
-        own = self.checker.own_items(len(middles))
-        wanted = self.checker.margins - CONTACT_TOLERANCE
-        asked = np.isfinite(wanted)
-        if not asked.any():
-            return own
-        if self.tolerance is not None:
-            row, pair = self.checker.nearest_item(postures)
-            self._look(postures, row, pair, float(middles[row]))
-            least = self.found.upper[AMONG_OBJECTS] - self.tolerance
-            wanted = np.where(asked, np.maximum(wanted, least), -np.inf)
-        near, least = self.checker.near_items(postures, displacements.sum(axis=2), wanted)
-        self._done(AMONG_OBJECTS, np.array([least]))
-        return Items(np.concatenate([own.rows, near.rows]), np.concatenate([own.pairs, near.pairs]))
+        found = [self.checker.own_items(len(middles))]
+        for kind, asked in self.checker.asked.items():
+            wanted = np.where(asked, self.checker.margins - CONTACT_TOLERANCE, -np.inf)
+            if self.tolerance is not None:
+                row, pair = self.checker.nearest_item(postures, wanted)
+                self._look(postures, row, pair, float(middles[row]))
+                least = self.found.upper[kind] - self.tolerance
+                wanted = np.where(asked, np.maximum(wanted, least), -np.inf)
+            near, least = self.checker.near_items(postures, displacements.sum(axis=2), wanted)
+            self._done(kind, np.array([least]))
+            found.append(near)
+        return Items(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
     def _done(self, kind: int, low: FloatArray) -> None:
         self.found.lower[kind] = min(self.found.lower[kind], low.min(initial=np.inf))
@@ -277,7 +279,7 @@ class _Search:
         if items is None:
             raise ValueError("nothing was looked at")
         left = low < wanted
-        for kind in (ITSELF, AMONG_OBJECTS):
+        for kind in KINDS:
             self._done(kind, low[~left & (self.checker.kinds(items.pairs) == kind)])
         rows, pairs, normals = items.rows[left], items.pairs[left], normals[left]
         if not len(rows):
@@ -288,7 +290,7 @@ class _Search:
         np.maximum.at(parts, rows, need)
         short = (ends - starts)[rows] < self.least
         middles = (starts + ends) / 2.0
-        for kind in (ITSELF, AMONG_OBJECTS):
+        for kind in KINDS:
             self._done(kind, low[left][short & (self.checker.kinds(pairs) == kind)])
         self.stuck += [
             (float(middles[row]), int(pair), float(distance))

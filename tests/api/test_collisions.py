@@ -183,7 +183,9 @@ def test_a_date_is_taken_and_put_on_another_tray(service: RunningService) -> Non
     request = json.loads((ROOT / "examples" / "pick_and_place_dates.json").read_text(encoding="utf-8"))
     planned = service.post(PLAN, request)
     assert planned.status_code == 200, planned.text
-    assert planned.json()["certificate"]["clearance"]["scene"]["pair"] == ["cup", "date"]
+    clearance = planned.json()["certificate"]["clearance"]
+    assert clearance["contacts"]["pair"] == ["cup", "date"]
+    assert clearance["scene"]["lower"] >= request["scene"]["margin"] - 1.1e-5 > clearance["contacts"]["lower"]
     for changes, pointer in (
         ({"transition": {"kind": "through"}}, "/waypoints/2/transition"),
         ({"attach": [{"id": "fig"}]}, "/waypoints/2/attach/0/id"),

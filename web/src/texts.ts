@@ -133,7 +133,7 @@ export const texts = {
   },
   clearance: {
     note: (pair: readonly string[], distance: string, time: number) => `nearest: ${pair.join(' and ')}, ${distance} at ${time.toFixed(2)} s`,
-    names: { scene: 'Clear of the scene', itself: 'Clear of itself' },
+    names: { scene: 'Clear of the scene', itself: 'Clear of itself', contacts: 'Where things are taken' },
     proved: (pair: readonly string[]) => `${pair.join(' and ')}, proved at all times`,
     least: (distance: string, margin: string | null) => (margin === null ? distance : `${distance} / at least ${margin}`),
   },

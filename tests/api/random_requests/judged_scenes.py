@@ -30,11 +30,13 @@ def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clear
         return
     trajectory = Answered(answer["polynomials"])
     for first, last, around in stages(robot, request, answer):
-        excess, apart, pair = around.least_excess(trajectory, np.clip([first, last], *trajectory.breakpoints[[0, -1]]))
-        assert excess >= -CONTACT, f"{pair} are {-excess} m too near"
-        if clearance is not None and clearance["scene"] is not None:
-            lower = clearance["scene"]["lower"]
-            assert lower <= apart + 1e-6 or np.isinf(apart), f"{pair} are {apart} m apart, not {lower}"
+        ends = np.clip([first, last], *trajectory.breakpoints[[0, -1]])
+        for kind, touching in (("scene", False), ("contacts", True)):
+            excess, apart, pair = around.least_excess(trajectory, ends, touching=touching)
+            assert excess >= -CONTACT, f"{pair} are {-excess} m too near"
+            if clearance is not None and clearance[kind] is not None:
+                lower = clearance[kind]["lower"]
+                assert lower <= apart + 1e-6 or np.isinf(apart), f"{pair} are {apart} m apart, not {lower}"
     if clearance is None:
         return
     if clearance["itself"] is not None:
@@ -88,7 +90,7 @@ def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -
     results = answer["results"]
     assert answer["free"] == all(result["free"] for result in results)
     if "positions" in request:
-        motions = [_at_rest(robot, row) for row in request["positions"]]
+        motions = [at_rest(robot, row) for row in request["positions"]]
     elif "polynomials" in request:
         motions = [request["polynomials"]]
     else:
@@ -104,7 +106,8 @@ def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -
             collides(robot, request, result["collision"], posture)
 
 
-def _at_rest(robot: Robot, position: list[float]) -> list[dict[str, Any]]:
+def at_rest(robot: Robot, position: list[float]) -> list[dict[str, Any]]:
+    """Polynomials of a robot that stays where it is."""
     pairs = zip(robot.joint_names, position, strict=True)
     return [{"joint": name, "breakpoints": RESTING, "coefficients": [[value]]} for name, value in pairs]
 

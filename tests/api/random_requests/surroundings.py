@@ -117,16 +117,23 @@ class Surroundings:
             body.points @ rotations[:, body.joint].transpose(0, 2, 1) + origins[:, None, body.joint] for body in bodies
         ]
 
-    def least_excess(self, trajectory: Answered, ends: np.ndarray) -> tuple[float, float, str]:
+    def is_touching(self, body: Body, thing: Thing) -> bool:
+        """Whether two things are nearer than their margin where one of them is taken or put down."""
+        near = self.near.get((body.name, thing.name), np.inf)
+        return near + ROOM_ON_THE_WAY < max(thing.margin, body.margin)
+
+    def least_excess(self, trajectory: Answered, ends: np.ndarray, *, touching: bool) -> tuple[float, float, str]:
         """The least distance less the margin of a body from a thing; the least distance; and of which pair.
 
-        What may touch is left out. Both are no less than the truth, between two times (2,), s.
+        Of pairs that touch where something is taken or put down, or of all others. What may touch anyway is left out.
+        Both are no less than the truth, between two times (2,), s.
         """
         pairs = [
             (body, thing, margin)
             for body in self.bodies
             for thing in self.things
             if body.joint and frozenset((body.name, thing.name)) not in self.allowed
+            if self.is_touching(body, thing) == touching
             if (margin := self.margin(body, thing)) > -np.inf
         ]
         if not pairs:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -40,41 +41,72 @@ def tool_in_base(robot: Robot, positions: FloatArray) -> list[pin.SE3]:
     return found
 
 
-def room(problem: planner.PlanningProblem, positions: FloatArray, trajectory: planner.Trajectory) -> float:
-    """How much more room there is than is asked, at the least, m: taken at waypoint 1, put down at waypoint 3.
+class Apart(NamedTuple):
+    """How near a pair comes on a part of a trajectory, how near it may, m, and whether it touches at an end of it."""
 
-    By Pinocchio's kinematics and closed forms, at samples: of the arm and the ball that it carries.
+    distance: float
+    asked: float
+    touches: bool
+
+
+def distances_of_pairs(
+    problem: planner.PlanningProblem, positions: FloatArray, trajectory: planner.Trajectory, put_down: int, samples: int
+) -> Iterator[Apart]:
+    """Distances of the arm, and of the ball that is taken at waypoint 1 and put down at a later one, from what stands.
+
+    By Pinocchio's kinematics and closed forms, at samples.
     """
     robot, scene = problem.robot, problem.scene
     assert scene is not None
-    ball, others = scene.objects[0], scene.objects[1:]
-    picked, placed = tool_in_base(robot, positions[[1, 3]])
+    ball, others, margin = scene.objects[0], scene.objects[1:], scene.margin
+    picked, placed = tool_in_base(robot, positions[[1, put_down]])
     held_at = picked.inverse().act(ball.pose.position)
-    times = np.linspace(0.0, trajectory.duration, SAMPLES)
-    segments = np.searchsorted(trajectory.departures, times, side="left").clip(1, 4) - 1
+    times = np.linspace(0.0, trajectory.duration, samples)
+    segments = np.searchsorted(trajectory.departures, times, side="left").clip(1, len(positions) - 1) - 1
     last = robot.model.frames[robot.tool_frame_id].parentJoint
     joints = np.array([shape.joint for shape in robot.collision_shapes])
     arm = distances_over_time(robot, replace(scene, objects=others), times, trajectory)
-    least = np.nanmin(arm, initial=np.inf) - scene.margin
-    for waypoint, standing, place in ((1, segments == 0, ball.pose.position), (3, segments == 3, placed.act(held_at))):
+    yield Apart(float(np.nanmin(arm, initial=np.inf)), margin, touches=False)
+    rests = [(1, segments == 0, ball.pose.position)]
+    rests += [(put_down, segments == k, placed.act(held_at)) for k in range(put_down, len(positions) - 1)]
+    for waypoint, standing, place in rests:
         there = replace(scene, objects=[SceneObject("ball", ball.shapes, Pose(place))])
         (at_waypoint,) = distances_over_time(robot, there, np.array([trajectory.arrivals[waypoint]]), trajectory)
         apart = distances_over_time(robot, there, times[standing], trajectory)[:, :, 0]
-        holds = joints == last
-        asked = np.where(holds & (at_waypoint[:, 0] < scene.margin), at_waypoint[:, 0] - ROOM_ON_THE_WAY, scene.margin)
-        least = min(least, np.nanmin(apart - asked))
-    carried = (segments == 1) | (segments == 2)
+        touches = (joints == last) & (at_waypoint[:, 0] < margin) & (segments[standing][0] in (0, put_down))
+        for body in np.flatnonzero(joints > 0):
+            asked = at_waypoint[body, 0] - ROOM_ON_THE_WAY if touches[body] else margin
+            yield Apart(float(apart[:, body].min()), asked, bool(touches[body]))
+    carried = (segments >= 1) & (segments < put_down)
     (postures,) = trajectory.evaluate(times[carried], [0])
     centers = np.array([tool.act(held_at) for tool in tool_in_base(robot, postures)])
     for thing in others:
         distance = point_distance(thing, robot.mounting)
         apart = distance(centers) - RADIUS
         ends = distance(np.array([ball.pose.position, placed.act(held_at)])) - RADIUS
-        for segment, stands in zip((1, 2), ends, strict=True):
-            on_support = -DEEPEST_SUPPORT <= stands < scene.margin
-            asked_of_ball = stands - ROOM_ON_THE_WAY if on_support else scene.margin
-            least = min(least, apart[segments[carried] == segment].min() - asked_of_ball)
-    return float(least)
+        for segment in range(1, put_down):
+            near = [end for end, at in zip(ends, (1, put_down - 1), strict=True) if at == segment]
+            near = [end for end in near if -DEEPEST_SUPPORT <= end < margin]
+            asked = min(near) - ROOM_ON_THE_WAY if near else margin
+            yield Apart(float(apart[segments[carried] == segment].min()), asked, bool(near))
+
+
+def room(problem: planner.PlanningProblem, positions: FloatArray, trajectory: planner.Trajectory) -> float:
+    """How much more room there is than is asked, at the least, m: taken at waypoint 1, put down at waypoint 3."""
+    pairs = distances_of_pairs(problem, positions, trajectory, 3, SAMPLES)
+    return min(pair.distance - pair.asked for pair in pairs)
+
+
+def is_sound(report: planner.ClearanceReport | None, pairs: list[Apart]) -> bool:
+    """Whether no clearance that is certified is more than samples see, of what touches and of the rest."""
+    assert report is not None
+    parts = {True: report.contacts, False: report.scene}
+    for pair in pairs:
+        part = parts[pair.touches]
+        assert part is not None
+        if part.lower > pair.distance + 1e-9:
+            return False
+    return True
 
 
 def random_problem(rng: np.random.Generator, robot: Robot) -> planner.PlanningProblem:
@@ -119,7 +151,8 @@ def test_what_is_carried_is_proved_clear_where_dense_samples_see_it_clear(arm: s
                 decided[False] += 1
                 continue
             assert left > -2.0 * CONTACT_TOLERANCE, (margin, left)
-            assert report is not None and report.scene is not None
+            pairs = distances_of_pairs(asked, blind.path.positions, blind.trajectory, 3, SAMPLES)
+            assert is_sound(report, list(pairs))
             decided[True] += 1
     assert min(decided.values()) > 0, decided
 
@@ -155,12 +188,45 @@ def carried_over(height: float, **changes: Any) -> planner.PlanningProblem:
 
 
 def test_a_part_may_stand_on_what_it_is_taken_from_and_put_on() -> None:
-    """Its tray, and what holds it, touch it there; everything else keeps 10 mm, the wall from the part, too."""
-    plan = planner.plan(carried_over(0.3), planner.Quintic())
+    """Its tray, and what holds it, touch it there; everything else keeps 10 mm, the wall from the part, too.
+
+    The certificate has both, and neither hides the other.
+    """
+    problem = carried_over(0.3)
+    plan = planner.plan(problem, planner.Quintic())
     clearance = plan.certificate.clearance
-    assert clearance is not None and clearance.scene is not None
-    assert clearance.scene.lower == pytest.approx(0.0, abs=2e-4)
-    assert {"ball"} <= set(clearance.scene.pair or ())
+    assert clearance is not None and clearance.scene is not None and clearance.contacts is not None
+    assert "ball" in (clearance.contacts.pair or ())
+    pairs = list(distances_of_pairs(problem, plan.path.positions, plan.trajectory, 4, 4000))
+    for part, touches in ((clearance.contacts, True), (clearance.scene, False)):
+        truth = min(pair.distance for pair in pairs if pair.touches == touches)
+        assert part.upper is not None
+        assert part.lower <= truth + 1e-9 and part.upper == pytest.approx(truth, abs=1.2e-3), (touches, truth)
+        assert part.upper - part.lower <= 1e-3 + 1e-9
+    assert -2e-4 < clearance.contacts.lower < clearance.scene.lower
+    assert clearance.scene.lower >= 0.01 - CONTACT_TOLERANCE
+    assert planner.ClearanceReport.from_dict(clearance.as_dict()) == clearance
+
+
+def test_without_a_touch_there_are_no_contacts() -> None:
+    """The arm alone, past trays and wall, touches nothing."""
+    problem = carried_over(0.3)
+    idle = [replace(waypoint, attach=(), detach=(), payload=None, put_down=False) for waypoint in problem.waypoints]
+    assert problem.scene is not None
+    alone = replace(problem, waypoints=idle, scene=replace(problem.scene, objects=problem.scene.objects[1:]))
+    clearance = planner.plan(alone).certificate.clearance
+    assert clearance is not None and clearance.scene is not None and clearance.contacts is None
+
+
+def test_a_margin_that_is_kept_beside_what_touches_is_offered() -> None:
+    """The wall is 40 mm away, not 60: that the ball stands on its trays does not hide it from the remedy."""
+    problem = carried_over(0.3)
+    assert problem.scene is not None
+    with pytest.raises(Collision) as refusal:
+        planner.plan(replace(problem, scene=replace(problem.scene, margin=0.06)))
+    print(refusal.value.message, refusal.value.remedies)
+    (remedy,) = (each for each in refusal.value.remedies if each.field == ("scene", "margin"))
+    assert planner.plan(remedy.applied_to(problem)).certificate.satisfied
 
 
 def test_what_is_carried_hits_what_the_arm_alone_does_not() -> None:

@@ -111,7 +111,7 @@ def test_bounds_never_exceed_distances() -> None:
     assert (loose <= tight).all()
     assert (tight <= distances + 1e-9).all()
     assert (loose < tight).any()  # of a cluster, whose box is nearer than its balls
-    row, pair = checker.nearest_item(postures)
+    row, pair = checker.nearest_item(postures, checker.margins)
     body, obstacle = divmod(pair - checker.own_pairs, shape[2])
     assert asked[row, body, obstacle]
 

@@ -11,7 +11,9 @@ import planner
 from planner.backends import BACKENDS
 from planner.certificate.clearance import certify_clearance
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
+from planner.paths import solve_path
 from planner.problem import BlendTransition, PolylineMotion
+from planner.remedies.collisions import collision_remedies
 from planner.robots import load_robot
 from planner.saved_plan import load_plan, save_plan
 from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObject
@@ -117,6 +119,38 @@ def test_a_margin_that_is_kept_is_offered() -> None:
     assert remedy.field == ("scene", "margin")
     assert remedy.value == pytest.approx(0.318, abs=2e-3)
     planner.plan(remedy.applied_to(problem))
+
+
+@pytest.mark.parametrize("name", ["one waypoint", "one waypoint twice", "rests at the end", "taken at the end"])
+def test_where_a_robot_rests_in_a_collision_its_remedies_are_of_its_waypoints(name: str) -> None:
+    """A posture that is not free is `start_in_collision`, however few waypoints there are, or the end of a motion."""
+    (low,) = planner.plan(replace(in_scene(), waypoints=[RIGHT])).path.positions
+    there, away = planner.JointWaypoint(low, dwell=1.0), planner.JointWaypoint(low - [0.8, 0.0, 0.0, 0.0, 0.0, 0.0])
+    block = SceneObject("block", [Box([0.1, 0.1, 0.1])], Pose(np.array([1.2, 0.6, 0.7])))
+    taken = replace(there, attach=[planner.Attach("part")])
+    lists = {
+        "one waypoint": [there],
+        "one waypoint twice": [there, there],
+        "rests at the end": [away, there, there],
+        "taken at the end": [away, taken],
+    }
+    part = SceneObject("part", [Sphere(0.02)], Pose(np.array([1.2, 0.6, 0.6])))
+    problem = replace(in_scene(block, part, margin=0.01), waypoints=lists[name])
+    with pytest.raises(Collision) as refusal:
+        planner.plan(problem)
+    assert isinstance(refusal.value, StartInCollision) == name.startswith("one")
+    assert refusal.value.segment == (None if name.startswith("one") else 0)
+    for remedy in refusal.value.remedies:
+        assert remedy.field[0] != "waypoints" or int(remedy.field[1]) < len(problem.waypoints)
+        planner.plan(remedy.applied_to(problem))
+
+
+def test_a_robot_that_only_rests_has_no_other_way() -> None:
+    """No request leads there: where nothing moves, what is too near is so at the start. Remedies do not rely on it."""
+    problem = replace(in_scene(TABLE), waypoints=[RIGHT])
+    refusal = Collision("", pair=("link_6", "table"), depth=0.1, point=None, position=np.zeros(6), segment=0)
+    remedies = collision_remedies(refusal, problem, planner.Cubic(), solve_path(problem))
+    assert {remedy.field for remedy in remedies} == {("waypoints", 0, "configuration")}
 
 
 def test_what_takes_too_long_to_prove_is_refused() -> None:

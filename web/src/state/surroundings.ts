@@ -8,7 +8,7 @@ import type { Clearance, Scene } from '../service/types';
 import { seek } from './playback';
 import { isStale, plan, problem, request, shownPlan } from './store';
 
-export const KINDS = ['scene', 'itself'] as const;
+export const KINDS = ['scene', 'itself', 'contacts'] as const;
 export type Kind = (typeof KINDS)[number];
 
 const preferred = signal<Kind>('scene');
