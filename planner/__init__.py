@@ -143,8 +143,11 @@ if TYPE_CHECKING:
     from planner.scene import AttachedObject as AttachedObject
     from planner.scene import CollisionChecker as CollisionChecker
     from planner.scene import PointCloud as PointCloud
+    from planner.scene import PostureCollision as PostureCollision
     from planner.scene import Scene as Scene
     from planner.scene import SceneObject as SceneObject
+    from planner.scene import collisions_at as collisions_at
+    from planner.scene import is_free as is_free
     from planner.shapes import BoundingCapsule as BoundingCapsule
     from planner.shapes import Box as Box
     from planner.shapes import Capsule as Capsule
@@ -294,7 +297,17 @@ _NAMES = {
         "Shape",
         "Sphere",
     ),
-    "planner.scene": ("Attach", "AttachedObject", "CollisionChecker", "PointCloud", "Scene", "SceneObject"),
+    "planner.scene": (
+        "Attach",
+        "AttachedObject",
+        "CollisionChecker",
+        "PointCloud",
+        "PostureCollision",
+        "Scene",
+        "SceneObject",
+        "collisions_at",
+        "is_free",
+    ),
     "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
     "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
     "planner.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),

@@ -23,6 +23,7 @@ from api.schemas.common import (
 )
 from api.schemas.pictures import PictureView  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.requests import InverseKinematicsOptions, Rows
+from api.schemas.scenes import SceneOrId  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 
 
@@ -49,7 +50,9 @@ class InverseKinematicsRequest(Schema):
     solutions: Literal["best", "all"] = "best"
     """`best`: one solution, of the first pose the one nearest to `reference`, of any other the one nearest to the
     solution before. `all`: every isolated solution within the limits, nearest to `reference` first, those that
-    differ by whole turns of joints included, 64 at most; of a redundant robot a spread of solutions."""
+    differ by whole turns of joints included, 64 at most; of a redundant robot a spread of solutions. With `scene` or
+    `self_collision` those at which the robot keeps clear come first, and the best is one of them as long as there is
+    one, of a redundant robot as long as one is found among a spread."""
     reference: JointVector | None = None
     """A joint position, one value a joint, rad or m. Omitted: of the first pose any solution is best, and all are
     sorted by their distance to the middle of the limits."""
@@ -59,6 +62,16 @@ class InverseKinematicsRequest(Schema):
     """The distance that the tool may be off the position asked, m."""
     tolerance_orientation: Annotated[float, Field(ge=1e-9, le=1.0)] = 1e-6
     """The angle that the tool may be off the orientation asked, rad."""
+    scene: SceneOrId | None = None
+    """What stands around the robot and what it carries: solutions at which it keeps clear of that go before all others,
+    and the answer says which do. Omitted: nothing is known."""
+    self_collision: bool | None = None
+    """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;
+    omitted: in a scene, as far as the shapes of its links are those of its description."""
+    frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
+    """Frames by name, each with its pose in the world (m), for the objects of the scene."""
+    mounting: Pose | None = None
+    """The pose of the base in the world (m), in which the scene stands; omitted: the robot's own."""
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
@@ -81,6 +94,13 @@ class ReachabilityRequest(Schema):
     """The pose of the tool centre point in the tip frame (m); omitted: the robot's own."""
     ik: InverseKinematicsOptions = InverseKinematicsOptions()
     """How poses are solved; solutions are turned nearest to the reference, or else to the middle of the limits."""
+    scene: SceneOrId | None = None
+    """What stands around the robot and what it carries: solutions at which it keeps clear of that go before all others,
+    and the answer says whether there is one. What is taken or put down at some waypoint is not held against the robot.
+    Omitted: nothing is known."""
+    self_collision: bool | None = None
+    """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;
+    omitted: in a scene, as far as the shapes of its links are those of its description."""
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE
@@ -144,6 +164,15 @@ class AnsweredConfiguration(Answer):
     """The side of the wrist; null: it is straight, or the arm has no such name."""
 
 
+class PostureCollision(Answer):
+    """The pair that is furthest beyond its margin at a joint position."""
+
+    pair: Annotated[list[str], Field(min_length=2, max_length=2)]
+    """The names of the links or objects."""
+    depth: float
+    """How much nearer the two are than their margin, m: as deep as they overlap where the margin is 0."""
+
+
 class JointSolution(Answer):
     """A joint position that reaches the pose; verified by forward kinematics."""
 
@@ -157,6 +186,8 @@ class JointSolution(Answer):
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
     configuration: AnsweredConfiguration
     """The configuration of the arm there, by its names."""
+    collision: PostureCollision | None = None
+    """What is in the way there; null: the robot is proved to keep clear. Only with `scene` or `self_collision`."""
 
 
 class NearestPose(Answer):
@@ -170,6 +201,9 @@ class NearestPose(Answer):
     """The distance of the tool from the position asked, m."""
     orientation_error: float | None
     """The angle of the tool from the orientation asked, rad; null: none was asked."""
+    collision: PostureCollision | None = None
+    """What is in the way there; null: the robot is proved to keep clear. Only of the inverse kinematics with `scene` or
+    `self_collision`."""
 
 
 class InverseKinematicsResult(Answer):
@@ -212,9 +246,16 @@ class WaypointReachability(Answer):
     """Why it cannot be reached, for a person; null: it can."""
     solutions: int | None
     """The number of isolated solutions, 0 if the pose cannot be reached; null: a joint waypoint, or a continuum."""
+    free: bool | None = None
+    """Whether there is a solution at which the robot is proved to keep clear. Only with `scene` or `self_collision`."""
+    free_solutions: int | None = None
+    """The number of the `solutions` at which it does; null as these. Only with `scene` or `self_collision`."""
+    hindered_by: list[PostureCollision] | None = None
+    """What is in the way at the solutions where none is free, each pair once, the least deep first; empty where one is
+    free, or the waypoint cannot be reached. Only with `scene` or `self_collision`."""
     limit_margin: LimitMargin | None
-    """The margin of the best solution, which is the one furthest from its limits; null: no joint has limits, or the
-    waypoint cannot be reached."""
+    """The margin of the best solution, which is the one furthest from its limits, of those that are free as long as
+    there is one; null: no joint has limits, or the waypoint cannot be reached."""
     manipulability: float | None
     """sqrt(det(J J^T)) of Yoshikawa (1985) at the best solution, in the units of J; null: it cannot be reached."""
     nearest: NearestPose | None = None
@@ -226,6 +267,8 @@ class ReachabilityAnswer(Answer):
 
     reachable: bool
     """Whether all waypoints can be reached."""
+    free: bool | None = None
+    """Whether the robot can keep clear at all of them. Only with `scene` or `self_collision`."""
     waypoints: list[WaypointReachability]
     """What was found, one entry a waypoint, in order."""
 

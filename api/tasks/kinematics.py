@@ -8,6 +8,7 @@ from api.errors import invalid
 from api.messages import Reply
 from api.negotiation import MediaType, negotiated
 from api.schemas import kinematics as schemas
+from api.tasks.collisions import TABLE
 from api.tasks.operation import BODY_CODES, Operation
 
 if TYPE_CHECKING:
@@ -41,15 +42,23 @@ def forward_kinematics(work: Work) -> Reply:
 
 def inverse_kinematics(work: Work) -> Reply:
     """Answer POST /v1/kinematics/inverse."""
-    from api.conversion import to_vector, with_tool
+    from functools import partial
+
+    from api.conversion import frames_in_world, mounted, to_vector, with_tool
     from api.kinematics_answers import all_answer, best_answer
     from api.pose_conversion import to_pose
-    from planner.kinematics import inverse_kinematics_many, solutions_or_failure, with_whole_turns
+    from api.scene_conversion import to_scene
+    from planner.kinematics import free_first, inverse_kinematics_many, solutions_or_failure, with_whole_turns
     from planner.kinematics.options import InverseKinematicsOptions
+    from planner.scene import is_free
+    from planner.scene.carried import checker_at_waypoints
 
     with work.stage("validate"):
         request = work.request(schemas.InverseKinematicsRequest)
-        robot = with_tool(work.robot(request), request.tool)
+        robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
+        scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
+        checker = checker_at_waypoints(robot, scene, request.self_collision, ())
+        free = None if checker is None else partial(is_free, checker)
         reference = None
         if request.reference is not None:
             reference = to_vector(request.reference, robot.dof, ("reference",))
@@ -57,22 +66,25 @@ def inverse_kinematics(work: Work) -> Reply:
     with work.stage("plan"):
         poses = [to_pose(asked) for asked in request.poses]
         if request.solutions == "best":
-            results = [best_answer(best) for best in inverse_kinematics_many(robot, poses, options, reference)]
+            found_in_turn = inverse_kinematics_many(robot, poses, options, reference, free)
+            results = [best_answer(best, checker) for best in found_in_turn]
         else:
             near = robot.middle if reference is None else reference
             results = []
             for pose in poses:
-                found = solutions_or_failure(robot, pose, options, near)
+                found = solutions_or_failure(robot, pose, options, near, free)
                 if isinstance(found, tuple):
                     found = with_whole_turns(robot, found, near, MOST_SOLUTIONS)
-                results.append(all_answer(robot, pose, found))
+                    found = found if free is None else free_first(found, free)
+                results.append(all_answer(robot, pose, found, checker))
     return work.reply({"results": results})
 
 
 def reachability(work: Work) -> Reply:
     """Answer POST /v1/kinematics/reachability."""
-    from api.conversion import mounted, to_options, to_waypoints, with_tool
+    from api.conversion import frames_in_world, mounted, to_options, to_waypoints, with_tool
     from api.kinematics_answers import reachability_answer
+    from api.scene_conversion import to_scene
     from planner.waypoints.reachability import reachability
 
     with work.stage("validate"):
@@ -80,8 +92,9 @@ def reachability(work: Work) -> Reply:
         robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
         waypoints = to_waypoints(request.waypoints, robot, request.frames)
         options = to_options(request.ik, request.seed)
+        scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames))
     with work.stage("plan"):
-        found = reachability(robot, waypoints, options)
+        found = reachability(robot, waypoints, options, scene=scene, self_collision=request.self_collision)
     return work.reply(reachability_answer(waypoints, found))
 
 
@@ -152,17 +165,23 @@ OPERATIONS = (
         tag="kinematics",
         summary="Joint positions that bring the tool to poses.",
         description="The best solution of each pose, or all of them; a pose without any has the nearest that the arm "
-        "comes to it.",
+        "comes to it. In a `scene` those at which the robot keeps clear go first, and each says what is in its way.",
         run=inverse_kinematics,
         request=schemas.InverseKinematicsRequest,
         answer=schemas.InverseKinematicsAnswer,
         shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
+        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
         examples={
             "one_position": {
                 "robot": "ngv_refuelling_arm",
                 "poses": [{"position": [-0.8, 1.0, -0.3], "orientation": None}],
-            }
+            },
+            "beside_a_table": {
+                "robot": "welding_arm",
+                "poses": [{"position": [1.0, 0.2, 0.5], "orientation": {"kind": "rpy", "rpy": [0.0, 2.5, 0.0]}}],
+                "solutions": "all",
+                "scene": {"objects": [TABLE], "margin": 0.01},
+            },
         },
     ),
     Operation(
@@ -171,12 +190,13 @@ OPERATIONS = (
         path="/v1/kinematics/reachability",
         tag="kinematics",
         summary="Which waypoints can be reached, in how many configurations, and by what margin; nothing is planned.",
-        description="Each waypoint is looked at by itself, as far as the one before it does not matter.",
+        description="Each waypoint is looked at by itself, as far as the one before it does not matter. In a `scene` "
+        "it is also said at which of them the robot can keep clear, and what is in the way at the others.",
         run=reachability,
         request=schemas.ReachabilityRequest,
         answer=schemas.ReachabilityAnswer,
         shared=True,
-        codes=(*BODY_CODES, "unknown_robot"),
+        codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
         examples={
             "a_pose_and_a_move": {
                 "robot": "ngv_refuelling_arm",
@@ -188,7 +208,12 @@ OPERATIONS = (
                         "move": {"kind": "cartesian", "translation": [0.0, 0.0, 0.1]},
                     },
                 ],
-            }
+            },
+            "a_pose_in_a_table": {
+                "robot": "kuka_kr16_2",
+                "waypoints": [{"kind": "pose", "pose": {"position": [1.2, 0.3, 0.35], "orientation": None}}],
+                "scene": {"objects": [TABLE]},
+            },
         },
     ),
     Operation(

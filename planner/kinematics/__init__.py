@@ -15,11 +15,14 @@ from planner.kinematics.forward import (
 )
 from planner.kinematics.inverse import (
     InverseKinematicsResult,
+    IsFree,
     all_solutions,
+    free_first,
     inverse_kinematics,
     inverse_kinematics_many,
     solution_layers,
     solutions_or_failure,
+    with_free_ones,
 )
 from planner.kinematics.search import is_isolated, pose_errors
 from planner.kinematics.turns import with_whole_turns
@@ -31,11 +34,13 @@ __all__ = [
     "Extreme",
     "FloatArray",
     "InverseKinematicsResult",
+    "IsFree",
     "Pose",
     "Workspace",
     "all_solutions",
     "configurations",
     "forward_kinematics",
+    "free_first",
     "in_configuration",
     "inverse_kinematics",
     "inverse_kinematics_many",
@@ -54,6 +59,7 @@ __all__ = [
     "tool_poses",
     "tool_speeds",
     "tool_velocities",
+    "with_free_ones",
     "with_whole_turns",
     "workspace",
 ]

@@ -1,10 +1,13 @@
-"""Inverse kinematics: the solution nearest to a reference, all solutions, or why there is none."""
+"""Inverse kinematics: the solution nearest to a reference, all solutions, or why there is none.
+
+Where it is known at which joint positions the robot keeps clear of what is around it, these go before all others.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import groupby
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
@@ -12,11 +15,11 @@ from planner.kinematics.configurations import Configuration, configurations
 from planner.kinematics.forward import forward_kinematics, manipulability, tool_pose
 from planner.kinematics.nearest import MANY, nearest_in_turn, nearest_solution
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.kinematics.search import Search, errors_of_many, pose_errors, search_all
-from planner.kinematics.turns import by_distance
+from planner.kinematics.search import Search, errors_of_many, is_isolated, pose_errors, search_all, wide_spread
+from planner.kinematics.turns import by_distance, nearest_turn
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -24,6 +27,9 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray, Pose
 
 Status = Literal["solved", "unreachable_waypoint", "joint_position_limit"]
+
+IsFree: TypeAlias = "Callable[[FloatArray], np.ndarray]"
+"""Joint positions (N, joints) to whether the robot is proved to keep clear there (N,), bool."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +64,7 @@ def inverse_kinematics(
     pose: Pose,
     options: InverseKinematicsOptions = InverseKinematicsOptions(),
     reference: ArrayLike | None = None,
+    is_free: IsFree | None = None,
 ) -> InverseKinematicsResult:
     """Solve for a joint position that brings the tool to `pose`; with a reference, for the one nearest to it.
 
@@ -69,6 +76,9 @@ def inverse_kinematics(
         pose: The tool's pose in the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
         reference: (joints,), rad or m; None: `options.reference`. Without either the first solution found is returned.
+        is_free: Tells at which joint positions (N, joints) the robot keeps clear, see `planner.is_free`:
+            the nearest of these solutions is returned, as long as one is found; of a continuum the nearest of a spread.
+            None: nothing is known to be there.
 
     Returns:
         The solution; or why there is none, and the nearest pose found: look at its `status`.
@@ -76,10 +86,8 @@ def inverse_kinematics(
     search = Search(robot, pose, options)
     if reference is None and options.reference is not None:
         reference = np.array(options.reference)
-    solution = (
-        search.first() if reference is None else nearest_solution(search, np.asarray(reference, dtype=np.float64))
-    )
-    return _failure(search) if solution is None else _result(robot, pose, solution, "solved")
+    near = None if reference is None else np.asarray(reference, dtype=np.float64)
+    return _answer(search, _nearest(search, near, is_free))
 
 
 def inverse_kinematics_many(
@@ -87,6 +95,7 @@ def inverse_kinematics_many(
     poses: Sequence[Pose],
     options: InverseKinematicsOptions = InverseKinematicsOptions(),
     reference: ArrayLike | None = None,
+    is_free: IsFree | None = None,
 ) -> list[InverseKinematicsResult]:
     """Solve a sequence of poses, each for the joint position nearest to that of the pose before it.
 
@@ -99,6 +108,7 @@ def inverse_kinematics_many(
         options: Tolerances, reference and seed.
         reference: (joints,), of the first pose; None: `options.reference`. Without either the first solution found is
             the first answer.
+        is_free: See `inverse_kinematics`.
 
     Returns:
         One result for each pose.
@@ -107,6 +117,13 @@ def inverse_kinematics_many(
         reference = np.array(options.reference)
     near = None if reference is None else np.asarray(reference, dtype=np.float64)
     results: list[InverseKinematicsResult] = []
+    if is_free is not None:
+        for pose in poses:
+            search = Search(robot, pose, options)
+            solution = _nearest(search, near, is_free)
+            results.append(_answer(search, solution))
+            near = near if solution is None else solution
+        return results
     for _, group in groupby(poses, key=lambda pose: pose.rotation is None):
         searches = [Search(robot, pose, options) for pose in group]
         solutions = nearest_in_turn(searches, near)
@@ -121,6 +138,7 @@ def all_solutions(
     pose: Pose,
     options: InverseKinematicsOptions = InverseKinematicsOptions(),
     reference: ArrayLike | None = None,
+    is_free: IsFree | None = None,
 ) -> tuple[FloatArray, ...]:
     """Find all isolated solutions within the limits, nearest to the reference first; of a continuum, a spread of some.
 
@@ -131,11 +149,14 @@ def all_solutions(
         pose: The tool's pose in the base frame; without a rotation, the position alone counts.
         options: Tolerances, reference and seed.
         reference: (joints,), rad or m; None: `options.reference`, or the middle of the limits.
+        is_free: Tells at which joint positions (N, joints) the robot keeps clear, see `inverse_kinematics`: these come
+            first, and of a continuum more are sought where there is none among the first.
 
     Returns:
         The solutions, each (joints,), rad or m; none where the pose cannot be reached.
     """
-    return solution_layers(robot, [pose], options, None if reference is None else np.asarray(reference))[0]
+    found = solutions_or_failure(robot, pose, options, None if reference is None else np.asarray(reference), is_free)
+    return found if isinstance(found, tuple) else ()
 
 
 def solution_layers(
@@ -146,20 +167,75 @@ def solution_layers(
 
 
 def solutions_or_failure(
-    robot: Robot, pose: Pose, options: InverseKinematicsOptions, reference: FloatArray | None = None
+    robot: Robot,
+    pose: Pose,
+    options: InverseKinematicsOptions,
+    reference: FloatArray | None = None,
+    is_free: IsFree | None = None,
 ) -> tuple[FloatArray, ...] | InverseKinematicsResult:
     """Find `all_solutions`, or why there is none and the nearest pose found; one search does both."""
     search = Search(robot, pose, options)
-    return _layers([search], reference)[0] or _failure(search)
+    (found,) = _layers([search], reference)
+    if not found:
+        return _failure(search)
+    return found if is_free is None else free_first(with_free_ones(search, found, is_free, reference), is_free)
+
+
+def free_first(solutions: Sequence[FloatArray], is_free: IsFree) -> tuple[FloatArray, ...]:
+    """Return solutions (joints,), those at which the robot keeps clear first, in the order that they had."""
+    order = np.argsort(~is_free(np.array(solutions)), kind="stable")
+    return tuple(solutions[k] for k in order.tolist())
+
+
+def with_free_ones(
+    search: Search, solutions: tuple[FloatArray, ...], is_free: IsFree, reference: FloatArray | None = None
+) -> tuple[FloatArray, ...]:
+    """Return all solutions (joints,) of a pose, with more of a continuum where the robot keeps clear at none of them.
+
+    Args:
+        search: For the pose.
+        solutions: One or more, as `all_solutions` finds them.
+        is_free: See `inverse_kinematics`.
+        reference: (joints,), rad or m, see `all_solutions`.
+    """
+    robot = search.robot
+    if is_free(np.array(solutions)).any() or is_isolated(robot, search.pose, solutions[0]):
+        return solutions
+    reference = _reference(search, reference)
+    more = [nearest_turn(robot, q, reference) for q in wide_spread(search)]
+    return tuple(by_distance(robot, [*solutions, *more], reference))
+
+
+def _nearest(search: Search, reference: FloatArray | None, is_free: IsFree | None) -> FloatArray | None:
+    """Return the solution nearest to the reference at which the robot keeps clear; where it does at none, the nearest.
+
+    Without a reference the first solution found, or else the free one that is nearest to the middle of the limits.
+    """
+    nearest = search.first() if reference is None else nearest_solution(search, reference)
+    if nearest is None or is_free is None or is_free(nearest[None])[0]:
+        return nearest
+    (found,) = _layers([search], reference)
+    found = with_free_ones(search, found or (nearest,), is_free, reference)
+    free = is_free(np.array(found))
+    return found[int(free.argmax())] if free.any() else nearest
 
 
 def _layers(searches: list[Search], reference: FloatArray | None) -> list[tuple[FloatArray, ...]]:
     if not searches:
         return []
-    robot, options = searches[0].robot, searches[0].options
-    if reference is None:
-        reference = robot.middle if options.reference is None else np.array(options.reference)
-    return [tuple(by_distance(robot, found, reference)) for found in search_all(searches, reference)]
+    reference = _reference(searches[0], reference)
+    return [tuple(by_distance(searches[0].robot, found, reference)) for found in search_all(searches, reference)]
+
+
+def _reference(search: Search, reference: FloatArray | None) -> FloatArray:
+    """Return the joint position that solutions are turned nearest to: (joints,), rad or m."""
+    if reference is not None:
+        return reference
+    return search.robot.middle if search.options.reference is None else np.array(search.options.reference)
+
+
+def _answer(search: Search, solution: FloatArray | None) -> InverseKinematicsResult:
+    return _failure(search) if solution is None else _result(search.robot, search.pose, solution, "solved")
 
 
 def _failure(search: Search) -> InverseKinematicsResult:
@@ -177,10 +253,7 @@ def _results(
     """Answers with the poses, by Pinocchio's forward kinematics, and the manipulability that belong to solutions."""
     solved = [k for k, solution in enumerate(solutions) if solution is not None]
     if len(solved) < MANY:
-        return [
-            _failure(search) if solution is None else _result(robot, search.pose, solution, "solved")
-            for search, solution in zip(searches, solutions, strict=True)
-        ]
+        return [_answer(search, solution) for search, solution in zip(searches, solutions, strict=True)]
     q = np.array([solutions[k] for k in solved])
     reached = forward_kinematics(robot, q)
     errors = errors_of_many([searches[k].pose for k in solved], reached)

@@ -15,20 +15,19 @@ from planner.limits import counted_velocity
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
 from planner.scene import is_free
-from planner.scene.carried import without_handled
-from planner.scene.checker import checker_of
+from planner.scene.carried import checker_at_waypoints
 from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
+    from planner.kinematics import IsFree
     from planner.limits import SegmentLimits
     from planner.problem import AnyWaypoint, PlanningProblem, Transition
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath
-    from planner.waypoints.candidates import IsFree
 
 SHORTEST_REST = 0.01
 """Duration of a trajectory, s, that neither moves nor is asked to rest: a length of time there has to be, and this
@@ -217,11 +216,8 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
 
 def _clear_postures(problem: PlanningProblem) -> IsFree | None:
     """Return what tells where the robot keeps clear of the scene and itself; None: nothing is held against anything."""
-    if problem.scene is None and not problem.self_collision:
-        return None
-    scene = None if problem.scene is None else without_handled(problem.scene, problem.handling)
-    checker = checker_of(problem.robot, scene, problem.self_collision)
-    return None if checker.is_empty else partial(is_free, checker)
+    checker = checker_at_waypoints(problem.robot, problem.scene, problem.self_collision, problem.handling)
+    return None if checker is None or checker.is_empty else partial(is_free, checker)
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:

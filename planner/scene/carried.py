@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.scene.checker import CollisionChecker
+from planner.scene.checker import CollisionChecker, checker_of
 from planner.scene.point_cloud import PointCloud
 from planner.scene.scene import HERE, AttachedObject, SceneObject
 from planner.spatial import Pose
@@ -69,6 +69,24 @@ def without_handled(scene: Scene, handling: Sequence[Handling]) -> Scene:
         allowed_pairs=[pair for pair in scene.allowed_pairs if not handled & set(pair)],
         pair_margins=[pair for pair in scene.pair_margins if not handled & set(pair[:2])],
     )
+
+
+def checker_at_waypoints(
+    robot: Robot, scene: Scene | None, self_collision: bool | None, handling: Sequence[Handling]
+) -> CollisionChecker | None:
+    """Return what the postures of waypoints are held against; None: neither a scene nor self-collision is asked for.
+
+    What is taken or put down on the way is left out.
+
+    Args:
+        robot: The arm, with its tool and mounting.
+        scene: What is around it at the start; None: nothing is known.
+        self_collision: See `CollisionChecker`; without a scene only `True` counts.
+        handling: What the robot does at each waypoint.
+    """
+    if scene is None and not self_collision:
+        return None
+    return checker_of(robot, None if scene is None else without_handled(scene, handling), self_collision)
 
 
 def _changed(robot: Robot, scene: Scene, done: Handling, position: FloatArray) -> Scene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,9 +12,28 @@ from planner.scene.checker import CONTACT_TOLERANCE, Items
 from planner.scene.continuous import DEFAULT_BUDGET, clearances
 
 if TYPE_CHECKING:
+    from planner.scene.bodies import Postures
     from planner.scene.checker import CollisionChecker
     from planner.scene.continuous import Budget
     from planner.spatial import FloatArray
+
+
+@dataclass(frozen=True)
+class PostureCollision:
+    """What is in the way at a posture: the pair that is furthest beyond its margin.
+
+    Attributes:
+        pair: Names of the links or objects.
+        depth: How much nearer it is than its margin, m: as deep as the two overlap where the margin is 0.
+
+    Examples:
+        >>> import planner
+        >>> planner.PostureCollision(("link_5", "table"), 0.02).pair
+        ('link_5', 'table')
+    """
+
+    pair: tuple[str, str]
+    depth: float
 
 
 def is_free(checker: CollisionChecker, positions: FloatArray) -> np.ndarray:
@@ -25,22 +45,72 @@ def is_free(checker: CollisionChecker, positions: FloatArray) -> np.ndarray:
 
     Returns:
         (N,), bool.
+
+    Examples:
+        >>> import planner
+        >>> floor = planner.SceneObject("floor", [planner.HalfSpace([0.0, 0.0, 1.0], -0.05)])
+        >>> robot = planner.load_robot("kuka_kr16_2")
+        >>> checker = planner.CollisionChecker(robot, planner.Scene([floor]))
+        >>> planner.is_free(checker, robot.middle[None])
+        array([ True])
     """
     free = np.ones(len(positions), dtype=bool)
     postures = checker.bodies.at(positions)
-    own = checker.own_items(len(positions))
-    still = np.zeros((len(positions), len(checker.bodies.pieces)))
+    items, _, wanted = _near_pairs(checker, postures)
+    for row, pair, least in zip(items.rows.tolist(), items.pairs.tolist(), wanted.tolist(), strict=True):
+        if free[row]:
+            free[row] = checker.separate(postures, row, pair).proved >= least
+    return free
+
+
+def collisions_at(checker: CollisionChecker, positions: FloatArray) -> tuple[PostureCollision | None, ...]:
+    """Find what is in the way at postures: of each the pair that is furthest beyond its margin.
+
+    Args:
+        checker: The robot and what is around it.
+        positions: (N, joints), rad or m.
+
+    Returns:
+        One of each posture; None: it is free, as `is_free` tells.
+
+    Examples:
+        >>> import planner
+        >>> block = planner.SceneObject("block", [planner.Box([0.2, 0.2, 0.2])], planner.Pose([0.0, 0.0, 0.7]))
+        >>> robot = planner.load_robot("kuka_kr16_2")
+        >>> checker = planner.CollisionChecker(robot, planner.Scene([block]))
+        >>> (found,) = planner.collisions_at(checker, robot.middle[None])
+        >>> found.pair[1]
+        'block'
+    """
+    postures = checker.bodies.at(positions)
+    deepest: list[tuple[float, int]] = [(0.0, -1)] * len(positions)
+    items, low, wanted = _near_pairs(checker, postures)
+    rows = zip(items.rows.tolist(), items.pairs.tolist(), low.tolist(), wanted.tolist(), strict=True)
+    for row, pair, bound, least in rows:
+        if bound < 0.0 or least - bound > deepest[row][0]:  # a bound that is negative says nothing
+            deepest[row] = max(deepest[row], (least - checker.separate(postures, row, pair).proved, pair))
+    return tuple(
+        None if depth <= 0.0 else PostureCollision(checker.names(pair), depth + CONTACT_TOLERANCE)
+        for depth, pair in deepest
+    )
+
+
+def _near_pairs(checker: CollisionChecker, postures: Postures) -> tuple[Items, FloatArray, FloatArray]:
+    """Find the pairs that cheap bounds do not prove to keep their margins, the nearest first.
+
+    Returns:
+        The pairs, their bounds (n,), m, and the distances (n,) from which on they keep their margins, m.
+    """
+    count = len(postures.origins)
+    own = checker.own_items(count)
+    still = np.zeros((count, len(checker.bodies.pieces)))
     near, _ = checker.near_items(postures, still, checker.margins - CONTACT_TOLERANCE)
     items = Items(np.concatenate([own.rows, near.rows]), np.concatenate([own.pairs, near.pairs]))
     wanted = checker.margins_of(items.pairs) - CONTACT_TOLERANCE
     low = checker.bounds(postures, items, wanted)
-    for item in np.argsort(low, kind="stable").tolist():
-        if low[item] >= wanted[item]:
-            continue
-        row = int(items.rows[item])
-        if free[row]:
-            free[row] = checker.separate(postures, row, int(items.pairs[item])).proved >= wanted[item]
-    return free
+    order = np.argsort(low, kind="stable")
+    order = order[low[order] < wanted[order]]
+    return Items(items.rows[order], items.pairs[order]), low[order], wanted[order]
 
 
 def is_edge_free(

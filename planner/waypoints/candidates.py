@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from planner.waypoints.still_axes import with_still_axes
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from planner.kinematics.inverse import IsFree
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 
 MOST_TURNED = 32
 """The most candidates of a waypoint that differ from its solutions by given whole turns; the nearest are kept."""
-
-IsFree: TypeAlias = "Callable[[FloatArray], np.ndarray]"
-"""Joint positions (N, joints) to whether the robot is proved to keep clear there (N,), bool."""
 
 TURNS = np.array([0.0, -TURN, TURN])
 """Turns of one joint from its position nearest to where the robot comes from, rad."""

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from planner.errors import InvalidProblem
-from planner.kinematics.configurations import Configuration
+from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
-from planner.kinematics.search import is_isolated
+from planner.kinematics.search import Search, is_isolated, wide_spread
 from planner.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problem_check import waypoint_faults
 from planner.robots.tools import with_tools
+from planner.scene import Handling, PostureCollision, collisions_at
+from planner.scene.carried import checker_at_waypoints
+from planner.scene.faults import handling_faults
 from planner.spatial import Pose
 from planner.waypoints.configurations import configuration_error, solutions_in
 from planner.waypoints.goal_regions import with_chosen_poses
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
+    from planner.scene import CollisionChecker, Scene
     from planner.spatial import FloatArray
     from planner.waypoints.pinned import Pinned
 
@@ -53,11 +57,14 @@ class Reachability:
         error: Why it cannot be reached; None: it can.
         solutions: How many isolated solutions the pose has in the configuration asked; None: a continuum, or a joint
             waypoint.
-        best: (joints,), rad or m: the solution that is furthest from the limits; None: there is none. A solution of
-            another configuration where that asked has none.
+        best: (joints,), rad or m: the solution that is furthest from the limits, of those that keep clear as long as
+            there is one; None: there is none. A solution of another configuration where that asked has none.
         limit_margin: How near `best` is to the limits; None: no joint has limits, or there is no solution.
         manipulability: The manipulability at `best`.
         nearest: The nearest that the robot gets to a pose that it cannot reach.
+        free: Whether there is a solution at which the robot keeps clear; None: nothing is held against anything.
+        free_solutions: How many of `solutions` these are; None as `solutions`, or where `free` is.
+        hindered_by: Where there is none, what is in the way at the solutions, each pair once, the least deep first.
     """
 
     error: PlanningError | None
@@ -66,28 +73,43 @@ class Reachability:
     limit_margin: LimitMargin | None = None
     manipulability: float | None = None
     nearest: InverseKinematicsResult | None = None
+    free: bool | None = None
+    free_solutions: int | None = None
+    hindered_by: tuple[PostureCollision, ...] = ()
 
 
 def reachability(
-    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
+    robot: Robot,
+    waypoints: Sequence[AnyWaypoint],
+    options: InverseKinematicsOptions,
+    *,
+    scene: Scene | None = None,
+    self_collision: bool | None = None,
 ) -> list[Reachability]:
     """Look at every waypoint by itself; motions, transitions and limits of speed do not count.
 
     A relative waypoint starts from the pose asked before it, whether that can be reached or not. In the axes of a tool
     whose orientation was left open, it starts from the best solution there, or else from the nearest pose. A joint
-    position outside of the limits by no more than `START_TOLERANCE` is taken to be at the limits, as in plans.
+    position outside of the limits by no more than `START_TOLERANCE` is taken to be at the limits, as in plans. What the
+    robot takes or puts down at some waypoint, and may touch there, is not held against it.
 
     Args:
         robot: The robot, with its tool.
         waypoints: One or more.
         options: Tolerances, seed, and the joint position that solutions are turned nearest to.
+        scene: What is around the robot: solutions at which it keeps clear go before others. None: nothing is known.
+        self_collision: Whether the arm is held against itself, see `CollisionChecker`; without a scene only `True` is.
 
     Raises:
-        InvalidProblem: A joint position or the reference has not one value a joint, or the first waypoint is relative.
+        InvalidProblem: A joint position or the reference has not one value a joint, the first waypoint is relative, or
+            the scene has not what is taken.
     """
+    handling = [Handling(waypoint.attach, waypoint.detach) for waypoint in waypoints]
     faults = list(waypoint_faults(robot, waypoints, options))
+    faults += [] if scene is None else handling_faults(robot, scene, handling)
     if faults:
         raise InvalidProblem(faults)
+    checker = checker_at_waypoints(robot, scene, self_collision, handling)
     robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
     waypoints = with_chosen_poses(robot, within_limits(robot, waypoints, START_TOLERANCE), options)
     wanted, every_pinned = wanted_poses(robots, waypoints), pinned_robots(robots, waypoints)
@@ -97,7 +119,7 @@ def reachability(
         if index and before is not None and robot is not robots[index - 1]:
             before = of_other_tool(before, robots[index - 1], robot)
         if isinstance(waypoint, JointWaypoint):
-            answers.append(_joint_waypoint(robot, index, np.array(waypoint.position)))
+            answers.append(_joint_waypoint(robot, index, np.array(waypoint.position), checker))
             before = pose
             continue
         axes = None if before is None else before.rotation
@@ -110,12 +132,12 @@ def reachability(
         solutions = solutions_or_failure(pinned.robot, pose, pinned.options(options))
         if isinstance(solutions, tuple):
             asked = waypoint.configuration if isinstance(waypoint, PoseWaypoint) else Configuration()
-            answers.append(_pose_waypoint(robot, pinned, index, pose, solutions, asked, options))
+            answers.append(_pose_waypoint(robot, pinned, index, pose, solutions, asked, options, checker))
         else:
             nearest = pinned.failure(solutions)
             error = unreachable_error(robot, index, waypoint, pose, nearest, before, axes)
             error.remedies = (*error.remedies, *without_pins(robot, index, waypoint, pose, nearest.position))
-            answers.append(Reachability(error, 0, nearest=nearest))
+            answers.append(_unreached(error, 0, checker, nearest=nearest))
         before = pose
     return answers
 
@@ -127,11 +149,22 @@ def _pose_there(robot: Robot, answer: Reachability) -> Pose:
     return tool_pose(robot, position)
 
 
-def _joint_waypoint(robot: Robot, index: int, q: FloatArray) -> Reachability:
+def _joint_waypoint(robot: Robot, index: int, q: FloatArray, checker: CollisionChecker | None) -> Reachability:
     error = position_limit_error(robot, index, q)
     if error is not None:
-        return Reachability(error, None)
-    return _reached(robot, None, q)
+        return _unreached(error, None, checker)
+    return _reached(robot, None, (q,), checker)
+
+
+def _unreached(
+    error: PlanningError,
+    solutions: int | None,
+    checker: CollisionChecker | None,
+    best: FloatArray | None = None,
+    nearest: InverseKinematicsResult | None = None,
+) -> Reachability:
+    nothing = (None, None) if checker is None else (False, solutions)
+    return Reachability(error, solutions, best, None, None, nearest, *nothing)
 
 
 def _pose_waypoint(
@@ -142,21 +175,46 @@ def _pose_waypoint(
     solutions: tuple[FloatArray, ...],
     wanted: Configuration,
     options: InverseKinematicsOptions,
+    checker: CollisionChecker | None,
 ) -> Reachability:
     own = pinned.options(options)
     allowed = solutions_in(pinned.robot, pose, solutions, wanted, own)
     if not allowed:
         error = configuration_error(pinned.robot, index, pose, solutions, wanted, own)
-        return Reachability(error, 0, pinned.whole(solutions[0]))
-    count = len(allowed) if is_isolated(pinned.robot, pose, allowed[0]) else None
-    return _reached(robot, count, max(pinned.solutions(allowed), key=lambda q: float(_margins(robot, q).min())))
+        return _unreached(error, 0, checker, pinned.whole(solutions[0]))
+    if is_isolated(pinned.robot, pose, allowed[0]):
+        return _reached(robot, len(allowed), pinned.solutions(allowed), checker)
+    found = _reached(robot, None, pinned.solutions(allowed), checker)
+    if found.free is not False:
+        return found
+    more = in_configuration(pinned.robot, wide_spread(Search(pinned.robot, pose, own)), wanted)
+    return _reached(robot, None, pinned.solutions((*allowed, *more)), checker)
 
 
-def _reached(robot: Robot, count: int | None, best: FloatArray) -> Reachability:
+def _reached(
+    robot: Robot, count: int | None, solutions: tuple[FloatArray, ...], checker: CollisionChecker | None
+) -> Reachability:
+    """Return what there is to say of the solutions (joints of all,) of a waypoint, one or more."""
+    collisions = () if checker is None else collisions_at(checker, np.array(solutions))
+    free = [q for q, collision in zip(solutions, collisions, strict=True) if collision is None] if checker else []
+    best = max(free or solutions, key=lambda q: float(_margins(robot, q).min()))
     margins = _margins(robot, best)
     joint = int(margins.argmin())
     margin = LimitMargin(robot.joint_names[joint], float(margins[joint])) if np.isfinite(margins[joint]) else None
-    return Reachability(None, count, best, margin, float(manipulability(robot, best[None])[0]))
+    reached = Reachability(None, count, best, margin, float(manipulability(robot, best[None])[0]))
+    if checker is None:
+        return reached
+    free_solutions = None if count is None else len(free)
+    hindered_by = () if free else _distinct([collision for collision in collisions if collision is not None])
+    return replace(reached, free=bool(free), free_solutions=free_solutions, hindered_by=hindered_by)
+
+
+def _distinct(collisions: Sequence[PostureCollision]) -> tuple[PostureCollision, ...]:
+    """Return collisions, each pair once, as deep as it is least, the least deep first."""
+    least: dict[tuple[str, str], PostureCollision] = {}
+    for collision in sorted(collisions, key=lambda each: each.depth):
+        least.setdefault(collision.pair, collision)
+    return tuple(least.values())
 
 
 def _margins(robot: Robot, q: FloatArray) -> FloatArray:

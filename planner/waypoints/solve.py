@@ -30,11 +30,11 @@ from planner.waypoints.targets import moved_pose, of_other_tool, pose_remedy, wa
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.kinematics.inverse import IsFree
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.tool_motions.tool_motion import ToolMotion
-    from planner.waypoints.candidates import IsFree
     from planner.waypoints.choice import Follow, Passage
 
 Choice = Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]

@@ -19,6 +19,7 @@ from tests.api.random_requests.judged_goals import goals_hold
 from tests.api.random_requests.judged_limits import limits_hold
 from tests.api.random_requests.judged_refusals import is_precise, with_remedies
 from tests.api.random_requests.judged_scenes import check_holds, collides, is_free, validation_holds
+from tests.api.random_requests.judged_solutions import reachability_holds, solutions_hold
 from tests.api.random_requests.operations import Operations
 from tests.api.random_requests.poses import placement
 from tests.api.random_requests.robots import made_up_robot
@@ -70,7 +71,7 @@ class Conversation:
     def _hold(self) -> None:
         made = Operations(self.robot, self.random)
         if made.chance(0.1):
-            self._ask("collisions/check", made.check({}, None))
+            self._ask(*(made.solutions() if made.chance(0.5) else ("collisions/check", made.check({}, None))))
             return
         request = made.plan()
         if made.chance(0.05):
@@ -131,6 +132,12 @@ class Conversation:
         robot = self._mounted(body)
         if path == "collisions/check":
             check_holds(robot, body, found)
+            return
+        if path == "kinematics/inverse":
+            solutions_hold(robot, body, found)
+            return
+        if path == "kinematics/reachability":
+            reachability_holds(robot, body, found)
             return
         if path == "trajectories/validate":
             validation_holds(robot, body, found, self.random)

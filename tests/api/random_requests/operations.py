@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from tests.api.random_requests.draws import TOOL_LIMITS
-from tests.api.random_requests.plans import BACKENDS, Plans
+from tests.api.random_requests.plans import BACKENDS, FRAMES, MOUNTING, TOOLS, Plans
+from tests.api.random_requests.poses import tool_at
 
 AS_THEY_ARE = ("mounting", "tool")
 """What of a plan its operations are asked with."""
@@ -75,6 +76,27 @@ class Operations(Plans):
         if not self.chance(0.1):
             asked["scene"] = self.scene(asked, postures)
         return asked
+
+    def solutions(self) -> tuple[str, dict[str, Any]]:
+        """Poses and joint positions in a scene, of which solutions are asked, or whether they can be reached."""
+        asked: dict[str, Any] = {"robot": self.robot.id, "deadline": 30.0}
+        shared = {"tool": (self.choice(TOOLS), 0.2), "mounting": (MOUNTING, 0.1), "frames": (FRAMES, 0.2)}
+        asked |= {name: value for name, (value, share) in shared.items() if self.chance(share)}
+        postures = [self.position(None) for _ in range(int(self.random.integers(1, 5)))]
+        poses = [self._pose(tool_at(self.robot, posture, asked.get("tool"))) for posture in postures]
+        if not self.chance(0.15):
+            asked["scene"] = self.scene(asked, postures)
+        if self.chance(0.3):
+            asked["self_collision"] = self.chance(0.5)
+        if self.chance(0.5):
+            if self.chance(0.5):
+                asked["reference"] = self.position(None).tolist()
+            return "kinematics/inverse", asked | {"poses": poses, "solutions": self.choice(("best", "all"))}
+        waypoints = [
+            {"kind": "pose", "pose": pose} if self.chance(0.7) else {"kind": "joint", "position": posture.tolist()}
+            for pose, posture in zip(poses, postures, strict=True)
+        ]
+        return "kinematics/reachability", asked | {"waypoints": waypoints}
 
     def validation(self, planned: dict[str, Any]) -> dict[str, Any]:
         """What was planned, in a scene and within limits that it may well break."""
