@@ -8,7 +8,8 @@ import numpy as np
 
 from planner.export.json import poses_as_dicts
 from planner.kinematics.configurations import Configuration
-from planner.problem import BlendTransition, CartesianMove, FreeMotion, JointMotion, PolylineMotion, StopTransition
+from planner.motion_around import FreeMotion
+from planner.problem import BlendTransition, CartesianMove, JointMotion, PolylineMotion, StopTransition
 from planner.spatial import Pose
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ def value_answer(value: Any) -> Any:
         case Configuration():
             return value.names
         case FreeMotion():
-            return {"kind": "free", "most_checks": value.most_checks}
+            asked = {name: option for name, option in vars(value).items() if name != "turns" and option is not None}
+            return {"kind": "free", **asked}
         case JointMotion():
             return {"kind": "joint"}
         case StopTransition():

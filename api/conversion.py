@@ -19,6 +19,7 @@ from planner.guarantees import END_OPTIONS, EndStates
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
+from planner.motion_around import FreeMotion
 from planner.regions import Free, Region
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
 from planner.robots.collision.mesh_files import kept_meshes
@@ -293,7 +294,7 @@ def _to_motion(motion: waypoints.Motion, frame: Pose | None) -> problem.Motion:
         case waypoints.JointMotion():
             return problem.JointMotion(motion.turns)
         case waypoints.FreeMotion():
-            return problem.FreeMotion(most_checks=motion.most_checks)
+            return FreeMotion(**motion.model_dump(exclude={"kind"}))
         case waypoints.LinearMotion():
             return problem.LinearMotion(**_following(motion))
         case waypoints.CircularMotion():

@@ -90,6 +90,7 @@ if TYPE_CHECKING:
     from planner.kinematics import workspace as workspace
     from planner.kinematics.options import InverseKinematicsOptions as InverseKinematicsOptions
     from planner.limits import Limits as Limits
+    from planner.motion_around import FreeMotion as FreeMotion
     from planner.operations import CertifiedTrajectory as CertifiedTrajectory
     from planner.operations import JoinedTrajectory as JoinedTrajectory
     from planner.operations import JointState as JointState
@@ -115,7 +116,6 @@ if TYPE_CHECKING:
     from planner.problem import BlendTransition as BlendTransition
     from planner.problem import CartesianMove as CartesianMove
     from planner.problem import CircularMotion as CircularMotion
-    from planner.problem import FreeMotion as FreeMotion
     from planner.problem import JointMotion as JointMotion
     from planner.problem import JointWaypoint as JointWaypoint
     from planner.problem import LinearMotion as LinearMotion
@@ -242,6 +242,7 @@ _NAMES = {
     ),
     "planner.kinematics.options": ("InverseKinematicsOptions",),
     "planner.limits": ("Limits",),
+    "planner.motion_around": ("FreeMotion",),
     "planner.operations": (
         "CertifiedTrajectory",
         "JoinedTrajectory",
@@ -266,7 +267,6 @@ _NAMES = {
         "BlendTransition",
         "CartesianMove",
         "CircularMotion",
-        "FreeMotion",
         "JointMotion",
         "JointWaypoint",
         "LinearMotion",

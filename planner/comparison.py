@@ -9,9 +9,9 @@ import numpy as np
 
 from planner.errors import PlanningError
 from planner.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.integrals import Nodes
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
-from planner.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -21,12 +21,6 @@ if TYPE_CHECKING:
     from planner.result import Plan
     from planner.robots import Robot
     from planner.spatial import FloatArray
-
-GAUSS_RULE = np.polynomial.legendre.leggauss(4)
-"""Gauss-Legendre points (4,) and weights (4,) on [-1, 1] for integrals over each part of a piece."""
-
-PARTS = 400
-"""The number of parts that a trajectory is cut into for integrals, since absolute values have kinks."""
 
 PATH_SAMPLES = 120
 """The number of samples of a segment at which the tool's way is compared."""
@@ -99,18 +93,9 @@ def _compared(problem: PlanningProblem, backend: BackEnd) -> Comparison:
 def figures(plan: Plan) -> Figures:
     """Compute the figures of a plan."""
     trajectory, robot = plan.trajectory, plan.path.robot
-    parts = np.ceil(PARTS * trajectory.lengths / trajectory.duration).astype(int)
-    pieces = np.repeat(np.arange(len(parts)), parts)
-    part = np.arange(len(pieces)) - np.repeat(np.cumsum(parts) - parts, parts)
-    lengths = (trajectory.lengths / parts)[pieces]
-    gauss_points, gauss_weights = GAUSS_RULE
-    tau = ((part[:, None] + 0.5 * (gauss_points + 1.0)) * lengths[:, None])[..., None]
-    weights = (0.5 * gauss_weights * lengths[:, None]).ravel()
-    coefficients = trajectory.coefficients[pieces][:, None]
-    q, dq, ddq, jerk = (horner(differentiate(coefficients, k), tau).reshape(-1, robot.dof) for k in range(4))
+    weights, segments, (q, dq, ddq, jerk) = Nodes.of(trajectory)
     effort = energy = None
     if plan.path.dynamics.has_dynamics:
-        segments = np.repeat(trajectory.segments[pieces], len(gauss_points))
         torque = plan.path.dynamics.torques(segments, q, dq, ddq)
         energy = float(weights @ np.abs(torque * dq).sum(axis=1))
         limit = plan.path.limits.torque[segments]

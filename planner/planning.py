@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.backends.splines.cubic import Cubic
+from planner.better_plans import plan_free_motions
 from planner.errors import (
     ClearanceUnproved,
     Collision,
@@ -14,7 +15,6 @@ from planner.errors import (
     PlanningError,
 )
 from planner.free_motion.ways import free_waypoints
-from planner.free_planning import plan_around
 from planner.paths import solve_path
 from planner.problem_check import check_problem
 from planner.remedies import remedies_for
@@ -40,7 +40,7 @@ def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
     try:
         check_problem(problem, backend)
         if free_waypoints(problem):
-            return plan_around(problem, backend)
+            return plan_free_motions(problem, backend)
         path = solve_path(problem)
     except PlanningError as refusal:
         _try_remedies(refusal, problem, backend)

@@ -72,24 +72,6 @@ class JointMotion:
     turns: Turns = "nearest"
 
 
-MOST_CHECKS = 20_000
-"""The most motions that the search for a way around looks at, unless told otherwise: 5 to 20 s, and twenty times what
-cells with shelves and boxes take. A number of motions and no time, so that equal requests have equal answers."""
-
-
-@dataclass(frozen=True)
-class FreeMotion(JointMotion):
-    """A motion of the joints around what is in the way: straight if that is free, and else by a way that is found.
-
-    To a pose any of its configurations will do that has room, unless a motion of the tool follows it.
-
-    Attributes:
-        most_checks: The most motions that the search looks at.
-    """
-
-    most_checks: int = MOST_CHECKS
-
-
 Singularity = Literal["refuse", "slow", "deviate"]
 """What a motion of the tool does near a singularity, where a joint would have to go far for a small step of the tool.
 

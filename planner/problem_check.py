@@ -11,10 +11,10 @@ from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
 from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
+from planner.motion_around import FreeMotion
 from planner.problem import (
     BlendTransition,
     CartesianMotion,
-    FreeMotion,
     JointMotion,
     JointWaypoint,
     PoseWaypoint,
@@ -207,8 +207,23 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
         yield ("waypoints", 0, "duration"), "the first waypoint ends no segment: it has no duration"
     if waypoints and waypoints[0].limits is not None:
         yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
+    yield from _free_motion_faults(problem)
     yield from _duration_faults(problem)
     yield from limit_faults(robot, problem.limits, ("limits",))
+
+
+def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find what cannot be asked of ways around."""
+    for i, waypoint in enumerate(problem.waypoints):
+        motion = waypoint.motion
+        if not isinstance(motion, FreeMotion):
+            continue
+        for name in ("time_budget", "optimise_checks"):
+            asked, field = getattr(motion, name), ("waypoints", i, "motion", name)
+            if asked is not None and not 0.0 < asked < np.inf:
+                yield field, "a budget is a number above 0"
+            elif asked is not None and motion.optimise is None:
+                yield field, "it bounds how long a way is made better; `optimise` says by what"
 
 
 def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:

@@ -143,10 +143,39 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
         LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
         PlanningError: Another refusal of the back end.
     """
+    return certified(problem, backend, path, timed(problem, backend, path))
+
+
+def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
+    """Put time on the path of a problem, which certifies nothing.
+
+    Args:
+        problem: What is asked, free of faults.
+        backend: What puts time on the path.
+        path: The solved path of the problem.
+
+    Raises:
+        InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
+        InvalidProblem: A joint travels too far for limits of torque or of the tool to be checked.
+        InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
+        PlanningError: Another refusal of the back end.
+    """
     _refuse_what_turns_too_often(path)
     trajectory = in_asked_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
     if problem.duration is not None and abs(trajectory.duration - problem.duration) > ROUNDING * problem.duration:
         raise duration_error(problem.duration, trajectory.duration)
+    return trajectory
+
+
+def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Plan:
+    """Certify a trajectory that `timed` has made of the same problem, back end and path.
+
+    Raises:
+        InvalidProblem: An action is asked for after the end of the trajectory.
+        Collision: The robot would come too near to itself, or to something around it.
+        ClearanceUnproved: That it does not could not be proved.
+        LimitsUnsatisfiable: The trajectory breaks a limit that the back end enforces.
+    """
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
     certificate = replace(certificate, clearance=_clearance(problem, path.positions, trajectory))

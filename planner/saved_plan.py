@@ -14,7 +14,7 @@ import ormsgpack
 
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.clearance import ClearanceReport
-from planner.free_motion.ways import FoundWay, with_ways
+from planner.free_motion.ways import FoundWay, Gain, with_ways
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.problem import BlendTransition, StopTransition, ThroughTransition
 from planner.result import Plan
@@ -62,7 +62,13 @@ def save_plan(plan: Plan) -> bytes:
         "blend_radii": list(blend_radii(plan.problem).items()),
         "warnings": [(warning.code, warning.message) for warning in plan.warnings],
         "ways": [
-            (way.waypoint, _packed(way.positions), type(way.transition).__name__, vars(way.transition))
+            (
+                way.waypoint,
+                _packed(way.positions),
+                type(way.transition).__name__,
+                vars(way.transition),
+                None if way.gain is None else vars(way.gain),
+            )
             for way in plan.ways
         ],
     }
@@ -94,8 +100,8 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     certificate = Certificate(**saved["certificate"], checks=checks, clearance=report)
     warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
     ways = tuple(
-        FoundWay(waypoint, _unpacked(positions), TRANSITIONS[kind](**values))
-        for waypoint, positions, kind, values in saved.get("ways", ())
+        FoundWay(waypoint, _unpacked(positions), TRANSITIONS[kind](**values), Gain(**gain[0]) if any(gain) else None)
+        for waypoint, positions, kind, values, *gain in saved.get("ways", ())
     )
     problem = with_blend_radii(with_ways(problem, ways), dict(saved.get("blend_radii", ())))
     path = solve_path(problem) if with_runs else _path(saved, problem)

@@ -10,6 +10,7 @@ from api.schemas.common import Answer
 from api.schemas.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.schemas.problem_documents import ProblemDocument  # noqa: TC001
 from api.schemas.scenes import ClearancesAnswer, CollisionAnswer  # noqa: TC001
+from api.schemas.way_gains import WayGain  # noqa: TC001
 
 
 class TcpPoses(Answer):
@@ -123,6 +124,8 @@ class PlannedWaypoint(Answer):
     """sqrt(det(J J^T)) of Yoshikawa (1985), in the units of J: 0 where the arm is singular."""
     free: RegionOffsets | None = None
     """With `free` in the request: where in its region the waypoint is."""
+    gain: WayGain | None = None
+    """With `optimise` in the free motion to here: what was gained by it."""
 
 
 class Check(Answer):

@@ -52,6 +52,17 @@ class FreeMotion(Schema):
     most_checks: Annotated[int, Field(ge=1, le=50_000)] = 20_000
     """The most motions that the search looks at before it gives up with `no_path_found`: 20000 take 5 to 20 s. A number
     and no time, so that equal requests have equal answers."""
+    optimise: Literal["duration", "effort", "path_length"] | None = None
+    """What the way is made better by once one is found: other ways are searched for and changed, timed by the back end
+    and certified, and the best is the answer, whose `waypoints` have the `gain`. All is that of the whole trajectory:
+    its `duration`; its `effort`, the integral of the sum of (torque / limit)^2, or of (acceleration / limit)^2 of a
+    robot without inertias; the `path_length` in the space of the joints. Omitted: the first way will do."""
+    time_budget: Annotated[float, Field(gt=0.0, le=600.0)] | None = None
+    """How long that may take, s, from when planning begins: the best way until then is the answer, so that it depends
+    on how fast the service is. It ends before the `deadline`, too. Omitted: it ends after `optimise_checks`."""
+    optimise_checks: Annotated[int, Field(ge=1, le=50_000)] | None = None
+    """The most motions that are looked at to make the way better, a trajectory that is timed counting as 100 of them:
+    5000, the default, take 1 to 5 s. With a `time_budget` omitted: any number."""
 
 
 TolerancePosition = Annotated[float, Field(ge=1e-8, le=1.0)]

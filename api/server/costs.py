@@ -27,12 +27,16 @@ ROWS = ("waypoints", "poses", "positions", "points")
 SLOW_MOTIONS = ("linear", "circular", "polyline", "spline", "free")
 """The kinds of motion that have to be followed with the joints, or sought, which takes most of their request's time."""
 
+LARGEST = 1e6
+"""The number of seconds beyond which a budget says nothing: the request will be refused."""
+
 
 class Kind(NamedTuple):
     """What tells how long a request may take.
 
     Attributes:
-        family: The operation, the back end with the options that are switched on, and whether there are slow motions.
+        family: The operation, the back end with the options that are switched on, whether there are slow motions,
+            whether ways around are made better, and for how many seconds.
         size: The number of binary digits of the number of waypoints, poses or rows.
     """
 
@@ -70,15 +74,18 @@ def kind_of(operation: str, document: Mapping[str, Any], index: int = 0) -> Kind
     if isinstance(backend, dict):
         options = (str(backend.get("kind")), *sorted(name for name, value in backend.items() if value is True))
     waypoints = document.get("waypoints")
-    is_slow = isinstance(waypoints, list) and any(map(_has_slow_motion, waypoints))
+    motions = list(map(_motion, waypoints)) if isinstance(waypoints, list) else []
+    is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
+    budgets = [motion.get("time_budget") for motion in motions if motion.get("optimise")]
+    seconds = sum(round(budget) for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
     rows = (document.get(name) for name in ROWS)
     size = max((len(values) for values in rows if isinstance(values, list)), default=0)
-    return Kind((operation, options, is_slow), size.bit_length())
+    return Kind((operation, options, is_slow, bool(budgets), seconds), size.bit_length())
 
 
-def _has_slow_motion(waypoint: Any) -> bool:
+def _motion(waypoint: Any) -> Mapping[str, Any]:
     motion = waypoint.get("motion") if isinstance(waypoint, dict) else None
-    return isinstance(motion, dict) and motion.get("kind") in SLOW_MOTIONS
+    return motion if isinstance(motion, dict) else {}
 
 
 class Costs:

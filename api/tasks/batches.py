@@ -77,6 +77,7 @@ def _item(request: Any, pointer: str, work: Work) -> NewItem:
 
 def plan_item(work: Work) -> Reply:
     """Plan one request of a batch: the body is the saved plan, the result its duration and its worst ratio."""
+    from api.time_budgets import within_deadline
     from planner.export.base import sample
     from planner.planning import plan
     from planner.saved_plan import save_plan
@@ -87,7 +88,7 @@ def plan_item(work: Work) -> Reply:
         request: PlanRequest = read.request(PlanRequest)
         asked, backend = _problem_of(request, definition)
     with work.stage("plan"), acceptable_remedies(read, request, asked.robot.dof):
-        solved = plan(asked, backend)
+        solved = plan(within_deadline(asked, work.task.deadline), backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
         if "torque" in request.include:  # refused without inertias

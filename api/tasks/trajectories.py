@@ -28,6 +28,7 @@ def plan_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories."""
     from api.conversion import to_backend, to_planning_problem
     from api.negotiation import negotiated
+    from api.time_budgets import within_deadline
     from api.views import VIEWS, View
     from planner.export import FORMATS, Format
     from planner.planning import plan
@@ -42,7 +43,7 @@ def plan_trajectory(work: Work) -> Reply:
         if request.picture is not None and request.picture.joints is not None:
             joint_indices(asked.robot, request.picture.joints, ("picture", "joints"))
     with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
-        solved = plan(asked, backend)
+        solved = plan(within_deadline(asked, work.task.deadline), backend)
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
         if isinstance(form, View):
@@ -77,6 +78,7 @@ def export_trajectory(work: Work) -> Reply:
 def compare_backend(work: Work) -> Reply:
     """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
     from api.conversion import to_backend, to_planning_problem
+    from api.time_budgets import within_deadline
     from planner.comparison import figures
     from planner.export.json import as_dict
     from planner.planning import plan
@@ -91,7 +93,8 @@ def compare_backend(work: Work) -> Reply:
     entry["backend"] = request.backend.kind
     try:
         with work.stage("plan"), acceptable_remedies(work, asked, robot.dof), at_back_end(index):
-            solved = plan(to_planning_problem(request, robot), to_backend(request.backend))
+            problem = within_deadline(to_planning_problem(request, robot), work.task.deadline)
+            solved = plan(problem, to_backend(request.backend))
             refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     except (PlanningError, InvalidRequest) as error:
         _, body = problem_document(error, work.task.instance)

@@ -83,6 +83,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "manipulability": manipulabilities[i],
             }
             | _in_its_region(plan.problem.waypoints[i], waypoint.pose)
+            | _gained(plan, i, asked[i])
             for i, (waypoint, configuration) in enumerate(
                 zip(plan.path.waypoints, configurations(robot, plan.path.positions), strict=True)
             )
@@ -166,6 +167,14 @@ def _in_its_region(asked: AnyWaypoint, reached: Pose) -> dict[str, Any]:
     if not (isinstance(asked, PoseWaypoint) and asked.free):
         return {}
     return {"free": region_of(asked.free).offsets(asked.pose_in_base, reached)}
+
+
+def _gained(plan: Plan, waypoint: int, asked: int) -> dict[str, Any]:
+    """Return what was gained by making the way to a waypoint better; nothing of corners, and where it was not asked."""
+    if isinstance(plan.problem.waypoints[waypoint], ViaWaypoint):
+        return {}
+    gain = next((way.gain for way in plan.ways if way.waypoint == asked), None)
+    return {} if gain is None else {"gain": vars(gain)}
 
 
 def _rows(samples: Samples) -> dict[str, Any]:

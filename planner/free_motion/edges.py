@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+from time import monotonic
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,23 +34,25 @@ class FreeEdges:
 
     Attributes:
         checked: How many motions have been looked at.
-        most: How many may be.
+        most: How many may be; infinite: any number.
+        until: When no more may be, s on the monotonic clock; infinite: whenever.
     """
 
-    def __init__(self, robot: Robot, checker: CollisionChecker, most: int) -> None:
+    def __init__(self, robot: Robot, checker: CollisionChecker, most: float) -> None:
         """Prepare for a robot and what is around it, and so many motions."""
         self._robot, self._checker = robot, checker
         self._quick = QuickCheck(robot, checker)
         self._look_every = LOOK_EVERY
         self.checked = 0
-        self.most = most
+        self.most: float = most
+        self.until = inf
 
     @property
     def has_budget(self) -> bool:
         """Whether more may be looked at."""
-        return self.checked < self.most
+        return self.checked < self.most and monotonic() < self.until
 
-    def keep_room(self, room: float, most: int) -> None:
+    def keep_room(self, room: float, most: float) -> None:
         """Go on with motions that seem to keep clear by so much more than they have to, m, until so many in all."""
         self._quick = QuickCheck(self._robot, self._checker, room)
         self.most = most

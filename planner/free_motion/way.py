@@ -11,7 +11,7 @@ from planner.free_motion.edges import FreeEdges
 from planner.free_motion.enclosures import find_enclosure
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
-from planner.problem import MOST_CHECKS
+from planner.motion_around import MOST_CHECKS
 from planner.scene import is_free
 
 if TYPE_CHECKING:
@@ -90,9 +90,7 @@ def find_way(
     for k in free:
         if edges.is_free(start, goals[k]):
             return Way("found", np.stack([start, goals[k]]), k, 0.0, edges.checked)
-    ends = np.vstack([start[None], goals[free]])
-    lower = np.maximum(robot.limit("lower"), ends.min(axis=0) - AROUND)
-    upper = np.minimum(robot.limit("upper"), ends.max(axis=0) + AROUND)
+    lower, upper = sought_within(robot, np.vstack([start[None], goals[free]]))
     rng = np.random.default_rng(seed)
     for room, most in ((ROOM, int(SHARE_WITH_ROOM * most_checks)), (0.0, most_checks)):
         edges.keep_room(room, most)
@@ -107,3 +105,9 @@ def find_way(
     enclosure = find_enclosure(robot, checker, start, goals[free], most_checks)
     status: WayStatus = "budget_spent" if enclosure is None else "enclosed"
     return Way(status, far, free[0], left, edges.checked, enclosure)
+
+
+def sought_within(robot: Robot, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest joint positions (joints,) that a way between ends (ends, joints) may have."""
+    lower = np.maximum(robot.limit("lower"), ends.min(axis=0) - AROUND)
+    return lower, np.minimum(robot.limit("upper"), ends.max(axis=0) + AROUND)

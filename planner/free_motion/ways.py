@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,9 @@ from planner.free_motion.way import find_way
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
+from planner.motion_around import FreeMotion
 from planner.paths import solved_waypoints
-from planner.problem import FreeMotion, JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
+from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
 from planner.waypoints.pinned import pinned_robots
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from planner.actions import Action
     from planner.free_motion.way import Way
+    from planner.motion_around import Objective
     from planner.problem import AnyWaypoint, PlanningProblem, Transition
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
@@ -30,6 +32,25 @@ if TYPE_CHECKING:
 
 AS_GIVEN = JointMotion("as_given")
 """The motion to a joint position that was found: no other whole turn of a joint will do."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What was gained by making a way better.
+
+    Attributes:
+        objective: What the way was made better by.
+        first: Its value with the first way, see `planner.motion_around.Objective`.
+        last: Its value with the best way, no larger.
+        candidates: The number of other ways that were timed.
+        checks: The number of motions that were looked at for them.
+    """
+
+    objective: Objective
+    first: float
+    last: float
+    candidates: int
+    checks: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +61,13 @@ class FoundWay:
         waypoint: Index of the waypoint that the motion leads to.
         positions: (corners + 2, joints), rad or m: where it begins, the corners on the way, and where it ends.
         transition: How the corners are passed.
+        gain: What was gained by making it better; None: that was not asked.
     """
 
     waypoint: int
     positions: FloatArray
     transition: Transition
+    gain: Gain | None = None
 
     @property
     def has_corners(self) -> bool:
@@ -98,16 +121,10 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
         NoPathFound: The search looked at as many motions as it may.
         PlanningError: A waypoint cannot be solved; its index is that of the problem.
     """
-    itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
     ways: list[FoundWay] = []
     for index in free_waypoints(problem):
-        so_far = with_ways(problem, ways)
-        number = asked_indices(problem, ways).index(index)
-        _, solved = solved_waypoints(so_far)
-        positions = np.array([waypoint.position for waypoint in solved])
-        checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
-        goals = _goals(problem, index, solved[number - 1], solved[number])
-        start, motion = solved[number - 1].position, problem.waypoints[index].motion
+        checker, start, goals = ends_of_way(problem, ways, index)
+        motion = problem.waypoints[index].motion
         most = motion.most_checks if isinstance(motion, FreeMotion) else 0
         seed = problem.inverse_kinematics.seed
         way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=seed)
@@ -115,6 +132,41 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
             raise _refusal(problem, checker, index, way, start, goals)
         ways.append(FoundWay(index, way.positions, StopTransition()))
     return tuple(ways)
+
+
+class EndsOfWay(NamedTuple):
+    """What a way is sought between.
+
+    Attributes:
+        checker: The robot and what is around it on the way.
+        start: (joints,), rad or m.
+        goals: (goals, joints): any of them will do; the one that was chosen for the waypoint comes first.
+    """
+
+    checker: CollisionChecker
+    start: FloatArray
+    goals: FloatArray
+
+
+def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int) -> EndsOfWay:
+    """Return what the way to a waypoint is sought between.
+
+    Args:
+        problem: What is asked.
+        before: The ways of all free motions before.
+        index: Of the waypoint that the free motion leads to.
+
+    Raises:
+        PlanningError: A waypoint cannot be solved; its index is that of the problem.
+    """
+    itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
+    so_far = with_ways(problem, before)
+    number = asked_indices(problem, before).index(index)
+    _, solved = solved_waypoints(so_far)
+    positions = np.array([waypoint.position for waypoint in solved])
+    checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
+    goals = _goals(problem, index, solved[number - 1], solved[number])
+    return EndsOfWay(checker, solved[number - 1].position, goals)
 
 
 def _along(waypoint: AnyWaypoint, way: FoundWay) -> list[AnyWaypoint]:

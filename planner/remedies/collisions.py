@@ -11,9 +11,9 @@ import numpy as np
 from planner.certificate.clearance import CLEARANCE_TOLERANCE
 from planner.errors import Collision, PlanningError, Remedy, StartInCollision
 from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
+from planner.motion_around import FreeMotion
 from planner.problem import (
     BlendTransition,
-    FreeMotion,
     JointMotion,
     PolylineMotion,
     PoseWaypoint,

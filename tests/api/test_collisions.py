@@ -83,6 +83,28 @@ def test_a_free_motion_goes_around(service: RunningService) -> None:
     assert service.post(PLAN, request).json()["errors"][0]["pointer"] == "/waypoints/1/duration"
 
 
+def test_a_free_motion_is_made_better(service: RunningService) -> None:
+    wall = {"id": "wall", "shape": {"kind": "box", "size": [0.8, 0.1, 1.6]}, "pose": {"position": [1.3, 0.0, 0.8]}}
+    motion: dict[str, Any] = {"kind": "free"}
+    ends = [0.9, -0.9, 1.2, 0.0, 0.8, 0.0], [-0.9, -0.9, 1.2, 0.0, 0.8, 0.0]
+    request = KUKA | {"waypoints": [joint(*ends[0]), joint(*ends[1], motion=motion)], "scene": {"objects": [wall]}}
+    plain = checked(service.post(PLAN, request), answers.PlanAnswer)
+    assert not any(waypoint.get("gain") for waypoint in plain["waypoints"])
+    for budget in ({"optimise_checks": 400}, {"time_budget": 0.5}, {"time_budget": 500.0}):
+        motion |= {"optimise": "duration"} | budget
+        answer = checked(service.post(PLAN, request | {"deadline": 10.0}), answers.PlanAnswer)
+        gain = answer["waypoints"][-1]["gain"]
+        assert not any(waypoint.get("gain") for waypoint in answer["waypoints"][:-1])
+        assert gain["objective"] == "duration"
+        assert answer["duration"] == gain["last"] <= gain["first"] == plain["duration"]
+        assert answer["certificate"]["clearance"]["scene"]["lower"] > -1e-4
+        for name in budget:
+            del motion[name]
+    del motion["optimise"]
+    motion["time_budget"] = 1.0
+    assert service.post(PLAN, request).json()["errors"][0]["pointer"] == "/waypoints/1/motion/time_budget"
+
+
 def test_a_way_over_is_offered_in_the_form_of_requests(service: RunningService) -> None:
     down = {"kind": "rpy", "rpy": [0.0, 3.141592653589793, 0.0]}
     waypoints = [{"kind": "pose", "pose": {"position": [1.2, y, 0.7], "orientation": down}} for y in (-0.6, 0.6)]

@@ -32,6 +32,7 @@ REQUESTS = {  # waypoints, and the published duration, s; None: none is publishe
     "along_a_rail.json": (4, None),
     "anywhere_along_a_bar.json": (4, None),
     "around_a_wall.json": (2, None),
+    "around_a_wall_faster.json": (2, None),
     "at_teach_speed.json": (4, None),
     "blend_beside_a_post.json": (3, None),
     "blended_lines.json": (4, None),

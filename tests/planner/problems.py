@@ -15,11 +15,11 @@ from planner.backends import BACKENDS, BackEnd
 from planner.kinematics import Pose, configurations, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions, Preference
 from planner.limits import Limits
+from planner.motion_around import FreeMotion
 from planner.problem import (
     AnyWaypoint,
     BlendTransition,
     CircularMotion,
-    FreeMotion,
     JointMotion,
     JointWaypoint,
     LinearMotion,

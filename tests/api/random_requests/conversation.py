@@ -154,6 +154,8 @@ class Conversation:
         limits_hold(robot, body, found, self.random)
         if path == "trajectories":
             goals_hold(robot, body, found)
+            for gain in filter(None, (waypoint.get("gain") for waypoint in found["waypoints"])):
+                assert gain["last"] <= gain["first"]
         if body.get("scene") or body.get("self_collision"):
             is_free(robot, body, found, found["certificate"].get("clearance"))
 

@@ -130,8 +130,16 @@ class Plans(Waypoints, Scenes):
     def _leave_ways_open(self, waypoints: list[dict[str, Any]]) -> None:
         for waypoint in waypoints[1:]:
             if waypoint["kind"] != "relative" and self.chance(0.25):
-                waypoint["motion"] = {"kind": "free", "most_checks": self.choice(FEW_CHECKS)}
+                waypoint["motion"] = {"kind": "free", "most_checks": self.choice(FEW_CHECKS)} | self._optimised()
                 waypoint.pop("duration", None)
+
+    def _optimised(self) -> dict[str, Any]:
+        """By what a way is made better, and for how long; mostly it is not."""
+        if self.chance(0.6):
+            return {}
+        budget = self.choice(({"optimise_checks": 50}, {"optimise_checks": 300}, {"time_budget": 0.2}))
+        objective = {"optimise": self.choice(("duration", "effort", "path_length"))} if self.chance(0.97) else {}
+        return {**budget, **objective}
 
     def _handle(self, request: dict[str, Any], postures: Sequence[np.ndarray]) -> None:
         """A part at the tool, or whatever there is, is taken at a waypoint, and mostly put down at a later one."""

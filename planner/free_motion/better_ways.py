@@ -1,0 +1,109 @@
+"""Ways that may be better than the one that was found: other ones by new searches, and changes of the best so far."""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.free_motion.refining import refined
+from planner.free_motion.rrt_connect import Trees
+from planner.free_motion.shortcuts import shortened
+from planner.free_motion.way import ROOM, sought_within
+from planner.scene import is_free
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.free_motion.edges import FreeEdges
+    from planner.free_motion.objectives import Estimate
+    from planner.free_motion.ways import EndsOfWay
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+
+CHECKS_OF_A_PLAN = 100
+"""The motions that a way which is timed and certified counts as: that takes about as long."""
+
+CHECKS_OF_A_ROUND = 25
+"""The motions that each attempt counts as besides: changes are thought of before they are looked at."""
+
+CHECKS_OF_A_SEARCH = 1000
+"""The most motions that one new search looks at."""
+
+TRIES = (40, 120, 360)
+"""The numbers of changes that are tried on a way before it is timed: what is estimated and what is timed are not the
+same, and few changes may be better than many."""
+
+WORTH_TIMING = 1.15
+"""How much more than the best one a way from a new search may be estimated to cost, to be timed."""
+
+
+class BetterWays:
+    """Proposes ways, each proved free, until the budget is spent.
+
+    Attributes:
+        edges: Looks at motions and proves them, within the budget.
+    """
+
+    def __init__(
+        self, robot: Robot, ends: EndsOfWay, first: FloatArray, cost: Estimate, edges: FreeEdges, seed: int
+    ) -> None:
+        """Begin with a way that is proved free.
+
+        Args:
+            robot: The arm, whose position limits all ways keep.
+            ends: What the ways are sought between; its goals are free or not.
+            first: (positions, joints), rad or m, a way to one of these goals.
+            cost: What a way costs, about.
+            edges: Looks at motions, without any room yet, within the budget.
+            seed: Of the random numbers; equal seeds give equal ways.
+        """
+        self.edges, self._cost, self._seed = edges, cost, seed
+        goals = np.vstack([first[-1:], ends.goals[(ends.goals != first[-1]).any(axis=1)]])
+        self._goals = goals[is_free(ends.checker, goals)]
+        self._start = first[0]
+        self._within = sought_within(robot, np.vstack([first[:1], self._goals]))
+        edges.keep_room(ROOM, edges.most)
+        if not all(edges.seems_free(*first[k : k + 2]) for k in range(len(first) - 1)):
+            edges.keep_room(0.0, edges.most)
+        self.best = first
+
+    def __iter__(self) -> Iterator[FloatArray]:
+        """Yield ways; what was set to be the `best` meanwhile is what the next ones are made from."""
+        for number in count():
+            if not self.edges.has_budget:
+                return
+            self.edges.checked += CHECKS_OF_A_ROUND
+            rng = np.random.default_rng([self._seed, number])
+            way = self._new(rng) if number % 2 else self._changed(self.best, rng, int(rng.choice(TRIES)))
+            if way is not None and self.edges.has_budget:
+                self.edges.checked += CHECKS_OF_A_PLAN
+                yield way
+
+    def _changed(self, way: FloatArray, rng: np.random.Generator, tries: int) -> FloatArray | None:
+        """Return a way that costs less than one that is there; None: none was found, or it is not proved free."""
+        changed = refined(self.edges, way, self._cost, self._within, rng, tries)
+        return None if changed is way or self.edges.first_unproved(changed) is not None else changed
+
+    def _new(self, rng: np.random.Generator) -> FloatArray | None:
+        """Return another way, to one of the goals; None: none was found soon that could be better."""
+        goal = self._goals[int(rng.integers(len(self._goals)))]
+        least = self._cost(self.best)
+        if self._cost(np.stack([self._start, goal])) > least:
+            return None
+        if self.edges.is_free(self._start, goal):
+            return np.stack([self._start, goal])
+        low, high = np.minimum(self._start, goal), np.maximum(self._start, goal)
+        beyond = np.maximum(0.0, self._cost.farthest(least) - (high - low)) / 2.0
+        lower, upper = np.maximum(self._within[0], low - beyond), np.minimum(self._within[1], high + beyond)
+        most = self.edges.most
+        self.edges.most = min(most, self.edges.checked + CHECKS_OF_A_SEARCH)
+        met = Trees(self.edges, self._start, goal[None]).find_way(lower, upper, rng)
+        self.edges.most = most
+        if met is None:
+            return None
+        found = shortened(self.edges, met.positions, rng)
+        changed = self._changed(found, rng, max(TRIES))
+        way = found if changed is None else changed
+        return way if self._cost(way) < WORTH_TIMING * least else None

@@ -1,0 +1,107 @@
+"""What a way is made better by: of a timed trajectory exactly, and of a way without time about."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.free_motion.shortcuts import lengths
+from planner.integrals import Nodes
+
+if TYPE_CHECKING:
+    from planner.dynamics import SegmentDynamics
+    from planner.limits import SegmentLimits
+    from planner.motion_around import Objective
+    from planner.paths import JointPath
+    from planner.spatial import FloatArray
+    from planner.trajectory import Trajectory
+
+LEAST_TIME = 1e-3
+"""The time that a radian or a metre takes at least, s: joints without a limit of their velocity are that fast."""
+
+
+def value_of(objective: Objective, path: JointPath, trajectory: Trajectory) -> float:
+    """Compute the value of a trajectory, see `planner.motion_around.Objective`.
+
+    Args:
+        objective: What is computed.
+        path: The path that the trajectory goes along, with its limits and dynamics.
+        trajectory: The path with time on it.
+    """
+    if objective == "duration" or not trajectory.duration:
+        return trajectory.duration
+    weights, segments, (q, dq, ddq, _) = Nodes.of(trajectory)
+    if objective == "path_length":
+        return float(weights @ np.linalg.norm(dq, axis=1))
+    return float(weights @ effort_rates(path.dynamics, path.limits, segments, q, dq, ddq))
+
+
+def effort_rates(
+    dynamics: SegmentDynamics,
+    limits: SegmentLimits,
+    segments: np.ndarray,
+    q: FloatArray,
+    dq: FloatArray,
+    ddq: FloatArray,
+) -> FloatArray:
+    """Compute the effort of a second (N,) in states (N, joints) on segments (N,).
+
+    It is the sum over joints of (torque / limit)^2, or of (acceleration / limit)^2 where torques or their limits are
+    unknown.
+    """
+    torque = limits.torque[segments]
+    if dynamics.has_dynamics and np.isfinite(torque).any():
+        shares = dynamics.torques(segments, q, dq, ddq) / torque
+    else:
+        shares = ddq / limits.acceleration[segments]
+    return np.asarray((shares**2).sum(axis=1), dtype=np.float64)
+
+
+class Estimate:
+    """What a way will cost, about: as if it went along straight legs at full speed and turned at full acceleration.
+
+    A leg takes as long as its slowest joint at its velocity limit. At each corner, and at both ends, the velocities
+    change by u in max|u / a|, half of which is time lost, as where straight legs are joined by parabolas (Craig,
+    Introduction to Robotics, section 7.3); on short ways all is slower by the factor that makes the sum least.
+    """
+
+    def __init__(self, objective: Objective, path: JointPath, segment: int) -> None:
+        """Prepare for ways whose legs have the limits, the payload and the tool of a segment of a path."""
+        self._objective: Objective = objective
+        self._path, self._segment = path, segment
+        self._velocity, self._acceleration = path.limits.velocity[segment], path.limits.acceleration[segment]
+
+    def __call__(self, positions: FloatArray) -> float:
+        """Estimate the cost of a way (positions, joints), in the units of its objective."""
+        legs = lengths(positions)
+        if self._objective == "path_length":
+            return float(legs.sum())
+        moving = legs > 0.0
+        if not moving.any():
+            return 0.0
+        corners = positions[np.append(moving, True)]
+        ways = np.diff(corners, axis=0)
+        times = np.maximum((np.abs(ways) / self._velocity).max(axis=1), LEAST_TIME * legs[moving])
+        still = np.zeros((1, ways.shape[1]))
+        changes = np.diff(np.concatenate([still, ways / times[:, None], still]), axis=0)
+        turns = (np.abs(changes) / self._acceleration).max(axis=1)
+        going, turning = float(times.sum()), 0.5 * float(turns.sum())
+        slower = max(1.0, (turning / going) ** 0.5)
+        if self._objective == "duration":
+            return float(going * slower + turning / slower)
+        middles, rest = corners[:-1] + ways / 2.0, np.zeros_like(ways)
+        held = self._effort(middles, rest) @ times
+        bent = self._effort(corners, changes / np.where(turns > 0.0, turns, 1.0)[:, None]) @ turns
+        return float(held * slower + 0.5 * bent / slower)
+
+    def farthest(self, cost: float) -> FloatArray:
+        """Return how far the joints (joints,) travel at most on a way that costs no more, rad or m, about."""
+        if self._objective == "effort":
+            return np.full(len(self._velocity), np.inf)
+        return self._velocity * cost if self._objective == "duration" else np.full(len(self._velocity), cost)
+
+    def _effort(self, positions: FloatArray, accelerations: FloatArray) -> FloatArray:
+        segments = np.full(len(positions), self._segment)
+        still = np.zeros_like(positions)
+        return effort_rates(self._path.dynamics, self._path.limits, segments, positions, still, accelerations)

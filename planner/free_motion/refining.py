@@ -1,0 +1,117 @@
+"""Ways that cost less, by random changes of one that is there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.free_motion.shortcuts import lengths
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.free_motion.edges import FreeEdges
+    from planner.spatial import FloatArray
+
+LEAST_GAIN = 1e-3
+"""The share of its cost by which a change has to make a way better, to be looked at."""
+
+MOVED = 0.5
+"""The share of changes by which a corner is moved."""
+
+LEFT_OUT = 0.1
+"""The share of changes by which a corner is left out."""
+
+CUT = 0.2
+"""The share of changes by which a corner is cut; by the rest a part of the way is."""
+
+LEAST_SHIFT = 0.01
+"""How far a corner is moved along a joint at least, rad or m: a standard deviation."""
+
+LARGEST_SHIFT = 0.6
+"""How far it is moved at most, rad or m; small shifts are tried as often as large ones."""
+
+FEW_JOINTS = 0.3
+"""The share of the joints along which corners are moved where it is not along all."""
+
+
+class Change(NamedTuple):
+    """A way that is changed.
+
+    Attributes:
+        positions: (positions, joints), rad or m: all of it.
+        first: The position at which what is new begins.
+        last: The position at which it ends.
+    """
+
+    positions: FloatArray
+    first: int
+    last: int
+
+
+def refined(
+    edges: FreeEdges,
+    positions: FloatArray,
+    cost: Callable[[FloatArray], float],
+    within: tuple[FloatArray, FloatArray],
+    rng: np.random.Generator,
+    tries: int,
+) -> FloatArray:
+    """Change a way while that costs less and seems free; its ends stay.
+
+    Args:
+        edges: Looks at the motions; nothing is tried once its budget is spent.
+        positions: (positions, joints), rad or m.
+        cost: What a way costs.
+        within: The lowest and the highest positions (joints,) of corners.
+        rng: Source of the changes.
+        tries: The number of changes that are tried.
+    """
+    least = cost(positions)
+    for _ in range(tries):
+        if len(positions) < 3 or not edges.has_budget:
+            break
+        change = _changed(positions, within, rng)
+        if change is None or (costs := cost(change.positions)) > (1.0 - LEAST_GAIN) * least:
+            continue
+        new = change.positions[change.first : change.last + 1]
+        if all(edges.seems_free(*new[k : k + 2]) for k in range(len(new) - 1)):
+            positions, least = change.positions, costs
+    return positions
+
+
+def _changed(positions: FloatArray, within: tuple[FloatArray, FloatArray], rng: np.random.Generator) -> Change | None:
+    """Move a corner, leave it out, cut it, or go straight between two points of the way; None: they are on one leg."""
+    corner, kind = int(rng.integers(1, len(positions) - 1)), rng.random()
+    if kind < MOVED:
+        return Change(_moved(positions, corner, within, rng), corner - 1, corner + 1)
+    if kind < MOVED + LEFT_OUT:
+        return Change(np.concatenate([positions[:corner], positions[corner + 1 :]]), corner - 1, corner)
+    if kind < MOVED + LEFT_OUT + CUT:
+        shares = rng.random((2, 1))
+        ends = positions[corner] + shares * (positions[[corner - 1, corner + 1]] - positions[corner])
+        return Change(np.concatenate([positions[:corner], ends, positions[corner + 1 :]]), corner, corner + 1)
+    legs = lengths(positions)
+    passed = np.append(0.0, np.cumsum(legs))
+    where = np.sort(rng.uniform(size=2)) * passed[-1]
+    i, j = np.clip(np.searchsorted(passed, where, side="right") - 1, 0, len(legs) - 1).tolist()
+    if i == j:
+        return None
+    shares = ((where - passed[[i, j]]) / legs[[i, j]])[:, None]
+    ends = positions[[i, j]] + shares * (positions[[i + 1, j + 1]] - positions[[i, j]])
+    return Change(np.concatenate([positions[: i + 1], ends, positions[j + 1 :]]), i + 1, i + 2)
+
+
+def _moved(
+    positions: FloatArray, corner: int, within: tuple[FloatArray, FloatArray], rng: np.random.Generator
+) -> FloatArray:
+    """Move a corner along all joints or along some."""
+    dof = positions.shape[1]
+    size = LEAST_SHIFT * (LARGEST_SHIFT / LEAST_SHIFT) ** rng.random()
+    step = size * rng.normal(size=dof)
+    if rng.random() < 0.5:
+        step[rng.random(dof) > FEW_JOINTS] = 0.0
+    moved = positions.copy()
+    moved[corner] = np.minimum(np.maximum(moved[corner] + step, within[0]), within[1])
+    return moved
