@@ -60,11 +60,12 @@ def execute(task: Task, caps: Caps) -> Reply:
     started = time.monotonic()
     queue = {"queue": started - task.submitted}
     failure, fit = None, True
+    work = Work(task, caps)
     try:
         if started >= task.deadline:
             hint = errors.what_to_do(caps.max_deadline)
             raise errors.DeadlineExceeded(f"the deadline passed while the request waited for a worker; {hint}")
-        reply = RUN[task.operation](Work(task, caps))
+        reply = RUN[task.operation](work)
         return replace(reply, timings=queue | dict(reply.timings))
     except (PlanningError, errors.ServiceError) as error:
         refusal: PlanningError | errors.ServiceError = error
@@ -76,7 +77,8 @@ def execute(task: Task, caps: Caps) -> Reply:
             refusal = errors.InternalError("the service failed on this request")
             failure = where_from(error)
     status, body = errors.problem_document(refusal, task.instance)
-    return Reply(status, errors.MEDIA_TYPE, body, timings=queue, code=refusal.code, failure=failure, worker_is_fit=fit)
+    timings = queue | work.timings
+    return Reply(status, errors.MEDIA_TYPE, body, timings, code=refusal.code, failure=failure, worker_is_fit=fit)
 
 
 def wants_memory(error: BaseException) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from api.tasks import (
+    batch_reports,
     batches,
     collisions,
     dynamics,
@@ -23,6 +24,7 @@ OPERATIONS: tuple[Operation, ...] = (
     *trajectories.OPERATIONS,
     *trajectory_operations.OPERATIONS,
     *batches.OPERATIONS,
+    *batch_reports.OPERATIONS,
     *robots.OPERATIONS,
     *scenes.OPERATIONS,
     *collisions.OPERATIONS,

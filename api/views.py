@@ -1,4 +1,4 @@
-"""Forms of a plan for people: a report that is one file, and pictures."""
+"""Forms for people: reports of plans and batches that are one file, and pictures of plans."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ REPORT = """<!DOCTYPE html>
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; \
 style-src 'unsafe-inline'; img-src data: blob:">
-<title>Report of a plan</title>
+<title>Report of a {kind}</title>
 <style>{style}</style>
 </head>
 <body>
 <div id="app"></div>
-<script type="application/json" id="plan">{plan}</script>
+<script type="application/json" id="{kind}">{shown}</script>
 <script type="module">{program}</script>
 </body>
 </html>
@@ -76,30 +76,53 @@ def report(plan: Plan, request: dict[str, Any], request_hash: str | None, title:
     Raises:
         NotAcceptable: The program of reports was not built with this installation.
     """
+    shown = {
+        "title": title,
+        **shown_plan(plan, request, request_hash),
+        **shown_robot(plan),
+        "version": service_version(),
+    }
+    return written_report("plan", shown)
+
+
+def written_report(kind: str, shown: dict[str, Any]) -> bytes:
+    """Write a report of something: what is shown of it, and the program that shows it.
+
+    Args:
+        kind: What it is of, `plan` or `batch`.
+        shown: What the program shows, as plain values and numpy arrays.
+
+    Raises:
+        NotAcceptable: The program of reports was not built with this installation.
+    """
     folder = files("api").joinpath("built_page", "report")
     if not folder.joinpath("report.js").is_file():
         raise NotAcceptable("reports need the page, which was not built when the package was installed")
-    shown = {
-        "title": title,
-        "request": request,
-        "answer": _answer(plan, request_hash),
-        "robot": describe(plan.path.robot) | {"content": None},
-        "links": _links(plan),
-        "version": service_version(),
-    }
     # An end tag within a text would end the element that holds it.
     text = orjson.dumps(shown, option=orjson.OPT_SERIALIZE_NUMPY).decode().replace("</", "<\\/")
     program = folder.joinpath("report.js").read_text("utf-8").replace("</script", "<\\/script")
     style = folder.joinpath("report.css").read_text("utf-8")
-    return REPORT.format(style=style, plan=text, program=program).encode()
+    return REPORT.format(kind=kind, style=style, shown=text, program=program).encode()
 
 
-def _links(plan: Plan) -> list[dict[str, Any]]:
-    """Return the shapes of links that can collide, where the robot is drawn by them or its clearance is shown."""
+def shown_plan(
+    plan: Plan, request: dict[str, Any], request_hash: str | None, samples: int = DRAWN_SAMPLES
+) -> dict[str, Any]:
+    """Return what a report shows of a plan, drawn with about so many samples, besides its robot."""
+    return {"request": request, "answer": _answer(plan, request_hash, samples)}
+
+
+def shown_robot(plan: Plan) -> dict[str, Any]:
+    """Return what a report shows of the robot of a plan.
+
+    It has the shapes of links that can collide where the robot is drawn by them or its clearance is shown.
+    """
     robot = plan.path.robot
-    if robot.geometry and plan.certificate.clearance is None:
-        return []
-    return describe_drawn_links(robot)
+    is_enough = robot.geometry and plan.certificate.clearance is None
+    return {
+        "robot": describe(robot) | {"content": None},
+        "links": [] if is_enough else describe_drawn_links(robot),
+    }
 
 
 def svg(plan: Plan, request: dict[str, Any], request_hash: str | None, title: str) -> bytes:
@@ -118,14 +141,15 @@ def _picture(plan: Plan, request: dict[str, Any], title: str) -> Picture:
     return draw_plan(plan, **{"title": title} | (request.get("picture") or {}))
 
 
-def _answer(plan: Plan, request_hash: str | None) -> dict[str, Any]:
+def _answer(plan: Plan, request_hash: str | None, samples: int) -> dict[str, Any]:
     """Return the answer as plain values, its samples with the digits that a screen can show."""
     from planner.export.json import as_dict
 
+    period = max(plan.trajectory.duration / samples, SHORTEST_PERIOD)
     try:
-        answer = as_dict(plan, ExportOptions(_period(plan), PARTS | {"torque"}, request_hash))
+        answer = as_dict(plan, ExportOptions(period, PARTS | {"torque"}, request_hash))
     except MissingDynamics:
-        answer = as_dict(plan, ExportOptions(_period(plan), PARTS, request_hash))
+        answer = as_dict(plan, ExportOptions(period, PARTS, request_hash))
     answer["samples"] = _shortened(answer["samples"])
     answer["warnings"] = list(map(vars, plan.warnings))  # without those about the samples of this very view
     return answer
@@ -135,10 +159,6 @@ def _shortened(rows: Any) -> Any:
     if isinstance(rows, dict):
         return {name: _shortened(values) for name, values in rows.items()}
     return rows.astype(np.float32) if isinstance(rows, np.ndarray) and rows.dtype == np.float64 else rows
-
-
-def _period(plan: Plan) -> float:
-    return max(plan.trajectory.duration / DRAWN_SAMPLES, SHORTEST_PERIOD)
 
 
 VIEWS: dict[str, View] = {

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import structlog
 
 from api.batches.items import PLANNED, compressed
-from api.batches.planners import Chunk
+from api.batches.planners import Chunk, seconds_of
 from api.database import claims
 from api.database.batches import clean_up
 from api.database.claims import Claimed, Outcome
@@ -180,11 +180,13 @@ class Engine:
         self._metrics.count_item(reply.code or PLANNED)
         if reply.failure is not None:
             log.error("task_failed", batch=item.batch_id, position=item.position, failure=reply.failure)
+        seconds = seconds_of(reply) or None
         if reply.code is not None:
-            return Outcome(item.batch, item.position, reply.code, compressed(reply.body))
+            return Outcome(item.batch, item.position, reply.code, compressed(reply.body), seconds=seconds)
         if reply.plan is not None:
             self._metrics.count_plan(reply.plan, reply.timings)
-        return Outcome(item.batch, item.position, PLANNED, reply.body, *reply.result)
+        duration, ratio = reply.result
+        return Outcome(item.batch, item.position, PLANNED, reply.body, duration, ratio, seconds)
 
     async def _definition(self, digest: str) -> bytes:
         """Find the definition of an added robot or scene."""

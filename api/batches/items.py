@@ -8,8 +8,8 @@ from typing import NamedTuple
 LEVEL = 6
 """The effort of compression, without unit, 1 to 9: zlib's own choice. A request takes some 20 microseconds."""
 
-READ_ITEMS, RENDER_RESULTS = "create_batch", "get_batch_results"
-"""The names of the tasks of workers that take requests out of a body, and write results in the form asked."""
+READ_ITEMS, RENDER_RESULTS, REPORT = "create_batch", "get_batch_results", "get_batch_report"
+"""The names of the tasks of workers that take requests out of a body, write results in the form asked, and a report."""
 
 PLAN_ITEM, PLAN_ITEMS = "plan_batch_item", "plan_batch_items"
 """The names of the tasks of workers that plan one request, and several one after the other."""

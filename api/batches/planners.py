@@ -114,7 +114,7 @@ class PoolPlanners:
         together = await self._planned_together(items, chunk.definitions) if len(items) > 1 else []
         replies = together or [await self._planned(item, chunk.definitions) for item in items]
         if replies[-1].timings:
-            self.chunk_size = self._size.learn(_seconds(replies[-1]))
+            self.chunk_size = self._size.learn(seconds_of(replies[-1]))
         return replies
 
     async def _planned_together(self, items: Sequence[Claimed], definitions: Mapping[str, bytes]) -> list[Reply]:
@@ -149,6 +149,6 @@ def _arguments(item: Claimed, definitions: Mapping[str, bytes]) -> dict[str, Any
     return {name: definitions[digest] for name, digest in needed.items() if digest is not None}
 
 
-def _seconds(reply: Reply) -> float:
-    """Add up what a request took a worker, s."""
+def seconds_of(reply: Reply) -> float:
+    """Add up what a request took a worker, s; 0: it did not come to an end."""
     return sum(seconds for stage, seconds in reply.timings.items() if stage != "queue")

@@ -10,6 +10,7 @@ from api.batches.items import PLANNED
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from api.database.batch_reports import ReportFigures
     from api.database.batches import BatchRecord, Outcomes
 
 
@@ -36,6 +37,19 @@ def described(
             "duration": _durations(outcomes, histogram),
             "refusals": [{"code": code, "count": count, "example": examples[code]} for code, count in counts.items()],
             "worst_ratio": max((found.ratio for found in outcomes if found.ratio is not None), default=None),
+        },
+    }
+
+
+def tabulated(figures: ReportFigures) -> dict[str, Any]:
+    """Write what a report tells of items as plain values."""
+    spreads = {name: getattr(figures, name) for name in ("duration", "ratio", "seconds")}
+    kinds = {name: getattr(figures, name) for name in ("worst", "examples")}
+    return {
+        **{name: None if spread is None else spread._asdict() for name, spread in spreads.items()},
+        **{
+            name: {kind: [item._asdict() for item in found] for kind, found in of_kind.items()}
+            for name, of_kind in kinds.items()
         },
     }
 

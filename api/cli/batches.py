@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from api.cli.shared import write
 from api.processors import available_processors
 
 if TYPE_CHECKING:
@@ -53,6 +54,16 @@ WorkersOption = Annotated[
     int | None,
     typer.Option("--workers", metavar="N", help="Planning processes.", show_default="one a core", min=1, max=256),
 ]
+ReportOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--report",
+        metavar="FILE",
+        help="Write a report that anyone can open, one HTML file: histograms, refusals, the worst plans.",
+        show_default="none",
+        dir_okay=False,
+    ),
+]
 
 
 class Asked(NamedTuple):
@@ -65,6 +76,7 @@ class Asked(NamedTuple):
         form: The format of the plans; None: all in one file with a line each.
         url: The service; None: one that is started for it.
         workers: The planning processes of that one; None: one a core.
+        report: Where the report goes; None: nowhere.
     """
 
     body: bytes
@@ -73,6 +85,7 @@ class Asked(NamedTuple):
     form: str | None
     url: str | None
     workers: int | None
+    report: Path | None
 
 
 def batch(
@@ -86,12 +99,13 @@ def batch(
     format_: FormatOption = None,
     url: UrlOption = None,
     workers: WorkersOption = None,
+    report: ReportOption = None,
 ) -> None:
     """Plan many requests. After Ctrl-C the same command goes on where it was.
 
     Ends with 0 where all are planned, with 1 where some are refused.
     """
-    _run(Asked(requests.read_bytes(), "application/x-ndjson", output, format_, url, workers))
+    _run(Asked(requests.read_bytes(), "application/x-ndjson", output, format_, url, workers, report))
 
 
 def sweep(
@@ -110,6 +124,7 @@ def sweep(
     format_: FormatOption = None,
     url: UrlOption = None,
     workers: WorkersOption = None,
+    report: ReportOption = None,
 ) -> None:
     """Plan a request with every combination of values of some fields; see `planner batch`."""
     import orjson
@@ -118,7 +133,7 @@ def sweep(
         grid = {"template": orjson.loads(template.read_bytes()), "vary": [_varied(text) for text in vary]}
     except orjson.JSONDecodeError as error:
         raise typer.BadParameter(f"not JSON: {error}", param_hint="FILE") from None
-    _run(Asked(orjson.dumps({"grid": grid}), "application/json", output, format_, url, workers))
+    _run(Asked(orjson.dumps({"grid": grid}), "application/json", output, format_, url, workers, report))
 
 
 def _varied(text: str) -> dict[str, Any]:
@@ -148,6 +163,10 @@ def _run(asked: Asked) -> None:
             location = _sent(client, asked)
             description = _followed(client, location, console)
             durations = _written(client, location, asked)
+            if asked.report is not None:
+                answer = client.get(f"{location}/report")
+                _refuse_unless_success(answer)
+                write(asked.report, answer.content, console)
         _summarise(description, durations, asked.folder, console)
     except KeyboardInterrupt:
         console.print("interrupted; the same command goes on where it was")

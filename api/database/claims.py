@@ -64,6 +64,7 @@ class Outcome(NamedTuple):
         result: The saved plan, or the problem document, compressed.
         duration: The duration of the trajectory, s.
         ratio: The largest share of a limit that is used.
+        seconds: The time that a worker took, s; None: it did not come to an end.
     """
 
     batch: int
@@ -72,6 +73,7 @@ class Outcome(NamedTuple):
     result: bytes
     duration: float | None = None
     ratio: float | None = None
+    seconds: float | None = None
 
 
 def beat(connection: Connection, engine: str) -> None:
@@ -125,7 +127,7 @@ def settle(connection: Connection, outcomes: Sequence[Outcome]) -> None:
     if not written:
         return
     of_item = (items.c.batch == bindparam("of_batch")) & (items.c.position == bindparam("at"))
-    columns: dict[str, Any] = {name: bindparam(f"new_{name}") for name in ("outcome", "result", "duration", "ratio")}
+    columns: dict[str, Any] = {name: bindparam(f"new_{name}") for name in Outcome._fields[2:]}
     connection.execute(
         update(items).where(of_item, items.c.outcome.is_(None)).values(columns),
         [

@@ -126,12 +126,14 @@ items = Table(
     Column("ratio", Float),
     Column("result", LargeBinary),
     Column("scene", Text, ForeignKey(scene_contents.c.digest)),
+    Column("seconds", Float),
     Index("items_left", "batch", "position", sqlite_where=NOT_DONE, postgresql_where=NOT_DONE),
-    Index("items_by_outcome", "batch", "outcome", "duration", "ratio"),
+    Index("items_by_outcome", "batch", "outcome", "duration", "ratio", "seconds", "position"),
     Index("items_by_robot", "robot"),
     Index("items_by_scene", "scene"),
 )
 """The requests of batches, from position 0, compressed: the contents of an added robot and of a scene that it names,
 the deadline (s), the service that works on one, and what came of it. `outcome` is NULL (nothing yet), `planned` or the
-code of a problem; `duration` (s) and `ratio` are those of the trajectory and its certificate; `result` is the saved
-plan or the problem document."""
+code of a problem; `duration` (s) and `ratio` are those of the trajectory and its certificate, `seconds` the time that a
+worker took; `result` is the saved plan or the problem document. What is summed up and sorted stands in one index, so
+that nobody reads the results of a whole batch for it."""

@@ -15,9 +15,10 @@ from starlette.responses import StreamingResponse
 from api.access.access import audit
 from api.batches.archive import zipped
 from api.batches.arrival import Body, Refused, take_in
-from api.batches.items import PLANNED, RENDER_RESULTS, Result
-from api.batches.status import described, finished, listed, range_of_durations
+from api.batches.items import PLANNED, RENDER_RESULTS, REPORT, Result
+from api.batches.status import described, finished, listed, range_of_durations, tabulated
 from api.database import batches, claims
+from api.database.batch_reports import report_figures, shown_results
 from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
 from api.messages import Task
 from api.routes.ordinary import client, page_limit, respond, run, service_of
@@ -170,6 +171,19 @@ async def _rendered(service: Service, results: Sequence[Result], form: str | Non
 
 def _count_nothing(_size: int) -> None:
     """Hold no bytes: a piece of a stream is bounded, and a client has one at a time."""
+
+
+async def get_batch_report(request: Request) -> Response:
+    """Answer GET /v1/batches/{id}/report: the database sums up, a worker writes."""
+    service = service_of(request)
+    batch = await _batch(request, request.path_params["id"])
+    description = await _described(service, batch)
+    codes = [refusal["code"] for refusal in description["summary"]["refusals"]]
+    figures = await service.database.read(report_figures, batch.number, codes)
+    results = await service.database.read(shown_results, batch.number, figures.positions())
+    arguments: dict[str, Any] = {"batch": description, "figures": tabulated(figures), "results": results}
+    reply = await run(request, REPORT, **arguments, definitions=await _definitions(service, results))
+    return respond(replace(reply, headers={**reply.headers, "Cache-Control": "no-store"}))
 
 
 async def stream_batch_events(request: Request) -> Response:

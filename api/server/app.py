@@ -45,6 +45,7 @@ ENDPOINTS: dict[str, Callable[[Request], Awaitable[Response]]] = {
     "get_batch_results": batches.get_batch_results,
     "stream_batch_results": batches.stream_batch_results,
     "download_batch_results": batches.download_batch_results,
+    "get_batch_report": batches.get_batch_report,
     "stream_batch_events": batches.stream_batch_events,
     "cancel_batch": batches.cancel_batch,
     "list_robots": robots.list_robots,

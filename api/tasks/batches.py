@@ -6,7 +6,7 @@ import itertools
 import pickle
 from base64 import b64encode
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import orjson
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.export import Format
     from planner.problem import PlanningProblem
+    from planner.result import Plan
 
 CHUNK = 500
 """The number of requests that go into the database at once."""
@@ -186,14 +187,33 @@ def _rendered(result: Result, form: Format, work: Work) -> bytes:
 
 def _written(result: Result, form: Format, work: Work) -> bytes:
     """Write a saved plan as the request alone would be answered."""
+    loaded = loaded_plan(result, work)
+    return form.render(loaded.plan, export_options(loaded.request, loaded.definition))
+
+
+class LoadedPlan(NamedTuple):
+    """A plan of a batch that has been read again.
+
+    Attributes:
+        plan: The plan.
+        request: What was asked, its scene in place of the scene's id.
+        definition: The definition of the added robot that it names; None: one of the catalogue.
+    """
+
+    plan: Plan
+    request: PlanRequest
+    definition: bytes | None
+
+
+def loaded_plan(result: Result, work: Work) -> LoadedPlan:
+    """Read the saved plan of a result; the argument `definitions` has those of added robots and scenes, by digest."""
     from planner.saved_plan import OF_THE_PATH, load_plan
 
     definition, scene = (work.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
     request: PlanRequest = in_scene(validated(PlanRequest, decompressed(result.request), work.caps), scene)
     asked, backend = _problem_of(request, definition)
-    options = export_options(request, definition)
     with_runs = not OF_THE_PATH.isdisjoint(request.include)
-    return form.render(load_plan(result.result, asked, backend, with_runs), options)
+    return LoadedPlan(load_plan(result.result, asked, backend, with_runs), request, definition)
 
 
 OPERATIONS = (
@@ -227,7 +247,14 @@ OPERATIONS = (
             "Idempotency-Key": "A text of your own. The same key and body again is answered with the same batch, "
             "another body with `conflict`."
         },
-        leads_to=("get_batch", "get_batch_results", "stream_batch_results", "stream_batch_events", "cancel_batch"),
+        leads_to=(
+            "get_batch",
+            "get_batch_results",
+            "stream_batch_results",
+            "stream_batch_events",
+            "get_batch_report",
+            "cancel_batch",
+        ),
         lines=True,
     ),
     Operation(

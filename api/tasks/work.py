@@ -54,8 +54,10 @@ class Work:
     def stage(self, name: Literal["validate", "plan", "serialise"]) -> Iterator[None]:
         """Time what is done inside, for the `Server-Timing` header."""
         start = time.monotonic()
-        yield
-        self.timings[name] = time.monotonic() - start
+        try:
+            yield
+        finally:
+            self.timings[name] = time.monotonic() - start
 
     def request(self, schema: Any) -> Any:
         """Read the body as a value of its schema, within the caps of the service.

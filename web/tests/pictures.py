@@ -53,6 +53,12 @@ def main() -> None:
             page.get_by_role("button", name="Plan 185 requests").click()
             page.locator(".batch-head", has_text="Completed").wait_for(timeout=60_000)
             take("batch", "185 requests")
+            location = f"/v1/batches/{page.locator('.batch-head code').inner_text()}"
+            report = Path(folder) / "report.html"
+            report.write_bytes(service.client.get(f"{location}/report").content)
+        with opened(browser, report.as_uri(), viewport=VIEW) as page:
+            page.locator(".worst").first.wait_for()
+            take("batch_report", "the report of these")
         with opened(browser, f"{service.url}/", viewport=VIEW, color_scheme="dark") as page:
             choose_example(page, "features/pick_and_place")
             page.get_by_role("tab", name="Compare").click()

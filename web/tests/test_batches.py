@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING
 
 from playwright.sync_api import expect
 
-from web.tests.browser import opened, planned
+from tests.api.conftest import wait_until
+from tests.locations import ROOT
+from web.tests.browser import DESKTOP, PHONE, opened, planned, seconds
 from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from playwright.sync_api import Browser, Page
 
     from tests.api.conftest import RunningService
@@ -37,6 +42,7 @@ def test_a_request_is_sent_as_a_grid_and_seen_by_another(page: Page, browser: Br
     ]
     expect(batch.locator(".failures li")).to_have_count(len(told["summary"]["refusals"]))
     expect(batch.locator(".failures small").first).to_contain_text("request ")
+    assert batch.get_by_role("link", name="Report").get_attribute("href") == f"/v1/batches/{told['id']}/report"
     assert violations(page) == []
     with opened(browser, f"{service.url}/") as other:
         planned(other)
@@ -53,3 +59,32 @@ def test_what_is_no_batch_is_said(browser: Browser, service: RunningService) -> 
         page.get_by_role("combobox", name="A batch by its id").fill("nonsense")
         page.get_by_role("button", name="Open").click()
         expect(page.get_by_role("alert", name="The batch was refused")).to_contain_text("GET /v1/batches lists")
+
+
+def test_a_report_opens_from_disk_and_shows_the_worst_plans(
+    browser: Browser, service: RunningService, tmp_path: Path
+) -> None:
+    example = json.loads((ROOT / "examples/batches/speeds_and_back_ends.json").read_text())
+    example["grid"]["vary"][1]["values"].append({"kind": "wrong"})
+    location = service.post("/v1/batches", example).headers["Location"]
+    wait_until(lambda: bool(service.client.get(location).json()["ended"]))
+    told = service.client.get(location).json()
+    file = tmp_path / "report.html"
+    file.write_bytes(service.client.get(f"{location}/report").content)
+    for viewport in (DESKTOP, PHONE):
+        with opened(browser, file.as_uri(), viewport=viewport) as page:
+            tiles = page.locator(".tiles dd").all_inner_texts()
+            assert tiles[:3] == [str(told["counts"][name]) for name in ("total", "planned", "refused")]
+            expect(page.locator(".histogram")).to_have_count(3)
+            expect(page.locator(".refusals tbody tr")).to_have_count(1)
+            worst = page.locator(".worst button")
+            expect(page.locator(".small-graph polyline")).to_have_count(6 * worst.count())
+            expect(page.locator(".worst button[aria-pressed=true] strong").first).to_have_text("Request 0")
+            last = worst.last.locator("strong").inner_text()
+            worst.last.click()
+            expect(page.locator(".chosen-plan h2").first).to_have_text(last)
+            page.get_by_role("button", name="Play").click()
+            page.wait_for_timeout(500)
+            assert seconds(page) > 0.0
+            assert violations(page) == []
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

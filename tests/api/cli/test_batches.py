@@ -39,8 +39,10 @@ def write_requests(file: Path, asked: list[Any]) -> Path:
 def test_a_batch_is_planned_and_summed_up(service: RunningService, tmp_path: Path) -> None:
     asked = [plan_request(waypoints=[joint(0.1, 0.2, 0.3), joint(0.3 + 0.1 * k, 0.1, 0.5)]) for k in range(4)]
     file = write_requests(tmp_path / "asked.ndjson", asked)
-    result = planner("batch", file, "-o", tmp_path / "out", "--url", service.url)
+    report = tmp_path / "report.html"
+    result = planner("batch", file, "-o", tmp_path / "out", "--url", service.url, "--report", report)
     assert result.exit_code == 0, result.output
+    assert '<script type="application/json" id="batch">' in report.read_text()
     found = lines(tmp_path / "out")
     assert [line["index"] for line in found] == list(range(4))
     alone = [service.post("/v1/trajectories", request).json() for request in asked]

@@ -129,9 +129,11 @@ def answers(service: RunningService) -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def _excerpt(reply: httpx.Response) -> str:
-    """The whole text; of the metrics, which are others each time, one that is not; of an archive the names in it."""
+    """The whole text; of what is another each time or large what is neither: of an archive the names in it."""
     if reply.headers["Content-Type"] == "application/zip":
         return " ".join(ZipFile(BytesIO(reply.content)).namelist())
+    if reply.headers["Content-Type"].startswith("text/html"):
+        return reply.text.partition("<style>")[0]
     metrics = [line for line in reply.text.splitlines(keepends=True) if "planner_batches_running" in line]
     return "".join(metrics) or reply.text
 

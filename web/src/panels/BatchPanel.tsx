@@ -6,6 +6,7 @@ import type { Batch } from '../service/types';
 import { batches, batchProblem, cancelBatch, listBatches, openBatch, reasons, shownBatch } from '../state/batches';
 import { texts } from '../texts';
 import { BatchGrid } from './BatchGrid';
+import { equalParts, Histogram } from './Histogram';
 
 export function BatchPanel() {
   useEffect(() => void listBatches(), []);
@@ -59,7 +60,7 @@ function BatchView({ shown }: { shown: Batch }) {
       <progress max={counts.total} value={done} aria-label={texts.batch.progress} />
       <p role="status">{texts.batch.counts(counts.planned, counts.refused, counts.total)}</p>
       {rate !== null && <p class="hint">{texts.batch.rate(short(rate, 3), remaining_time === null ? null : seconds(remaining_time))}</p>}
-      {summary.duration && <Histogram {...summary.duration} />}
+      {summary.duration && <Durations {...summary.duration} />}
       {summary.worst_ratio !== null && <p class="hint">{texts.batch.worst(short(100 * summary.worst_ratio, 4))}</p>}
       {summary.refusals.length > 0 && (
         <>
@@ -86,34 +87,25 @@ function BatchView({ shown }: { shown: Batch }) {
             {texts.batch.results}
           </a>
         )}
+        <a href={`${base}/v1/batches/${id}/report`} download={`${id}.html`}>
+          {texts.batch.report}
+        </a>
       </div>
     </section>
   );
 }
 
-const [WIDTH, HEIGHT] = [360, 110];
-
-function Histogram({ shortest, mean, longest, histogram }: NonNullable<Batch['summary']['duration']>) {
-  const most = Math.max(1, ...histogram);
-  const width = WIDTH / histogram.length;
+function Durations({ shortest, mean, longest, histogram }: NonNullable<Batch['summary']['duration']>) {
   return (
-    <figure class="histogram">
-      <figcaption>{texts.batch.durations}</figcaption>
-      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={texts.batch.histogram(seconds(shortest), seconds(mean), seconds(longest))}>
-        {histogram.map((count, part) => {
-          const height = (HEIGHT * count) / most;
-          return (
-            <rect key={part} x={part * width + 1} y={HEIGHT - height} width={width - 2} height={height}>
-              <title>{texts.batch.part(count, seconds(shortest + (part * (longest - shortest)) / histogram.length))}</title>
-            </rect>
-          );
-        })}
-      </svg>
-      <p class="ends">
-        <span>{seconds(shortest)}</span>
-        <span>{texts.batch.mean(seconds(mean))}</span>
-        <span>{seconds(longest)}</span>
-      </p>
-    </figure>
+    <Histogram
+      title={texts.batch.durations}
+      label={texts.batch.histogram(seconds(shortest), seconds(mean), seconds(longest))}
+      written={seconds}
+      least={shortest}
+      mean={mean}
+      most={longest}
+      edges={equalParts(shortest, longest, histogram.length)}
+      counts={histogram}
+    />
   );
 }
