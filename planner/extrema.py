@@ -157,6 +157,15 @@ def largest_magnitudes(
     return Extrema(*np.divmod(at_row, joints), at_unit, values)
 
 
+def peaks_on_pieces(polynomials: UnitPolynomials) -> FloatArray:
+    """Return bounds (..., pieces, joints) of the magnitudes on each piece, hardly larger than these: by its parts.
+
+    The Bernstein coefficients of the whole piece bound the velocity of a quintic by 2.7 times its peak.
+    """
+    bounds: FloatArray = np.abs(polynomials.bernstein @ _cut(polynomials.bernstein.shape[-1])).max(axis=-1)
+    return bounds
+
+
 @lru_cache(maxsize=16)
 def _cut(order: int) -> FloatArray:
     """Return the matrix (order, PARTS * order) from Bernstein coefficients on [0, 1] to those on each of its parts."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.action_times import action_times
 from planner.backends.shared.assembly import assemble
+from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
@@ -19,7 +20,7 @@ from planner.durations import duration_error, in_asked_durations
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
-from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
+from planner.limits import JOINT_QUANTITIES
 from planner.tolerances import ROUNDING
 from planner.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
@@ -42,10 +43,6 @@ if TYPE_CHECKING:
 WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
 """Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
 people and things near the arm have to reckon with it."""
-
-MOST_TRAVEL = 300.0
-"""Travel of a joint on one segment, rad or m, up to which limits of torque and of the tool are checked: they are
-sampled many times a turn, and fifty turns take seconds already."""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -160,7 +157,7 @@ def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajec
         InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
         PlanningError: Another refusal of the back end.
     """
-    _refuse_what_turns_too_often(path)
+    refuse_what_turns_too_often(path)
     trajectory = in_asked_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
     if problem.duration is not None and abs(trajectory.duration - problem.duration) > ROUNDING * problem.duration:
         raise duration_error(problem.duration, trajectory.duration)
@@ -183,31 +180,6 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
     made = Plan(problem, backend, path, trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
     return made
-
-
-def _refuse_what_turns_too_often(path: JointPath) -> None:
-    """Refuse segments that are too long for limits that are sampled: whether these are kept could not be told.
-
-    Raises:
-        InvalidProblem: A joint travels further than `MOST_TRAVEL` on a segment with limits of torque or of the tool.
-    """
-    limits = path.limits
-    limited = np.isfinite(limits.torque).any(axis=1) & path.dynamics.has_dynamics
-    limited |= np.isfinite(np.stack([getattr(limits, quantity) for quantity in TCP_QUANTITIES])).any(axis=0)
-    travels = np.abs(np.diff(path.positions, axis=0))
-    faults = []
-    for segment in np.flatnonzero(limited & (travels.max(axis=1) > MOST_TRAVEL)).tolist():
-        joint = int(travels[segment].argmax())
-        faults.append(
-            (
-                ("waypoints", segment + 1),
-                f"joint {path.robot.joint_names[joint]} travels {travels[segment, joint]:g} rad or m from waypoint "
-                f"{segment} to here, but limits of torque and of the tool can be checked on up to {MOST_TRAVEL:g}; "
-                "put waypoints in between",
-            )
-        )
-    if faults:
-        raise InvalidProblem(faults)
 
 
 def _clearance(problem: PlanningProblem, positions: FloatArray, trajectory: Trajectory) -> ClearanceReport | None:

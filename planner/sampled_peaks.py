@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.errors import InvalidProblem
+from planner.extrema import peaks_on_pieces
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ FEWEST_PARTS = 2
 """Parts that a piece has at least, of two samples each."""
 
 MOST_PARTS = 512
-"""Parts that a piece has at most."""
+"""Parts that a piece has at most for its velocities and accelerations; where a joint travels far, it has more."""
 
 OFF_PARABOLA = 3e-4
 """Share of their peaks by which a joint's velocity and acceleration may be off parabolas on a part."""
@@ -59,12 +60,21 @@ FINER = 4
 MOST_ROUNDS = 10
 """Times that steps are cut: from the coarsest, a millionth of them is left."""
 
-MOST_SAMPLES = 200_000
-"""Samples that steps are cut into at once, or `MOST_SAMPLES_OF_PIECE` by the number of pieces: a joint that turns a
-thousand times needs them. Five million took 5 GiB, and none may be left out."""
+MOST_SAMPLES = 600_000
+"""Samples of a motion at once, beside those that each of its pieces may have: they take about 0.5 GiB and 5 s."""
 
 MOST_SAMPLES_OF_PIECE = 24
 """The same on each of many pieces: those of steps that are all cut twice."""
+
+EASY_TRAVEL = MOST_PARTS / SAMPLES_PER_RADIAN
+"""Travel of a joint, rad or m, that takes a piece to `MOST_PARTS` parts where it moves at twice its mean speed."""
+
+MOST_TRAVEL = MOST_SAMPLES * COARSER / (2 * SAMPLES_PER_RADIAN * (FINER - 1))
+"""Travel, rad or m, beyond `EASY_TRAVEL` of each segment, on which torque and the motion of the tool can be sampled, at
+twice the mean speed and where all steps are cut once: 2,500 turns."""
+
+ROWS_AT_ONCE = 2**15
+"""Samples that are computed at once: more would take more memory, but no less time."""
 
 SLOWING = 0.3
 """Share of its speed by which the tool may change its velocity between samples: its path is then resolved by them."""
@@ -108,13 +118,15 @@ def parts_of(derivatives: UnitPolynomials, lengths: FloatArray) -> np.ndarray:
         lengths: (pieces,), s.
     """
     largest = np.abs(derivatives.bernstein).max(axis=3)
-    half = SAMPLES_PER_RADIAN * largest[1].max(axis=1) * lengths
+    half = np.zeros_like(lengths)
     for order in (1, 2):
         peaks = largest[order].max(axis=0)
         peaks = np.maximum(peaks, LEAST_SHARE * peaks.max()) + np.finfo(float).tiny
         bends = (largest[order + 3] / peaks).max(axis=1) / (9.0 * np.sqrt(3.0) * OFF_PARABOLA)
         half = np.maximum(half, lengths * np.cbrt(bends))
-    return np.asarray(np.clip(np.ceil(half / 2.0), FEWEST_PARTS, MOST_PARTS), dtype=int)
+    half = np.minimum(half, 2.0 * MOST_PARTS)
+    half = np.maximum(half, SAMPLES_PER_RADIAN * peaks_on_pieces(derivatives[1]).max(axis=1) * lengths)
+    return np.asarray(np.ceil(np.maximum(half / 2.0, FEWEST_PARTS)), dtype=int)
 
 
 def sampled_peaks(
@@ -148,10 +160,12 @@ def sampled_peaks(
     count = len(quantities)
     coarse = -(-parts // COARSER)
     counts = 2 * coarse + 1
+    if np.maximum(coarse - MOST_PARTS // COARSER, 0).sum() > MOST_SAMPLES / 2:
+        raise InvalidProblem([(("limits",), TOO_FAR)])
     pieces = np.repeat(np.arange(len(parts)), counts)
     number = np.arange(len(pieces)) - np.repeat(np.cumsum(counts) - counts, counts)
     units = number / (counts - 1)[pieces]
-    values = use(pieces, units)
+    values = _in_blocks(use, pieces, units)
     samples = [(pieces, units, np.abs(values[:, :count]))]
     best = np.zeros((int(groups.max()) + 1, int(quantities[-1]) + 1))
     first_columns = np.flatnonzero(np.diff(quantities, prepend=-1))
@@ -180,7 +194,7 @@ def sampled_peaks(
             raise InvalidProblem([(("limits",), TOO_FAR)])
         pieces, units, step = pieces[rows], units[rows], step[rows] / FINER
         seen, times = np.tile(pieces, len(between)), (units + between[:, None] * step).ravel()
-        values = use(seen, times)
+        values = _in_blocks(use, seen, times)
         samples.append((seen, times, np.abs(values[:, :count])))
         grid = np.empty((2 * FINER + 1, len(rows), values.shape[1]))
         grid[::FINER], grid[between] = triples[:, rows], values.reshape(len(between), len(rows), -1)
@@ -188,6 +202,16 @@ def sampled_peaks(
         units = (units + 2.0 * np.arange(FINER)[:, None] * step).ravel()
         pieces, step = np.tile(pieces, FINER), np.tile(step, FINER)
     return _located(samples, best, quantities, groups)
+
+
+def _in_blocks(
+    use: Callable[[np.ndarray, FloatArray], FloatArray], pieces: np.ndarray, units: FloatArray
+) -> FloatArray:
+    """Return the values (N, columns) at unit times (N,) of pieces (N,), computed some at a time."""
+    if len(pieces) <= ROWS_AT_ONCE:
+        return use(pieces, units)
+    starts = range(0, len(pieces), ROWS_AT_ONCE)
+    return np.concatenate([use(pieces[start:][:ROWS_AT_ONCE], units[start:][:ROWS_AT_ONCE]) for start in starts])
 
 
 def _bends_between(triples: FloatArray, most: FloatArray, step: FloatArray) -> FloatArray:

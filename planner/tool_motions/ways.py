@@ -31,6 +31,9 @@ KNOWN_TO = 1e-4
 KNOWN_SHARE = 0.005
 """Share of the distance by which the true one may be less than what is found, if that is more."""
 
+KNOWN_OF_WAY = 1e-5
+"""The same as a share of the length of the way: of a joint that turns fifty times it would take a million samples."""
+
 HALVINGS = 20
 """Number of times that the part of a chord with the point nearest to another is halved: to 1e-6 of it."""
 
@@ -54,7 +57,8 @@ def farthest_from_way(
         way: (`CHORDS` + 1, joints), positions along the way.
 
     Returns:
-        The distance, m: no less than the true one, by 0.1 mm or half a percent more at most; and the time of it, s.
+        The distance, m: no less than the true one, by 0.1 mm, half a percent or a hundred-thousandth of the length of
+        the way more at most; and the time of it, s.
     """
     return _farthest(lambda positions: tool_poses(robot, positions)[0], _distances, motion, first, last, way)
 
@@ -67,7 +71,7 @@ def joints_farthest_from_way(
     A posture is as far from another as the joint that is farthest; see `farthest_from_way`.
 
     Returns:
-        The distance, rad or m: no less than the true one, by 1e-4 or half a percent more at most; and its time, s.
+        The distance, rad or m: no less than the true one, by as much more at most as there; and its time, s.
     """
     return _farthest(lambda positions: positions, _largest_distances, motion, first, last, way)
 
@@ -92,6 +96,7 @@ def _farthest(
     """
     corners = points_at(way)
     nothing = np.zeros((2, corners.shape[1]))
+    known_to = max(KNOWN_TO, KNOWN_OF_WAY * float(distances(np.diff(corners, axis=0), nothing).sum()))
     sag = float(distances(np.diff(corners, 2, axis=0), nothing).max()) / 8.0
 
     def sampled(times: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -106,7 +111,7 @@ def _farthest(
     for _ in range(MOST_HALVINGS):
         bounds = np.maximum(away[:-1], away[1:]) + distances(np.diff(points, axis=0), nothing) / 2.0
         farthest = float(away.max())
-        rough = np.flatnonzero(bounds > farthest + max(KNOWN_TO, KNOWN_SHARE * farthest))
+        rough = np.flatnonzero(bounds > farthest + max(known_to, KNOWN_SHARE * farthest))
         if not len(rough):
             break
         middles = (times[rough] + times[rough + 1]) / 2.0

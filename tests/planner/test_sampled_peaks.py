@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from planner.backends import BACKENDS, BackEnd
+from planner.backends import BACKENDS
 from planner.certificate.checks import Check
 from planner.certificate.limits import certificate_of
 from planner.dynamics import inverse_dynamics
@@ -19,16 +19,8 @@ from planner.kinematics import tool_speeds
 from planner.limits import Limits, SegmentLimits, segment_limits
 from planner.planning import plan
 from planner.polynomials import cumulative_sums, quintic_hermite
-from planner.problem import (
-    BlendTransition,
-    JointWaypoint,
-    PlanningProblem,
-    StopTransition,
-    ThroughTransition,
-    Transition,
-)
+from planner.problem import BlendTransition, PlanningProblem, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
-from planner.robots.payload import Payload
 from planner.sampled_peaks import MOST_PARTS, sampled_peaks
 from planner.trajectory import Trajectory
 from tests.planner.backends.toppra.toppra_problems import KUKA, robot_limits, through, tool_problem
@@ -189,38 +181,6 @@ def test_no_plan_is_refused_for_a_torque_between_the_samples_of_its_back_end(
         assert plan(tight, BACKENDS[kind]()).certificate.satisfied
     except PlanningError as refusal:  # gravity, or a spline beyond a position limit
         assert "would reach" not in str(refusal)
-
-
-def turned_far(turned: float, limits: Limits, transition: Transition) -> PlanningProblem:
-    """All joints of an arm without position limits turn, at different speeds, past a waypoint half the way."""
-    robot = load_robot("ngv_refuelling_arm")
-    way = turned * np.array([1.0, -0.9, 0.8, 0.7, -0.6, 0.5])
-    half = JointWaypoint(position=tuple(robot.middle + 0.5 * way), transition=transition)
-    ends = JointWaypoint(position=tuple(robot.middle)), JointWaypoint(position=tuple(robot.middle + way))
-    return PlanningProblem(robot, [ends[0], half, ends[1]], limits=limits, payload=Payload(2.0))
-
-
-SAMPLED_LIMITS = (
-    Limits(tcp_linear_velocity=0.25),
-    Limits(tcp_linear_jerk=35.0),
-    Limits(torque=(400.0,) * 6),
-)
-
-
-@pytest.mark.parametrize("limits", SAMPLED_LIMITS)
-@pytest.mark.parametrize("backend", BACKENDS.values())
-def test_a_joint_sent_a_million_radians_far_is_refused_where_its_limits_would_have_to_be_sampled(
-    backend: type[BackEnd], limits: Limits
-) -> None:
-    """Such a request took 42 s and 5 GiB with `ruckig`, and then ended for want of memory."""
-    for turned, transition in ((-1e6, ThroughTransition()), (1e4, StopTransition())):
-        with pytest.raises(InvalidProblem, match=r"waypoints\[1\]: joint joint_1 travels"):
-            plan(turned_far(turned, limits, transition), backend())
-
-
-def test_a_joint_may_be_sent_a_million_radians_far_where_nothing_is_sampled() -> None:
-    far = turned_far(1e6, Limits(), ThroughTransition())
-    assert plan(far).certificate.satisfied
 
 
 def test_peaks_that_would_take_millions_of_samples_are_refused_and_none_is_left_out() -> None:

@@ -70,11 +70,14 @@ GAUSS_POINTS = 5
 SAMPLES_PER_PIECE = 5
 """Gridpoints for torque and tool speed on each piece of a curve at least."""
 
-MOST_SAMPLES = 10_000
-"""Number of samples of a piece beyond which more only cost memory: those of sixty turns of a joint."""
-
 SAMPLES_PER_RADIAN = 25
 """Gridpoints in addition for each radian (or m) that the joint travels which travels farthest on the piece."""
+
+FEWER_PER_RADIAN = 10
+"""The same on a piece with `MANY_SAMPLES`: sixty in a turn of the joint."""
+
+MANY_SAMPLES = 10_000
+"""Number of samples of a piece beyond which there are fewer on a radian, for their memory."""
 
 ENFORCED = frozenset(QUANTITIES)
 """The quantities whose limits the law keeps: all there are."""
@@ -276,7 +279,8 @@ class _Sampled:
         if not (knows_torques or self.has_tool):
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
-        counts = SAMPLES_PER_PIECE + np.minimum(SAMPLES_PER_RADIAN * travels, MOST_SAMPLES).astype(int)
+        fewer = np.maximum(MANY_SAMPLES, FEWER_PER_RADIAN * travels)
+        counts = SAMPLES_PER_PIECE + np.minimum(SAMPLES_PER_RADIAN * travels, fewer).astype(int)
         ends = zip(curve.breakpoints[:-1], curve.breakpoints[1:], counts, strict=True)
         self.gridpoints = np.append(
             np.concatenate([np.linspace(start, end, n, endpoint=False) for start, end, n in ends]),

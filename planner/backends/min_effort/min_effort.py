@@ -43,7 +43,8 @@ class MinEffort(MinEffortOptions):
     minimises cost + `time_weight` x duration.
 
     Where accelerations of the tool are limited, no way between waypoints is searched for: the quintic is the answer,
-    with a warning. Along a given way the law is found within them.
+    with a warning. Along a given way the law is found within them. The same goes for joints that turn so often that the
+    search would not see their torques come and go: tens of turns between two stops.
 
     Efforts are measured by the robot's own torque limits, whatever limits are asked; a joint without a limit counts
     like the strongest one, and 1 N m (N) if no joint has one.

@@ -33,6 +33,10 @@ if TYPE_CHECKING:
 FEWEST_INTERVALS = 8
 """Intervals of the spline on a segment that is passed without stopping: fewer leave it little freedom."""
 
+MOST_TURN = 2.0
+"""Travel of a turning joint on an interval, rad, up to which a way is searched for: torques, which are computed at the
+ends of intervals, come and go once in a turn or more often. Joints that turn twice at most travel less."""
+
 FIRST_MARGIN = 1.003
 """Factor by which limits of torque and tool speed are narrowed at first, for what lies between instants."""
 
@@ -108,6 +112,11 @@ class Optimum(ABC):
             LimitsUnsatisfiable: Nothing limits the duration, or gravity exceeds a torque limit.
         """
 
+    def turn(self, positions: FloatArray) -> FloatArray:
+        """Return how far (N - 1, turning joints), rad, it is from each of some positions (N, joints) to the next."""
+        turns: FloatArray = np.abs(np.diff(positions, axis=0))[:, self.robot.is_angle]
+        return turns
+
     def price(self, pieces: SegmentedPolynomial) -> float:
         """Return the cost and the weighted time of a motion, which are to be least."""
         return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
@@ -175,6 +184,9 @@ class OnCurve(Optimum):
         if self.free.any() and weight is None:
             parts = np.vstack([parts, self.free])
         knots = max(self.options.knots, FEWEST_INTERVALS * len(durations))
+        (positions,) = self.run.curve.evaluate(self.run.curve.breakpoints, [0])
+        if self.turn(positions).sum(axis=0).max(initial=0.0) > MOST_TURN * knots:
+            return None
         law = law.stretched(float(durations.sum() / law.lengths.sum()))
         steps = min(self.options.iterations or MOST_STEPS, MOST_STEPS)
         search = Search(self.path, self.run, self.cost, weight or 0.0, parts, parts @ durations, knots, steps)
@@ -246,12 +258,14 @@ class ThroughWaypoints(Optimum):
         segments, weight, limits = len(self.run.segments), self.options.time_weight, self.limits
         if any(TCP_ORDERS[quantity] > 1 for quantity in limits.of_tool):
             return None  # the program knows no accelerations of the tool
+        intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
+        if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
+            return None  # between its instants torques would come and go unseen
         price = self.price(first)
         if not price > 0.0:
             return None  # nothing is to be saved, such as where nothing weighs anything
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
-        intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
         torque = (

@@ -8,21 +8,47 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
+from planner.errors import InvalidProblem
 from planner.extrema import derivatives_on_unit_time
 from planner.guarantees import TCP_ORDERS
 from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, bend_bounds, tool_rates_on
-from planner.sampled_peaks import DERIVATIVES, parts_of, sampled_peaks
+from planner.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.dynamics import SegmentDynamics
     from planner.limits import SegmentLimits
+    from planner.paths import JointPath
     from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
 
+TOO_OFTEN = (
+    "joint {joint} travels {own:.6g} rad or m from waypoint {segment} to here, but limits of torque and of the tool "
+    "can be checked on up to {most:g}, of all such segments together; ask for fewer turns, or for none of these limits"
+)
+"""What is said of a joint that turns too often."""
+
 SAMPLED_MARGIN = 1.0002
 """Factor on durations that torque or tool speed set, for what lies between samples: twice what they leave open."""
+
+
+def refuse_what_turns_too_often(path: JointPath) -> None:
+    """Refuse a path that is too long for limits that are sampled: at once, as back ends search before they sample.
+
+    Raises:
+        InvalidProblem: Joints travel further than `MOST_TRAVEL` on segments with limits of torque or of the tool.
+    """
+    limited = SampledLimits(path.dynamics, path.limits).limited
+    travels = np.abs(np.diff(path.positions, axis=0))
+    beyond = np.where(limited, np.maximum(travels.max(axis=1) - EASY_TRAVEL, 0.0), 0.0)
+    too_far = np.flatnonzero(np.cumsum(beyond) > MOST_TRAVEL)
+    if len(too_far):
+        segment = int(too_far[0])
+        joint = int(travels[segment].argmax())
+        own, name = float(travels[segment, joint]), path.robot.joint_names[joint]
+        message = TOO_OFTEN.format(joint=name, own=own, segment=segment, most=MOST_TRAVEL)
+        raise InvalidProblem([(("waypoints", segment + 1), message)])
 
 
 class SampledLimits:
