@@ -52,5 +52,9 @@ def test_what_is_not_as_shown_is_found() -> None:
     assert not differences({"a": [1.0], "id": "x"}, {"a": [1.0 + 1e-9], "id": "y", "b": 2})
     for other in ({"a": [1.1]}, {"a": [1.0, 2.0]}, {"b": [1.0]}, {"a": None}, {"a": [True]}):
         assert differences({"a": [1.0]}, other)
+    tied = {"checks": [{"joint": "joint_1", "time": 1.0, "peak": 2.0}]}
+    assert not differences(tied, {"checks": [{"joint": "joint_2", "time": 3.0, "peak": 2.0}]})
+    assert differences(tied, {"checks": [{"joint": None, "time": 1.0, "peak": 2.0}]})
+    assert differences(tied, {"checks": [{"joint": "joint_1", "time": 1.0, "peak": 3.0}]})
     assert differences("time,x\n0,1.0\n", "time,x\n0,1.1\n")
     assert differences('data: {"a": 1}\n', 'data: {"a": 2}\n')
