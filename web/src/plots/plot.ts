@@ -54,7 +54,7 @@ export class Plot {
   // Moves the line; the values there are written while nothing is played, since nobody reads them on the way.
   setTime(time: number, withValues: boolean): void {
     const at = this.chart.valToPos(time, 'x');
-    this.line.hidden = at < 0 || at > this.chart.over.clientWidth;
+    this.line.hidden = at < 0 || at > this.chart.bbox.width / devicePixelRatio; // its element would be laid out to be asked
     this.line.style.transform = `translateX(${at}px)`;
     if (!withValues || (this.chart.cursor.left ?? -1) >= 0) return;
     const [index, share] = locate(this.chart.data[0] as number[], time);
