@@ -42,14 +42,7 @@ export const texts = {
     speed: 'Speed of the playback',
     mark: (number: number, name: string | null, at: string) => `Waypoint ${number}${name ? ` ${name}` : ''} at ${at}`,
   },
-  quantities: {
-    position: 'Position',
-    velocity: 'Velocity',
-    acceleration: 'Acceleration',
-    jerk: 'Jerk',
-    torque: 'Torque',
-    tool_speed: 'Tool speed',
-  },
+  quantities: { position: 'Position', velocity: 'Velocity', acceleration: 'Acceleration', jerk: 'Jerk', torque: 'Torque', tool_speed: 'Tool speed' },
   plots: {
     label: 'Plots',
     quantities: 'Quantities',
@@ -59,10 +52,8 @@ export const texts = {
     hint: 'Drag to zoom, double-click for all, click to go there.',
     image: (title: string) => `${title} over time; the values at the cursor stand below`,
     none: {
-      position: 'The plan has no positions.',
-      velocity: 'The plan has no velocities.',
-      acceleration: 'The plan has no accelerations.',
-      jerk: 'The plan has no jerk.',
+      position: 'The plan has no positions.', velocity: 'The plan has no velocities.',
+      acceleration: 'The plan has no accelerations.', jerk: 'The plan has no jerk.',
       torque: 'The masses of this robot are unknown: there is no torque.',
       tool_speed: 'The plan has no tool speed.',
     },
@@ -86,7 +77,9 @@ export const texts = {
   configurations: {
     ask: 'Choose the configuration …',
     leave: 'Leave the configuration to the planner',
-    number: (index: number, of: number) => `${index + 1} of ${of}:`,
+    label: (count: number) => `${count} ${count === 1 ? 'way' : 'ways'} to reach the pose`,
+    hint: '↑ and ↓ show each on the stage, Enter takes it.',
+    number: (index: number, of: number) => `${index + 1} of ${of}`,
     side: (part: string, side: string) => `${part} ${side.replace('_', ' ')}`,
   },
   editor: {
@@ -250,6 +243,21 @@ export const texts = {
     added: (id: string) => `${id} is added.`,
     refused: 'The robot was refused',
     severities: { error: 'Error:', warning: 'Warning:', info: 'Note:' } as Record<string, string>,
+  },
+  workspace: {
+    label: 'Workspace',
+    show: 'Show where the tool can be',
+    cut: 'Cut open towards the viewer',
+    asking: 'Asking the service …',
+    colours: 'From the base:',
+    figures: {
+      minimum_reach: 'Nearest to the base', maximum_reach: 'Farthest from the base',
+      minimum_height: 'Lowest', maximum_height: 'Highest',
+      minimum_radius: 'Nearest to the z axis', maximum_radius: 'Farthest from the z axis',
+    },
+    go: 'Show',
+    goTo: (figure: string) => `Show the robot there: ${figure}`,
+    hint: (points: number) => `${points} points within the position limits, with the tool that is shown, in the base frame; collisions are not looked at.`,
   },
   batch: {
     refused: 'The batch was refused',

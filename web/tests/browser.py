@@ -29,6 +29,19 @@ TOO_SHORT = {
     ],
 }
 
+FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Waits for two frames: the stage draws in the next one."""
+
+CHANGED = """() => {
+  const stage = document.querySelector('.stage canvas');
+  const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
+  const context = copy.getContext('2d');
+  context.drawImage(stage, 0, 0);
+  const [before, { data }] = [window.before, context.getImageData(0, 0, copy.width, copy.height)];
+  window.before = data;
+  return before ? data.reduce((count, value, i) => count + (Math.abs(value - before[i]) > 40 ? 1 : 0), 0) : -1;
+}"""
+
 
 def launched(playwright: Playwright) -> Browser:
     return playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
@@ -79,3 +92,15 @@ def use_request(page: Page, text: str) -> None:
 def seconds(page: Page) -> float:
     """The time that is shown, s."""
     return float(page.locator("output.time").inner_text().split(" ")[0])
+
+
+def drawn(page: Page) -> None:
+    """Wait until the stage shows what has changed: a busy machine takes its time."""
+    page.wait_for_timeout(300)
+    page.evaluate(FRAMES)
+
+
+def changed_colours(page: Page) -> int:
+    """Count the colours of the stage's pixels that are others than when this was asked the last time; -1: at first."""
+    drawn(page)
+    return int(page.evaluate(CHANGED))

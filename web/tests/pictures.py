@@ -67,6 +67,12 @@ def main() -> None:
             page.get_by_label("in % of the limits").check()
             page.get_by_role("slider", name="Time").press("PageUp")
             take("compare", "all back ends on one job, in the dark")
+        with opened(browser, f"{service.url}/", viewport=VIEW) as page:
+            choose_example(page, "features/pick_and_place")
+            page.get_by_role("tab", name="Robot").click()
+            page.get_by_label("Show where the tool can be").check()
+            page.get_by_role("region", name="Workspace").get_by_role("table").wait_for()
+            take("workspace", "where the tool can be")
         with opened(browser, f"{service.url}/", viewport=PHONE) as page:
             planned(page)
             take("phone", "a phone")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -190,65 +189,6 @@ def test_without_a_plan_no_time_is_shown(browser: Browser, service: RunningServi
     with opened(browser, page.url) as other:
         other.get_by_role("alert", name="Refusal").wait_for()
         expect(other.locator("output.time")).to_have_text("no plan")
-
-
-MARK = """() => {
-  const stage = document.querySelector('.stage canvas');
-  const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
-  const context = copy.getContext('2d');
-  context.drawImage(stage, 0, 0);
-  const { data } = context.getImageData(0, 0, copy.width, copy.height);
-  let [x, y, count] = [0, 0, 0];
-  for (let i = 0; i < data.length; i += 4) {
-    if (data[i] < 230 || data[i + 1] > 40 || data[i + 2] > 40) continue;
-    [x, y, count] = [x + ((i / 4) % copy.width), y + Math.floor(i / 4 / copy.width), count + 1];
-  }
-  const box = stage.getBoundingClientRect();
-  const scale = box.width / stage.width;
-  return [box.left + (scale * x) / count, box.top + (scale * y) / count];
-}"""
-"""The middle of the handles on the screen, by their red arrows: nothing else is as red."""
-
-
-def test_a_pose_is_dragged_and_asked_about_on_the_way(page: Page) -> None:
-    """The handle in the middle moves the pose along the screen."""
-    page.locator("[data-waypoint='4']").click()
-    page.get_by_role("slider", name="Time").press("Home")
-    page.wait_for_timeout(500)
-    fields = [page.get_by_label(name, exact=True) for name in "xyz"]
-    before = [float(field.input_value()) for field in fields]
-    x, y = page.evaluate(MARK)
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 12, y + 6, steps=6)
-    expect(page.locator(".reach-note")).to_contain_text(re.compile(r"reached in \d+ way|out of reach"))
-    page.mouse.up()
-    expect(page.locator(".reach-note")).to_have_count(0)
-    after = [float(field.input_value()) for field in fields]
-    assert 1.0 < math.dist(before, after) < 500.0
-    page.get_by_role("button", name="Undo").click()
-    assert [float(field.input_value()) for field in fields] == before
-
-
-def test_a_configuration_is_chosen_and_undone(page: Page) -> None:
-    """Each way is another posture; the one that is chosen is planned, by its names."""
-    page.locator("[data-waypoint='4']").click()
-    when = page.locator("[data-waypoint='4'] .when")
-    before = when.inner_text()
-    editor = page.get_by_role("form", name="The chosen waypoint")
-    editor.get_by_role("button", name="Choose the configuration").click()
-    ways = editor.get_by_role("button", name=re.compile(r"^\d+ of \d+:"))
-    expect(ways.first).to_be_visible()
-    assert ways.count() == int(re.findall(r"of (\d+)", before)[0])
-    ways.nth(1).focus()
-    expect(page.locator(".reach-note.reached")).to_be_visible()
-    ways.nth(1).click()
-    leave = editor.get_by_role("button", name="Leave the configuration to the planner")
-    expect(leave).to_be_visible()
-    expect(ways).to_have_count(0)
-    page.get_by_role("button", name="Undo").click()
-    expect(leave).to_have_count(0)
-    expect(when).to_contain_text(before.splitlines()[-1])
 
 
 def test_what_is_no_request_is_said(page: Page) -> None:

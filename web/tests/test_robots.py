@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import base64
 import json
+import math
+import re
 from typing import TYPE_CHECKING
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.locations import ROOT
-from web.tests.browser import planned
+from web.tests.browser import changed_colours, planned
 from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from playwright.sync_api import FilePayload, Page
+
+    from tests.api.conftest import RunningService
 
 ARM = json.loads((ROOT / "examples/robots/arm_with_meshes.json").read_text())
 
@@ -41,6 +48,58 @@ def test_a_robot_is_uploaded_moved_by_hand_and_planned_with(page: Page) -> None:
     highest = float(sliders.first.get_attribute("max") or "nan")
     expect(page.locator(".joints input[type=number]").first).to_have_value(str(round(highest, 3)))
     assert violations(page) == []
+
+
+FIGURES: dict[str, Callable[[float, float, float], float]] = {
+    "Nearest to the base": math.hypot,
+    "Farthest from the base": math.hypot,
+    "Lowest": lambda _x, _y, z: z,
+    "Highest": lambda _x, _y, z: z,
+    "Farthest from the z axis": lambda x, y, _z: math.hypot(x, y),
+}
+"""Figures of the workspace, as functions of the position of the tool."""
+
+
+@pytest.mark.parametrize("robot", ["kuka_kr16_2", "of_ones_own"])
+def test_the_workspace_is_shown_with_its_figures(page: Page, service: RunningService, robot: str) -> None:
+    """Forward kinematics has the tool at each figure where the page shows the robot."""
+    if robot == "of_ones_own":
+        body = {"kind": "urdf", "id": robot, "urdf": ARM["urdf"], "meshes": ARM["meshes"]}
+        assert service.post("/v1/robots", body).status_code == 201
+        page.reload()
+        planned(page)
+    page.get_by_label("Robot", exact=True).select_option(robot)
+    page.get_by_role("tab", name="Robot").click()
+    changed_colours(page)
+    section = page.get_by_role("region", name="Workspace")
+    section.get_by_label("Show where the tool can be").check()
+    section.get_by_role("table").wait_for()
+    assert changed_colours(page) > 1000
+    section.get_by_label("Cut open towards the viewer").uncheck()
+    assert changed_colours(page) > 1000
+    assert violations(page) == []
+    values = page.get_by_role("region", name="Joints by hand").locator("output")
+    for figure, measure in FIGURES.items():
+        row = section.get_by_role("row", name=figure)
+        told = float(row.get_by_role("cell").first.inner_text().removesuffix(" mm"))
+        row.get_by_role("button").click()
+        shown = [math.radians(float(re.findall(r"-?[\d.]+", text)[0])) for text in values.all_inner_texts()]
+        answer = service.post("/v1/kinematics/forward", {"robot": robot, "positions": [shown]}).json()
+        assert 1e3 * measure(*answer["poses"][0]["position"]) == pytest.approx(
+            told, abs=4.0
+        )  # sliders show 0.1 degrees
+    section.get_by_label("Show where the tool can be").uncheck()
+    expect(section.get_by_role("table")).to_have_count(0)
+
+
+def test_the_cloud_follows_the_robot(page: Page) -> None:
+    page.get_by_role("tab", name="Robot").click()
+    section = page.get_by_role("region", name="Workspace")
+    section.get_by_label("Show where the tool can be").check()
+    highest = section.get_by_role("row", name="Highest").get_by_role("cell").first
+    before = highest.inner_text()
+    page.get_by_role("combobox", name="Robot").select_option("fr3")
+    expect(highest).not_to_have_text(before)
 
 
 def test_what_is_no_robot_is_refused_with_the_reason(page: Page) -> None:

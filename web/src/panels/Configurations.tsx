@@ -1,9 +1,10 @@
 // The choice among the ways in which a pose can be reached; the one that is pointed at is shown on the stage.
-import { factorOf, short, unitOf } from '../plan/units';
-import { configured, sidesOf, unconfigured } from '../request/configurations';
+import { useRef, useState } from 'preact/hooks';
+import { factorOf, unitOf } from '../plan/units';
+import { configured, isPosture, sidesOf, unconfigured } from '../request/configurations';
 import type { PlanRequest, PoseWaypoint, Robot, Solution } from '../service/types';
 import { show } from '../state/actions';
-import { askSolutions, poseInBase, solutions } from '../state/configurations';
+import { askSolutions, plannedPosture, poseInBase, solutions } from '../state/configurations';
 import { endReach, showReach } from '../state/reaching';
 import { texts } from '../texts';
 
@@ -14,41 +15,93 @@ interface ConfigurationsProps {
 }
 
 export function Configurations({ request, robot, index }: ConfigurationsProps) {
+  const host = useRef<HTMLDivElement>(null);
   const all = solutions.value;
   const { configuration } = request.waypoints[index] as PoseWaypoint;
+  // What had the focus is gone: the first that has come in its place gets it, else the waypoint.
+  const focusFirst = (): void => {
+    requestAnimationFrame(() => {
+      const next = host.current?.querySelector<HTMLElement>('button') ?? document.querySelector<HTMLElement>(`[data-waypoint="${index}"]`);
+      next?.focus();
+    });
+  };
+  const focusWays = (): void => void requestAnimationFrame(() => host.current?.querySelector<HTMLElement>('.ways button')?.focus());
   const choose = (next: PlanRequest): void => {
     endReach();
     show(next);
+    focusFirst();
   };
   return (
-    <div class="configurations" onMouseLeave={endReach}>
+    <div class="configurations" ref={host} onMouseLeave={endReach}>
       {configuration && (
         <button type="button" onClick={() => choose(unconfigured(request, index))}>
           {texts.configurations.leave}
         </button>
       )}
       {all === null && (
-        <button type="button" disabled={!poseInBase(request, index)} onClick={() => void askSolutions()}>
+        <button type="button" disabled={!poseInBase(request, index)} onClick={() => void askSolutions().then(focusWays)}>
           {texts.configurations.ask}
         </button>
       )}
-      {all?.map((solution, number) => (
-        <button
-          key={number}
-          type="button"
-          title={postureOf(solution, robot)}
-          onMouseEnter={() => showReach(solution.position, all.length)}
-          onFocus={() => showReach(solution.position, all.length)}
-          onBlur={endReach}
-          onClick={() => choose(configured(request, index, solution, all))}
-        >
-          {texts.configurations.number(number, all.length)} {sidesOf(solution).map(([part, side]) => texts.configurations.side(part, side)).join(', ') || postureOf(solution, robot)}
-        </button>
-      ))}
+      {all && <Ways all={all} robot={robot} onChoose={(solution) => choose(configured(request, index, solution, all))} />}
     </div>
   );
 }
 
-function postureOf({ position }: Solution, robot: Robot): string {
-  return position.map((value, joint) => `${short(value * factorOf(robot.joints[joint]!, 'position'), 4)} ${unitOf(robot.joints[joint]!, 'position')}`).join(', ');
+interface WaysProps {
+  all: readonly Solution[];
+  robot: Robot;
+  onChoose: (solution: Solution) => void;
+}
+
+// One stop of the tab key, however many there are: arrows lead from one to the next.
+function Ways({ all, robot, onChoose }: WaysProps) {
+  const [focused, setFocused] = useState(0);
+  const planned = plannedPosture.value;
+  const point = (number: number): void => {
+    setFocused(number);
+    showReach(all[number]!.position, all.length);
+  };
+  return (
+    <>
+      <p class="hint">
+        {texts.configurations.label(all.length)}. {texts.configurations.hint}
+      </p>
+      <ol class="ways" aria-label={texts.configurations.label(all.length)} onKeyDown={keys}>
+        {all.map((solution, number) => (
+          <li key={number}>
+            <button
+              type="button"
+              tabIndex={number === focused ? 0 : -1}
+              aria-current={planned !== null && isPosture(planned, solution)}
+              onMouseEnter={() => showReach(solution.position, all.length)}
+              onFocus={() => point(number)}
+              onBlur={endReach}
+              onClick={() => onChoose(solution)}
+            >
+              {[texts.configurations.number(number, all.length), ...sidesOf(solution).map(([part, side]) => texts.configurations.side(part, side))].join(', ')}
+              <small>{postureOf(solution, robot)}</small>
+            </button>
+          </li>
+        ))}
+      </ol>
+    </>
+  );
+}
+
+function keys(event: KeyboardEvent): void {
+  const buttons = [...(event.currentTarget as HTMLElement).querySelectorAll('button')];
+  const at = buttons.indexOf(event.target as HTMLButtonElement);
+  const to = { ArrowUp: at - 1, ArrowDown: at + 1, Home: 0, End: buttons.length - 1 }[event.key];
+  if (at < 0 || to === undefined) return;
+  event.preventDefault();
+  buttons[Math.min(Math.max(0, to), buttons.length - 1)]!.focus();
+}
+
+// The unit stands once where all joints have the same.
+function postureOf({ position }: Solution, { joints }: Robot): string {
+  const units = joints.map((joint) => unitOf(joint, 'position'));
+  const isSame = units.every((unit) => unit === units[0]);
+  const values = position.map((value, joint) => `${(value * factorOf(joints[joint]!, 'position')).toFixed(1)}${isSame ? '' : ` ${units[joint]}`}`);
+  return `${values.join(', ')}${isSame ? ` ${units[0]}` : ''}`;
 }

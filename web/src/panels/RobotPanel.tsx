@@ -9,12 +9,14 @@ import { posed, shownPosture } from '../state/posture';
 import { request, robot, selected } from '../state/store';
 import { texts } from '../texts';
 import { RobotUpload } from './RobotUpload';
+import { Workspace } from './Workspace';
 
 export function RobotPanel() {
   const arm = robot.value;
   return (
     <>
       {arm && <Sliders arm={arm} />}
+      {arm && <Workspace />}
       {arm && <LimitTable arm={arm} />}
       <RobotUpload />
     </>

@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import type { PlanRequest, Solution } from '../service/types';
-import { configured, unconfigured } from './configurations';
+import { configured, isPosture, unconfigured } from './configurations';
 
 const pose = { position: [1, 0, 0], orientation: null };
 const request = { robot: 'arm', waypoints: [{ kind: 'joint', position: [0] }, { kind: 'pose', name: 'P', pose, dwell: 2, frame: 'pallet' }] } as PlanRequest;
@@ -22,4 +22,9 @@ test.each([
   const asked = configured(request, 1, all[0]!, all);
   expect(asked.waypoints).toEqual([request.waypoints[0], { kind: 'joint', name: 'P', dwell: 2, position: [1.234568] }]);
   expect(request.waypoints[1]).toHaveProperty('pose');
+});
+
+test('an arm stands in a way to rounding error, and not a whole turn away', () => {
+  expect(isPosture([1.0000001], solution(1, 'up'))).toBe(true);
+  expect(isPosture([1 + 2 * Math.PI], solution(1, 'up'))).toBe(false);
 });

@@ -23,3 +23,10 @@ export function configured(request: PlanRequest, index: number, solution: Soluti
 export function unconfigured(request: PlanRequest, index: number): PlanRequest {
   return withWaypoint(request, index, { configuration: undefined });
 }
+
+const SAME = 1e-3; // rad or m
+
+// Whether the arm stands in one of the ways: not a whole turn away, either.
+export function isPosture(position: readonly number[], solution: Solution): boolean {
+  return solution.position.every((value, joint) => Math.abs(value - position[joint]!) < SAME);
+}

@@ -41,9 +41,9 @@ export function mountingOf(setting: Setting, robot: Robot): Matrix4 {
   return robot.mounting ? matrixOf(robot.mounting) : new Matrix4();
 }
 
-// The tool centre point in the tip frame: the request's, else the robot's.
-export function toolOf(setting: Setting, robot: Robot): Matrix4 {
-  return setting.tool ? matrixOfPose(setting.tool) : matrixOf(robot.tool);
+// The tool centre point in the tip frame: the tool that is asked for, else the robot's.
+export function toolOf(tool: Pose | null | undefined, robot: Robot): Matrix4 {
+  return tool ? matrixOfPose(tool) : matrixOf(robot.tool);
 }
 
 // A pose without an orientation has the axes of its frame.
@@ -62,5 +62,5 @@ function placeOfLink(setting: Setting, robot: Robot, link: string | null | undef
   const placement = robot.placements.find(({ frame }) => frame === (link ?? robot.tip_frame));
   if (!placement) return null;
   const matrix = matrixOf(placement);
-  return { after: placement.after, matrix: link ? matrix : matrix.multiply(toolOf(setting, robot)) };
+  return { after: placement.after, matrix: link ? matrix : matrix.multiply(toolOf(setting.tool, robot)) };
 }

@@ -34,4 +34,5 @@ export type Grid = Schemas['Grid'];
 export type BatchEntry = Schemas['BatchEntry'];
 export type Joint = Schemas['JointDescription'];
 export type Placement = Schemas['Placement'];
+export type WorkspaceAnswer = Schemas['WorkspaceAnswer'];
 export type Solution = Schemas['JointSolution'];

@@ -8,8 +8,9 @@ import type { Planned } from '../state/store';
 import { millimetres, short } from '../plan/units';
 import { firstPosture, shownPosture } from '../state/posture';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
-import { goToNearest, nearest, setting, shownPair } from '../state/surroundings';
+import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
 import { theme } from '../state/theme';
+import { isCut, workspace } from '../state/workspace';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
 import type { Dragging } from '../state/dragging';
@@ -133,26 +134,36 @@ function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
+      robot.value;
+      stage.setTool(shownTool.value);
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
+      stage.setCloud(workspace.value?.answer ?? null, isCut.value);
+    }),
+    effect(() => {
+      theme.value; // drawn anew in other colours
       setting.value;
       stage.setPair(shownPair.value, placedAtPair.value, links.value, problem.value !== null);
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
-      stage.setPlan(shownPlan.value?.answer ?? null, sharesOf(shownPlan.value, robot.value));
+      stage.setPlan(shownPlan.value, sharesOf(shownPlan.value, robot.value));
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
-      stage.setWaypoints(shownPlan.value?.answer ?? null, selected.value);
+      stage.setWaypoints(shownPlan.value, selected.value);
     }),
     effect(() => {
+      theme.value; // drawn anew in other colours
       robot.value;
-      stage.setGizmo(dragging?.pose() ?? null, mode.value);
+      stage.setGizmo(dragging?.pose() ?? null, dragging?.tool() ?? null, mode.value);
     }),
     effect(() => {
       const found = dragging?.reach() ?? null;
       stage.setReach(found?.position ?? null, found?.kind === 'reached');
     }),
-    effect(() => stage.setGhosts(compared.value, JOINT_COLOURS)),
+    effect(() => stage.setGhosts(request.peek(), compared.value, JOINT_COLOURS)),
     effect(() => {
       robot.value; // a ghost of another robot goes
       stage.setProblem(problem.value);

@@ -2,6 +2,7 @@
 import { Group, Matrix4 } from 'three';
 import type { Camera, Object3D } from 'three';
 import { TransformControls } from 'three/examples/jsm/controls/TransformControls.js';
+import { disposeOf } from './marks';
 import type { Pose } from '../service/types';
 import { quaternionOf } from '../request/rotations';
 
@@ -12,6 +13,7 @@ export class Gizmo {
   private readonly controls: TransformControls;
   private begun = new Matrix4();
   private pose: Pose | null = null;
+  private tool?: Object3D;
 
   constructor(camera: Camera, canvas: HTMLCanvasElement, base: Object3D, scene: Object3D, size: number) {
     this.controls = new TransformControls(camera, canvas);
@@ -28,9 +30,12 @@ export class Gizmo {
   onDrag: (pose: Pose) => void = () => undefined;
   onDrop: (pose: Pose) => void = () => undefined;
 
-  // Shows the handles at a pose; null: none.
-  show(pose: Pose | null, mode: GizmoMode): void {
+  // Shows the handles at a pose, with the tool that is there; null: none.
+  show(pose: Pose | null, mode: GizmoMode, tool?: Object3D): void {
     this.pose = pose;
+    disposeOf(this.tool);
+    this.tool = pose?.orientation ? tool : undefined; // with any orientation nobody knows where the tip is
+    if (this.tool) this.handle.add(this.tool);
     if (!pose) {
       this.controls.detach();
       return;

@@ -5,25 +5,28 @@ import {
   DirectionalLight,
   GridHelper,
   Group,
+  Matrix4,
   PerspectiveCamera,
-  Raycaster,
   Scene,
   Sphere,
-  Vector2,
   Vector3,
   WebGLRenderer,
 } from 'three';
 import type { Object3D, Vector3Tuple } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import type { ComparedBackend, LinkShape, PlanAnswer, Pose, Problem, Robot } from '../service/types';
+import { stretchesOfTools } from '../plan/tools';
+import type { ComparedBackend, LinkShape, PlanRequest, Pose, Problem, Robot, WorkspaceAnswer } from '../service/types';
+import type { Planned } from '../state/store';
 import { matrixOf } from '../robot/chain';
 import { reach, shapesOf } from '../robot/shapes';
 import type { Form, Shape } from '../robot/shapes';
 import { styleColour, theme } from '../state/theme';
 import { Arm } from './arm';
+import { Cloud } from './cloud';
 import { Gizmo } from './gizmo';
 import type { GizmoMode } from './gizmo';
-import { axes, ball, disposeOf, ghostLine, pathLine, waypointMarks } from './marks';
+import { axes, ball, disposeOf, ghostLine, pathLine, toolMarks, waypointMarks } from './marks';
+import { instanceAt, listenToClicks } from './picking';
 import { gapMark, obstacles } from './obstacles';
 import { pointsOf } from '../scene/pair';
 import type { Pair } from '../scene/pair';
@@ -34,7 +37,7 @@ export type View = 'home' | 'front' | 'side' | 'top';
 
 const DIRECTIONS: Record<View, Vector3Tuple> = { home: [1, -1.05, 0.75], front: [1, 0, 0.02], side: [0, -1, 0.02], top: [0.001, 0, 1] };
 
-type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair';
+type Drawn = 'path' | 'waypoints' | 'ghosts' | 'place' | 'ghost' | 'reach' | 'scene' | 'waiting' | 'gap' | 'pair' | 'cloud';
 
 export class Stage {
   readonly scene = new Scene();
@@ -49,6 +52,7 @@ export class Stage {
   private drawn: Partial<Record<Drawn | 'grid', Object3D>> = {};
   private carried: Object3D[] = [];
   private tool?: Object3D;
+  private cloud?: Cloud;
   private waypoints: readonly number[] = []; // of the request, by the ball
   private waiting = false;
   private extent = 1;
@@ -56,6 +60,7 @@ export class Stage {
 
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.renderer.localClippingEnabled = true;
     this.camera.up.set(0, 0, 1);
     this.scene.add(this.world, new AmbientLight('#ffffff', 1.4));
     for (const [x, y, z, strength] of [[2, -3, 5, 2.2], [-4, 2, 3, 0.9]] as const) {
@@ -68,26 +73,15 @@ export class Stage {
     this.gizmo = new Gizmo(this.camera, canvas, this.world, this.scene, 0.7);
     this.gizmo.onChange = () => this.draw();
     this.gizmo.onHold = (isHeld) => (this.controls.enabled = !isHeld);
-    canvas.addEventListener('pointerdown', (down) => this.remember(down));
+    listenToClicks(canvas, (event) => this.pick(event));
   }
 
   // Called with the number of a waypoint that is clicked.
   onPick: (waypoint: number) => void = () => undefined;
 
-  private remember(down: PointerEvent): void {
-    const up = (event: PointerEvent): void => {
-      if (Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 4) this.pick(event);
-    };
-    this.canvas.addEventListener('pointerup', up, { once: true });
-  }
-
   private pick(event: PointerEvent): void {
-    const box = this.canvas.getBoundingClientRect();
-    const at = new Vector2((2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height);
-    const ray = new Raycaster();
-    ray.setFromCamera(at, this.camera);
-    const hit = ray.intersectObjects(this.drawn.waypoints?.children ?? []).find(({ instanceId }) => instanceId !== undefined);
-    if (hit?.instanceId !== undefined) this.onPick(this.waypoints[hit.instanceId]!);
+    const hit = instanceAt(event, this.canvas, this.camera, this.drawn.waypoints?.children ?? []);
+    if (hit !== undefined) this.onPick(this.waypoints[hit]!);
   }
 
   setRobot(robot: Robot, links: readonly LinkShape[], posture: readonly number[]): void {
@@ -103,21 +97,39 @@ export class Stage {
     this.look('home');
   }
 
-  // Where the base stands in the world, the tool at the tip, and what stands around the robot at all times.
+  // Where the base stands in the world, and what stands around the robot at all times.
   setSurroundings(setting: Setting, standing: readonly Placed[]): void {
     if (!this.robot) return;
     this.world.matrixAutoUpdate = false;
     this.world.matrix.copy(mountingOf(setting, this.robot));
     this.world.matrixWorldNeedsUpdate = true;
     this.replace('scene', this.things(standing));
-    const tip = this.robot.placements.find(({ frame }) => frame === this.robot!.tip_frame);
-    disposeOf(this.tool);
-    this.tool = axes(this.extent * 0.09);
-    if (tip) {
-      this.tool.applyMatrix4(matrixOf(tip).multiply(toolOf(setting, this.robot)));
-      this.arm?.attach(tip.after, this.tool);
-    }
     this.setGround();
+  }
+
+  // The tool at the tip; null: the robot's own.
+  setTool(asked: Pose | null): void {
+    const tip = this.robot?.placements.find(({ frame }) => frame === this.robot!.tip_frame);
+    disposeOf(this.tool);
+    if (!this.robot || !tip) return;
+    this.tool = this.toolFrame(toolOf(asked, this.robot), styleColour('--text-soft')).add(axes(this.extent * 0.09));
+    this.tool.applyMatrix4(matrixOf(tip).multiply(toolOf(asked, this.robot)));
+    this.arm?.attach(tip.after, this.tool);
+    this.draw();
+  }
+
+  // How a tool stands away from the tip, in the frame of its centre point.
+  private toolFrame(tool: Matrix4, colour: string): Group {
+    const mark = toolMarks([{ at: new Matrix4(), tool }], this.extent * 0.018, colour);
+    return mark ? new Group().add(mark) : new Group();
+  }
+
+  // Where the tool can be, cut open towards the viewer or whole; a cloud that was not there before is brought into view.
+  setCloud(found: WorkspaceAnswer | null, isCut: boolean): void {
+    const isNew = !this.cloud && found !== null;
+    this.cloud = found ? new Cloud(found, isCut, theme.value === 'dark') : undefined;
+    this.replace('cloud', this.cloud?.object);
+    if (isNew) this.fit(this.camera.position.clone().sub(this.controls.target));
   }
 
   // What the robot carries now, and what it takes later or has put down.
@@ -153,25 +165,28 @@ export class Stage {
     this.draw();
   }
 
-  setPlan(answer: PlanAnswer | null, shares: readonly number[]): void {
-    this.replace('path', answer?.samples.tcp_pose ? pathLine(answer, shares, theme.value === 'dark') : undefined);
-    if (answer && !this.isFitted) {
+  setPlan(shown: Planned | null, shares: readonly number[]): void {
+    const isDrawn = shown?.answer.samples.tcp_pose;
+    this.replace('path', isDrawn ? pathLine(shown.answer, shares, stretchesOfTools(shown.request, shown.answer), theme.value === 'dark') : undefined);
+    if (shown && !this.isFitted) {
       this.isFitted = true;
-      this.arm?.pose(answer.samples.position[0]!); // the view is to hold the arm where it begins
+      this.arm?.pose(shown.answer.samples.position[0]!); // the view is to hold the arm where it begins
       this.look('home');
     }
   }
 
-  setWaypoints(answer: PlanAnswer | null, chosen: number): void {
-    this.waypoints = answer?.waypoints.map(({ index }) => index) ?? [];
+  // The waypoints, each with the tool that it brings.
+  setWaypoints(shown: Planned | null, chosen: number): void {
+    this.waypoints = shown?.answer.waypoints.map(({ index }) => index) ?? [];
+    const tools = this.waypoints.map((index) => shown?.request.waypoints[index]?.tool).map((tool) => (tool ? toolOf(tool, this.robot!) : null));
     const colours = [styleColour('--text-soft'), styleColour('--accent')] as const;
-    this.replace('waypoints', answer ? waypointMarks(answer, this.extent * 0.008, chosen, ...colours) : undefined);
+    this.replace('waypoints', shown ? waypointMarks(shown.answer, tools, this.extent * 0.008, chosen, ...colours) : undefined);
   }
 
-  setGhosts(compared: readonly ComparedBackend[] | null, colours: readonly string[]): void {
+  setGhosts(asked: PlanRequest | null, compared: readonly ComparedBackend[] | null, colours: readonly string[]): void {
     const group = new Group();
     compared?.forEach(({ trajectory }, index) => {
-      if (trajectory) group.add(ghostLine(trajectory, colours[index % colours.length]!));
+      if (asked && trajectory) group.add(ghostLine(trajectory, stretchesOfTools(asked, trajectory), colours[index % colours.length]!));
     });
     this.replace('ghosts', group);
   }
@@ -193,8 +208,9 @@ export class Stage {
     this.replace('reach', posture ? this.ghost(posture, styleColour(isReached ? '--accent' : '--bad')) : undefined);
   }
 
-  setGizmo(pose: Pose | null, mode: GizmoMode): void {
-    this.gizmo.show(pose, mode);
+  // The handles at the chosen pose, with the tool that is to get there.
+  setGizmo(pose: Pose | null, tool: Pose | null, mode: GizmoMode): void {
+    this.gizmo.show(pose, mode, this.robot && this.toolFrame(toolOf(tool, this.robot), styleColour('--accent')));
     this.draw();
   }
 
@@ -217,11 +233,11 @@ export class Stage {
     this.draw();
   }
 
-  // The box around the robot, the path of its tool and what stands around it.
-  private bounds(): Box3 {
+  // The box around the robot, the path of its tool and what stands around it, and around more.
+  private bounds(...more: readonly (Object3D | undefined)[]): Box3 {
     this.world.updateWorldMatrix(true, true);
     const box = new Box3();
-    for (const object of [this.arm?.object, this.drawn.path, ...this.ends()]) if (object) box.expandByObject(object);
+    for (const object of [this.arm?.object, this.drawn.path, ...this.ends(), ...more]) if (object) box.expandByObject(object);
     return box.isEmpty() ? new Box3(new Vector3(-1, -1, 0), new Vector3(1, 1, 1)) : box;
   }
 
@@ -231,12 +247,16 @@ export class Stage {
   }
 
   look(view: View): void {
-    const sphere = this.bounds().getBoundingSphere(new Sphere());
+    this.fit(new Vector3().fromArray(DIRECTIONS[view]));
+  }
+
+  // Shows all from a direction.
+  private fit(from: Vector3): void {
+    const sphere = this.bounds(this.drawn.cloud).getBoundingSphere(new Sphere());
     const half = (this.camera.fov * Math.PI) / 360;
     const narrow = Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect));
-    const direction = new Vector3().fromArray(DIRECTIONS[view]).normalize();
     this.controls.target.copy(sphere.center);
-    this.camera.position.copy(sphere.center).addScaledVector(direction, (sphere.radius / Math.sin(narrow)) * 0.76);
+    this.camera.position.copy(sphere.center).addScaledVector(from.normalize(), (sphere.radius / Math.sin(narrow)) * 0.76);
     this.controls.update();
     this.draw();
   }
@@ -252,7 +272,7 @@ export class Stage {
   }
 
   picture(): string {
-    this.renderer.render(this.scene, this.camera);
+    this.render();
     return this.canvas.toDataURL('image/png');
   }
 
@@ -261,8 +281,13 @@ export class Stage {
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      this.renderer.render(this.scene, this.camera);
+      this.render();
     });
+  }
+
+  private render(): void {
+    this.cloud?.face(this.camera);
+    this.renderer.render(this.scene, this.camera);
   }
 
   private replace(name: Drawn, object: Object3D | undefined): void {

@@ -1,6 +1,7 @@
 // The ways in which the chosen pose can be reached, asked of the service when somebody wants to choose among them.
 import { computed, signal } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
+import { toolAt } from '../plan/tools';
 import { client, outcome } from '../service/client';
 import type { PlanRequest, Pose, Solution } from '../service/types';
 import { isStale, problem, request, selected, shownPlan } from './store';
@@ -9,6 +10,12 @@ const found = signal<{ request: PlanRequest; index: number; solutions: readonly 
 
 // Those of the waypoint that is chosen, as it is now; null: they have not been asked for.
 export const solutions = computed(() => (found.value?.request === request.value && found.value.index === selected.value ? found.value.solutions : null));
+
+// Where the arm stands at the chosen waypoint as it is planned; null: it is not.
+export const plannedPosture = computed(() => {
+  const planned = isStale.value || !shownPlan.value ? undefined : plannedWaypoint(shownPlan.value.answer, selected.value);
+  return planned?.position ?? null;
+});
 
 // The pose of a waypoint in the base frame; null: only a plan of the request as it is now could tell.
 export function poseInBase(asked: PlanRequest, index: number): Pose | null {
@@ -22,9 +29,8 @@ export async function askSolutions(): Promise<void> {
   const [asked, index] = [request.value, selected.value];
   const pose = asked && poseInBase(asked, index);
   if (!pose) return;
-  const reference = isStale.value || !shownPlan.value ? undefined : plannedWaypoint(shownPlan.value.answer, index)?.position;
-  const tool = asked.waypoints.slice(0, index + 1).findLast((waypoint) => waypoint.tool)?.tool ?? asked.tool;
-  const body = { robot: asked.robot, poses: [pose], solutions: 'all' as const, reference, tool };
+  const reference = plannedPosture.value ?? undefined;
+  const body = { robot: asked.robot, poses: [pose], solutions: 'all' as const, reference, tool: toolAt(asked, index) };
   const { answer, problem: refused } = await outcome(client.POST('/v1/kinematics/inverse', { body }));
   if (request.value !== asked) return;
   if (answer) found.value = { request: asked, index, solutions: answer.results[0]!.solutions };

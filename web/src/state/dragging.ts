@@ -1,4 +1,5 @@
 // The chosen pose may be dragged: it is asked about on the way, and put into the request where it is let go.
+import { toolAt } from '../plan/tools';
 import type { Pose } from '../service/types';
 import { withWaypoint } from '../request/edits';
 import { show } from './actions';
@@ -8,6 +9,7 @@ import { request, selected } from './store';
 
 export interface Dragging {
   pose: () => Pose | null; // reads signals
+  tool: () => Pose | null; // that is to get there; reads signals
   reach: () => Reach | null; // reads signals
   onDrag: (pose: Pose) => void;
   onDrop: (pose: Pose) => void;
@@ -19,6 +21,7 @@ export const dragging: Dragging = {
     const waypoint = request.value?.waypoints[selected.value];
     return waypoint?.kind === 'pose' && !waypoint.frame ? waypoint.pose : null;
   },
+  tool: () => request.value && toolAt(request.value, selected.value),
   reach: () => reach.value,
   onDrag: askReach,
   onDrop: (pose) => {

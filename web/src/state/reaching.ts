@@ -1,6 +1,7 @@
 // Whether a pose that is dragged can be reached, asked of the service while the hand moves.
 import { signal } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
+import { toolAt } from '../plan/tools';
 import type { Pose } from '../service/types';
 import { client, outcome } from '../service/client';
 import { request, robot, selected, shownPlan } from './store';
@@ -39,7 +40,8 @@ async function ask(): Promise<void> {
     const pose = waiting;
     waiting = null;
     const reference = shownPlan.value ? plannedWaypoint(shownPlan.value.answer, selected.value)?.position : undefined;
-    const body = { robot: robot.value.id, poses: [pose], solutions: 'all' as const, reference, tool: request.value?.tool };
+    const tool = request.value && toolAt(request.value, selected.value);
+    const body = { robot: robot.value.id, poses: [pose], solutions: 'all' as const, reference, tool };
     const { answer } = await outcome(client.POST('/v1/kinematics/inverse', { body }));
     const result = answer?.results[0];
     const [best] = result?.solutions ?? [];

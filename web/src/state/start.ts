@@ -7,11 +7,13 @@ import { chooseExample, show } from './actions';
 import { playing, time } from './playback';
 import { backends, problem, request, robots } from './store';
 import { followScenes } from './surroundings';
+import { followWorkspace } from './workspace';
 
 let written = '';
 
 export async function start(): Promise<void> {
   followScenes();
+  followWorkspace();
   effect(() => {
     if (apiKey.value !== '' || robots.peek().length === 0) void loadLists();
   });

@@ -1,11 +1,12 @@
 // What stands around the robot as it is shown, and which pair of things the stage points at.
 import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
+import { toolAt, toolAtTime } from '../plan/tools';
 import type { Setting } from '../scene/objects';
 import type { Pair } from '../scene/pair';
 import { client, outcome } from '../service/client';
 import type { Clearance, Scene } from '../service/types';
-import { seek } from './playback';
+import { seek, time } from './playback';
 import { isStale, plan, problem, request, shownPlan } from './store';
 
 export const KINDS = ['scene', 'itself', 'contacts'] as const;
@@ -41,6 +42,13 @@ const [scene, frames, tool, mounting] = [
 
 export const setting = computed<Setting>(() => {
   return { scene: scene.value, frames: frames.value, tool: tool.value, mounting: mounting.value };
+});
+
+// The tool that the robot has at the time that is shown; it changes only where another is taken.
+export const shownTool = computed(() => {
+  const shown = shownPlan.value;
+  if (shown) return toolAtTime(shown.request, shown.answer, time.value);
+  return request.value ? toolAt(request.value, 0) : null;
 });
 
 // The margin that a pair has to keep, m: the object's, or what is carried asks for more.

@@ -1,0 +1,67 @@
+// Where the tool can be: a cloud on the stage, and how far it goes; the robot is shown at each of these figures.
+import { short } from '../plan/units';
+import type { WorkspaceAnswer } from '../service/types';
+import { playing } from '../state/playback';
+import { posed } from '../state/posture';
+import { isCut, isShown, workspace } from '../state/workspace';
+import { texts } from '../texts';
+
+const FIGURES = ['minimum_reach', 'maximum_reach', 'minimum_height', 'maximum_height', 'minimum_radius', 'maximum_radius'] as const;
+
+export function Workspace() {
+  const found = workspace.value;
+  return (
+    <section class="workspace" aria-label={texts.workspace.label}>
+      <h3>{texts.workspace.label}</h3>
+      <label>
+        <input type="checkbox" checked={isShown.value} onChange={(event) => (isShown.value = event.currentTarget.checked)} /> {texts.workspace.show}
+      </label>
+      <label>
+        <input type="checkbox" disabled={!isShown.value} checked={isCut.value} onChange={(event) => (isCut.value = event.currentTarget.checked)} /> {texts.workspace.cut}
+      </label>
+      {isShown.value && !found && <p class="hint">{texts.workspace.asking}</p>}
+      {found?.problem && (
+        <p class="wrong-text" role="alert">
+          {found.problem.detail}
+        </p>
+      )}
+      {found?.answer && <Figures answer={found.answer} />}
+    </section>
+  );
+}
+
+function Figures({ answer }: { answer: WorkspaceAnswer }) {
+  return (
+    <>
+      <p class="hint reach-key">
+        {texts.workspace.colours} {lengthOf(answer.minimum_reach.value)} <span class="speed-scale" /> {lengthOf(answer.maximum_reach.value)}
+      </p>
+      <table>
+        <tbody>
+          {FIGURES.map((figure) => (
+            <tr key={figure}>
+              <th scope="row">{texts.workspace.figures[figure]}</th>
+              <td>{lengthOf(answer[figure].value)}</td>
+              <td>
+                <button type="button" class="link" aria-label={texts.workspace.goTo(texts.workspace.figures[figure])} onClick={() => pose(answer[figure].position)}>
+                  {texts.workspace.go}
+                </button>
+              </td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+      <p class="hint">{texts.workspace.hint(answer.points.length)}</p>
+    </>
+  );
+}
+
+function pose(position: readonly number[]): void {
+  playing.value = false;
+  posed.value = position;
+}
+
+// Figures are within rounding error of what they are.
+function lengthOf(metres: number): string {
+  return `${short(Number((metres * 1000).toFixed(1)), 6)} mm`;
+}
