@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.actions import AtWaypoint
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
-from planner.errors import NoPathFound, PathPoint
+from planner.errors import InvalidProblem, NoPathFound, PathPoint
 from planner.free_motion.way import find_way
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
@@ -32,6 +32,10 @@ if TYPE_CHECKING:
 
 AS_GIVEN = JointMotion("as_given")
 """The motion to a joint position that was found: no other whole turn of a joint will do."""
+
+LONGEST_TRAVEL = 1e3
+"""The farthest that a joint may travel in a free motion, rad or m: a motion is looked at posture by posture, ten to a
+radian, and a million radians would want more memory than there is."""
 
 
 @dataclass(frozen=True)
@@ -157,6 +161,7 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
         index: Of the waypoint that the free motion leads to.
 
     Raises:
+        InvalidProblem: A joint would travel too far.
         PlanningError: A waypoint cannot be solved; its index is that of the problem.
     """
     itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
@@ -165,8 +170,14 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
     _, solved = solved_waypoints(so_far)
     positions = np.array([waypoint.position for waypoint in solved])
     checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
-    goals = _goals(problem, index, solved[number - 1], solved[number])
-    return EndsOfWay(checker, solved[number - 1].position, goals)
+    start, goals = solved[number - 1].position, _goals(problem, index, solved[number - 1], solved[number])
+    travels = np.abs(goals - start)
+    if travels[0].max() > LONGEST_TRAVEL:
+        joint = int(travels[0].argmax())
+        own, name = float(travels[0, joint]), problem.robots[index].joint_names[joint]
+        message = f"{name} travels {own:g} rad or m there: a free motion is sought up to {LONGEST_TRAVEL:g}"
+        raise InvalidProblem([(("waypoints", index), message)])
+    return EndsOfWay(checker, start, goals[travels.max(axis=1) <= LONGEST_TRAVEL])
 
 
 def _along(waypoint: AnyWaypoint, way: FoundWay) -> list[AnyWaypoint]:

@@ -23,6 +23,7 @@ from planner.polynomials import (
     horner,
     quintic_hermite,
 )
+from planner.sampled_peaks import MOST_TRAVEL
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits
@@ -74,7 +75,7 @@ SAMPLES_PER_RADIAN = 25
 """Gridpoints in addition for each radian (or m) that the joint travels which travels farthest on the piece."""
 
 FEWER_PER_RADIAN = 10
-"""The same on a piece with `MANY_SAMPLES`: sixty in a turn of the joint."""
+"""The same on a piece with `MANY_SAMPLES`: sixty in a turn of the joint, up to `MOST_TRAVEL`."""
 
 MANY_SAMPLES = 10_000
 """Number of samples of a piece beyond which there are fewer on a radian, for their memory."""
@@ -279,7 +280,7 @@ class _Sampled:
         if not (knows_torques or self.has_tool):
             return
         travels = np.abs(np.diff(curve.evaluate(curve.breakpoints, [0])[0], axis=0)).max(axis=1)
-        fewer = np.maximum(MANY_SAMPLES, FEWER_PER_RADIAN * travels)
+        fewer = np.maximum(MANY_SAMPLES, FEWER_PER_RADIAN * np.minimum(travels, MOST_TRAVEL))
         counts = SAMPLES_PER_PIECE + np.minimum(SAMPLES_PER_RADIAN * travels, fewer).astype(int)
         ends = zip(curve.breakpoints[:-1], curve.breakpoints[1:], counts, strict=True)
         self.gridpoints = np.append(

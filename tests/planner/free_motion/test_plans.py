@@ -88,6 +88,19 @@ def test_without_anything_in_the_way_it_is_a_joint_motion() -> None:
     assert made.trajectory.coefficients.tobytes() == joint.trajectory.coefficients.tobytes()
 
 
+@pytest.mark.parametrize("travel", [1e3 + 1.0, 1e6, 1e15])
+def test_a_motion_of_a_million_radians_is_refused(travel: float) -> None:
+    """It wanted a posture to look at for each tenth of a radian: more memory than a worker has."""
+    start = [0.3, 0.4, -0.5]
+    far = planner.JointWaypoint([0.3, 0.4 - travel, -0.5], motion=planner.FreeMotion())
+    ball = planner.SceneObject("ball", [planner.Sphere(0.03)], planner.Pose([1.0, 0.3, 0.3]))
+    asked = planner.PlanningProblem(
+        planner.load_robot("three_dof_arm"), [planner.JointWaypoint(start), far], scene=planner.Scene([ball])
+    )
+    with pytest.raises(planner.InvalidProblem, match="free motion is sought up to 1000"):
+        planner.plan(asked)
+
+
 def elbow(position: FloatArray) -> FloatArray:
     data = ARM.model.createData()
     pin.forwardKinematics(ARM.model, data, position)
