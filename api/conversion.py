@@ -10,7 +10,7 @@ import numpy as np
 from api.action_conversion import to_actions, with_waits
 from api.kept_meshes import kept_pieces
 from api.pose_conversion import to_pose, to_rotation, with_axes
-from api.scene_conversion import to_scene
+from api.scene_conversion import to_scene, to_speed_zones
 from api.schemas import common, external_axes, requests, robots, waypoints
 from planner import polar_moves, problem
 from planner.backends import BACKENDS, BackEnd
@@ -60,6 +60,7 @@ def to_planning_problem(request: requests.PlanRequest, robot: Robot) -> problem.
         actions=actions,
         scene=None if request.scene is None else to_scene(request.scene, frames_in_world(robot, request.frames)),
         self_collision=request.self_collision,
+        speed_zones=to_speed_zones(request.speed_zones),
     )
 
 

@@ -14,9 +14,10 @@ from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Invali
 from planner.shapes.meshes.mesh import InvalidMesh, Mesh
 from planner.shapes.meshes.pieces import convex_pieces
 from planner.spatial import Pose
+from planner.speed_zones import SpeedZone
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from api.schemas import common
     from planner.fields import FieldPath
@@ -53,6 +54,11 @@ def to_scene(asked: scenes.Scene | str, in_world: Mapping[str, Pose], field: Fie
         raise InvalidProblem(faults)
     pairs = tuple((first, second) for first, second in asked.allowed_pairs)
     return Scene(tuple(objects), tuple(attached), pairs, asked.margin)
+
+
+def to_speed_zones(asked: Sequence[scenes.SpeedZone]) -> list[SpeedZone]:
+    """Make speed zones."""
+    return [SpeedZone(zone.clearance, zone.speed, zone.objects) for zone in asked]
 
 
 def _to_pose(pose: common.Pose | None) -> Pose:

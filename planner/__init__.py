@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from planner.certificate import Check as Check
     from planner.certificate import Clearance as Clearance
     from planner.certificate import ClearanceReport as ClearanceReport
+    from planner.certificate import SpeedZoneCheck as SpeedZoneCheck
     from planner.certificate import certify as certify
     from planner.certificate import certify_samples as certify_samples
     from planner.certificate import interpolated as interpolated
@@ -162,6 +163,7 @@ if TYPE_CHECKING:
     from planner.spatial import rotation_from_quaternion as rotation_from_quaternion
     from planner.spatial import rotation_from_rpy as rotation_from_rpy
     from planner.spatial import rpy_from_rotations as rpy_from_rotations
+    from planner.speed_zones import SpeedZone as SpeedZone
     from planner.tool_lines import LinePolynomial as LinePolynomial
     from planner.tool_lines import line_polynomials as line_polynomials
     from planner.tool_speeds import SlowPart as SlowPart
@@ -192,6 +194,7 @@ _NAMES = {
         "Check",
         "Clearance",
         "ClearanceReport",
+        "SpeedZoneCheck",
         "certify",
         "certify_samples",
         "interpolated",
@@ -309,6 +312,7 @@ _NAMES = {
         "is_free",
     ),
     "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
+    "planner.speed_zones": ("SpeedZone",),
     "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
     "planner.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),
     "planner.trajectory": ("PlanWarning", "Trajectory"),

@@ -60,6 +60,33 @@ def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPa
         raise duration_error(problem.duration, fastest.duration) from None
 
 
+def in_longer_durations(path: JointPath, fastest: Trajectory, duration: float | None) -> Trajectory:
+    """Stretch a trajectory to the durations asked of its segments, and in what is left to that of the whole.
+
+    Args:
+        path: The path, with the durations that are asked of segments.
+        fastest: A trajectory on it, no segment of which takes longer than that.
+        duration: The duration of the whole, s; None: none is asked.
+
+    Raises:
+        InfeasibleDuration: The duration of the whole is too short.
+    """
+    trajectory = _stretched(fastest, _factors(fastest, path.durations))
+    if duration is None:
+        return trajectory
+    if duration < trajectory.duration * (1.0 - DURATION_TOLERANCE):
+        raise duration_error(duration, trajectory.duration)
+    return _ending_at(
+        _stretched(trajectory, _factors(trajectory, durations_sharing(path, trajectory, duration))), duration
+    )
+
+
+def _factors(trajectory: Trajectory, asked: FloatArray) -> FloatArray:
+    """Return the factors (segments,) on the time of each segment to what is asked of it, s; NaN: its own."""
+    own = _durations_of(trajectory)
+    return np.divide(asked, own, out=np.ones_like(own), where=~np.isnan(asked) & (own > 0.0))
+
+
 def durations_sharing(path: JointPath, fastest: Trajectory, duration: float) -> FloatArray:
     """Return the durations (segments,), s, with which a trajectory takes so long as a whole.
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from planner.robots.payload import Payload
     from planner.scene.scene import Attach, Scene
     from planner.spatial import FloatArray, Pose
+    from planner.speed_zones import SpeedZone
 
 Frame = Literal["tool", "base"]
 
@@ -328,6 +329,8 @@ class PlanningProblem:
         scene: What stands around the robot and what it carries, from which it keeps clear; None: nothing is known.
         self_collision: Whether the arm keeps clear of itself; None: in a scene, as far as the shapes of its links are
             those of its description and no estimates, and not without one.
+        speed_zones: The speeds that no point of the robot exceeds near objects of the scene. The back end's motion is
+            slowed there on its own path.
     """
 
     robot: Robot
@@ -340,11 +343,12 @@ class PlanningProblem:
     actions: Sequence[Action] = ()
     scene: Scene | None = None
     self_collision: bool | None = None
+    speed_zones: Sequence[SpeedZone] = ()
 
     def __post_init__(self) -> None:
-        """Keep waypoints and actions in tuples, which cannot change."""
-        object.__setattr__(self, "waypoints", tuple(self.waypoints))
-        object.__setattr__(self, "actions", tuple(self.actions))
+        """Keep waypoints, actions and speed zones in tuples, which cannot change."""
+        for name in ("waypoints", "actions", "speed_zones"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
 
     def segment_limits(self) -> SegmentLimits:
         """Return the limits in force on each segment; of a single waypoint, those while the robot rests there."""

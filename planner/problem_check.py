@@ -25,6 +25,7 @@ from planner.problem import (
 from planner.regions import Region, region_faults
 from planner.robots.description import RANGED_QUANTITIES
 from planner.scene.faults import scene_faults
+from planner.speed_zones import speed_zone_faults
 from planner.stop_faults import action_faults, objects_handled_faults, tool_faults
 from planner.tolerances import DURATION_TOLERANCE
 
@@ -182,6 +183,7 @@ def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
     robot, waypoints = problem.robot, problem.waypoints
     if problem.scene is not None:
         yield from scene_faults(robot, problem.scene)
+    yield from speed_zone_faults(problem.scene, problem.speed_zones)
     if not 0.0 <= problem.start_tolerance < np.inf:
         yield ("start_tolerance",), "a tolerance cannot be negative, nor without end"
     if problem.payload is not None and not problem.payload.mass >= SMALLEST:

@@ -15,12 +15,14 @@ from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.passages import certify_passages
+from planner.certificate.speed_zones import certify_speed_zones
 from planner.certificate.tool_path import certify_tool_path
 from planner.durations import duration_error, in_asked_durations
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import JOINT_QUANTITIES
+from planner.slowing import slowed
 from planner.tolerances import ROUNDING
 from planner.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.certificate.checks import Certificate
     from planner.certificate.clearance import ClearanceReport
+    from planner.certificate.speed_zones import SpeedZoneCheck
     from planner.free_motion.ways import FoundWay
     from planner.paths import JointPath
     from planner.plots.animation import Animation
@@ -159,6 +162,7 @@ def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajec
     """
     refuse_what_turns_too_often(path)
     trajectory = in_asked_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
+    trajectory = slowed(problem, backend, path, trajectory)
     if problem.duration is not None and abs(trajectory.duration - problem.duration) > ROUNDING * problem.duration:
         raise duration_error(problem.duration, trajectory.duration)
     return trajectory
@@ -175,7 +179,11 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
     """
     certificate = _certificate(problem, backend, path, trajectory)
     refuse_unless_satisfied(certificate)
-    certificate = replace(certificate, clearance=_clearance(problem, path.positions, trajectory))
+    certificate = replace(
+        certificate,
+        clearance=_clearance(problem, path.positions, trajectory),
+        speed_zones=_speed_zones(problem, path, trajectory),
+    )
     warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
     made = Plan(problem, backend, path, trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
@@ -193,6 +201,25 @@ def _clearance(problem: PlanningProblem, positions: FloatArray, trajectory: Traj
         return None
     tolerance = None if problem.scene is None else CLEARANCE_TOLERANCE
     return certify_clearance_along(segment_checkers(problem, positions), trajectory, tolerance)
+
+
+def _speed_zones(problem: PlanningProblem, path: JointPath, trajectory: Trajectory) -> tuple[SpeedZoneCheck, ...]:
+    """Prove that no point of the robot is too fast near objects.
+
+    Raises:
+        LimitsUnsatisfiable: One is.
+    """
+    if not problem.speed_zones:
+        return ()
+    robots = [path.dynamics.robot_on(segment) for segment in range(max(1, len(path.durations)))]
+    checks = certify_speed_zones(problem.speed_zones, segment_checkers(problem, path.positions), robots, trajectory)
+    for check in checks:
+        if not check.satisfied:
+            message = (
+                f"nearer than {check.clearance:g} m to objects, a point of the robot would move at {check.peak:.6g} m/s"
+            )
+            raise LimitsUnsatisfiable(message, value=check.peak, limit=check.limit, time=check.time)
+    return checks
 
 
 def _rest(path: JointPath, backend: BackEnd) -> Trajectory:

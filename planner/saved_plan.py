@@ -14,6 +14,7 @@ import ormsgpack
 
 from planner.certificate.checks import Certificate, Check
 from planner.certificate.clearance import ClearanceReport
+from planner.certificate.speed_zones import SpeedZoneCheck
 from planner.free_motion.ways import FoundWay, Gain, with_ways
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.problem import BlendTransition, StopTransition, ThroughTransition
@@ -97,7 +98,8 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     checks = tuple(Check(**check) for check in saved["certificate"].pop("checks"))
     clearance = saved["certificate"].pop("clearance", None)
     report = None if clearance is None else ClearanceReport.from_dict(clearance)
-    certificate = Certificate(**saved["certificate"], checks=checks, clearance=report)
+    zones = tuple(SpeedZoneCheck.from_dict(check) for check in saved["certificate"].pop("speed_zones", ()))
+    certificate = Certificate(**saved["certificate"], checks=checks, clearance=report, speed_zones=zones)
     warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
     ways = tuple(
         FoundWay(waypoint, _unpacked(positions), TRANSITIONS[kind](**values), Gain(**gain[0]) if any(gain) else None)

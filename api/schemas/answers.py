@@ -9,7 +9,7 @@ from pydantic import Field
 from api.schemas.common import Answer
 from api.schemas.kinematics import AnsweredConfiguration, AnsweredPose  # noqa: TC001 - pydantic evaluates annotations
 from api.schemas.problem_documents import ProblemDocument  # noqa: TC001
-from api.schemas.scenes import ClearancesAnswer, CollisionAnswer  # noqa: TC001
+from api.schemas.scenes import ClearancesAnswer, CollisionAnswer, SpeedZoneAnswer  # noqa: TC001
 from api.schemas.way_gains import WayGain  # noqa: TC001
 
 
@@ -176,6 +176,8 @@ class CertificateAnswer(Answer):
     clearance: ClearancesAnswer | None = None
     """How near the robot comes to itself and to the scene; missing: nothing was held against anything; null: it is not
     free."""
+    speed_zones: list[SpeedZoneAnswer] | None = None
+    """How fast the robot is near objects, in each of the zones that were asked; missing: none were."""
 
 
 class InterpolationCertificate(CertificateAnswer):

@@ -25,7 +25,7 @@ from api.schemas.common import (
     Seed,
 )
 from api.schemas.pictures import Picture  # noqa: TC001 - pydantic evaluates the annotations
-from api.schemas.scenes import SceneOrId  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.scenes import SceneOrId, SpeedZones  # noqa: TC001 - pydantic evaluates the annotations
 from api.schemas.waypoints import Waypoint  # noqa: TC001 - pydantic evaluates the annotations
 
 MOST_ROWS = 1_000_000
@@ -138,6 +138,9 @@ class TrajectoryRequest(Schema):
     self_collision: bool | None = None
     """Whether the arm is proved not to meet itself. `true`: by all of its shapes, estimates too, without a scene as
     well; omitted: in a scene, as far as the shapes of its links are those of its description."""
+    speed_zones: SpeedZones = Field(default_factory=list)
+    """The speeds that no point of the robot exceeds near objects of the `scene`: the back end's motion is slowed there
+    on its own path, and the certificate has `speed_zones`. It is no safety function."""
     sample_period: Annotated[float, Field(ge=1e-6, le=LARGEST)] = 0.01
     """The time between two rows of the answer, s."""
     include: Annotated[list[Include], Field(max_length=16)] = Field(default_factory=list)
@@ -249,5 +252,7 @@ class ValidateRequest(GivenTrajectory):
     self_collision: bool | None = None
     """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;
     omitted: in a scene, as far as the shapes of its links are those of its description."""
+    speed_zones: SpeedZones = Field(default_factory=list)
+    """The speeds that no point of the robot may exceed near objects of the `scene`."""
     deadline: Deadline = DEFAULT_DEADLINE
     """The time after which the service gives up, s from the arrival of the request."""

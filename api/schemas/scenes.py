@@ -21,6 +21,9 @@ MOST_OBJECTS = 5_000
 MOST_ATTACHED = 64
 """The most attached objects of a scene."""
 
+MOST_SPEED_ZONES = 8
+"""The most speed zones of a request."""
+
 Size = Annotated[float, Field(ge=1e-6, le=1e3)]
 Margin = Annotated[float, Field(ge=0.0, le=10.0)]
 Name = Annotated[str, Field(min_length=1, max_length=200)]
@@ -178,6 +181,21 @@ class Scene(Schema):
     """The least distance that the robot and what it carries keep from objects, m."""
 
 
+class SpeedZone(Schema):
+    """A speed that no point of the robot exceeds while it is near to objects. It is no safety function."""
+
+    clearance: Annotated[float, Field(ge=1e-3, le=10.0)]
+    """The zone: where the distance of the robot, and of what it carries, from these objects may be less than this,
+    m."""
+    speed: Annotated[float, Field(ge=1e-3, le=100.0)]
+    """The highest speed there of any point of the robot, of what it carries, and of its tool centre point, m/s."""
+    objects: Annotated[list[Name], Field(min_length=1, max_length=MOST_OBJECTS)] | None = None
+    """The ids of the objects of the scene that have this zone about them; omitted: all that stand still."""
+
+
+SpeedZones = Annotated[list[SpeedZone], Field(max_length=MOST_SPEED_ZONES)]
+
+
 def _form(scene: Any) -> str:
     """Tell whether a scene is there itself, or its id."""
     return "id" if isinstance(scene, str) else "scene"
@@ -206,6 +224,28 @@ class ClearanceAnswer(Answer):
     """When that was, s."""
     pair: Annotated[list[str], Field(min_length=2, max_length=2)] | None
     """The names of the links or objects."""
+    method: Literal["certified"]
+    """How it is known: the bounds hold between all samples, too."""
+
+
+class SpeedZoneAnswer(Answer):
+    """The highest speed of the robot in one of its speed zones, for certain."""
+
+    clearance: float
+    """The zone: where the robot may be nearer than this to its objects, m."""
+    objects: list[str] | None
+    """The ids of these objects; null: all that stand still."""
+    peak: float
+    """No point of the robot is ever faster in the zone, m/s: proved for all times; 0 where it never is in it."""
+    limit: float
+    """The speed allowed there, m/s."""
+    ratio: float
+    """The share of the limit that is used, without unit."""
+    time: float | None
+    """When the robot is about that fast, s; null: it never is in the zone."""
+    intervals: list[Annotated[list[float], Field(min_length=2, max_length=2)]]
+    """When the robot is in the zone, shape (intervals, 2), from and to, s; at all other times it is proved to be
+    further away."""
     method: Literal["certified"]
     """How it is known: the bounds hold between all samples, too."""
 

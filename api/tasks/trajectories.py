@@ -112,7 +112,7 @@ def validate_trajectory(work: Work) -> Reply:
     with work.stage("plan"):
         interpolation, certificate = certified(request, robot)
         answer = {"interpolation": interpolation, **certificate.as_dict()}
-        if request.scene is not None or request.self_collision:
+        if request.scene is not None or request.self_collision or request.speed_zones:
             answer |= _kept_clear(request, robot, certificate.satisfied)
     return work.reply(answer)
 
@@ -122,14 +122,28 @@ def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool
     from api.clearance_answers import clearance_answer
     from api.conversion import frames_in_world
     from api.given_trajectories import to_trajectory
-    from api.scene_conversion import to_scene
+    from api.scene_conversion import to_scene, to_speed_zones
     from planner.certificate.clearance import CLEARANCE_TOLERANCE
+    from planner.certificate.speed_zones import certify_speed_zones
     from planner.scene import CollisionChecker
+    from planner.speed_zones import refuse_zone_faults
 
     scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
+    zones = to_speed_zones(request.speed_zones)
+    refuse_zone_faults(scene, zones)
     checker = CollisionChecker(robot, scene, self_collision=request.self_collision)
-    found = clearance_answer(checker, to_trajectory(request, robot)[1], CLEARANCE_TOLERANCE)
-    return {"satisfied": satisfied and found["free"], "clearance": found["clearance"], "collision": found["collision"]}
+    _, trajectory = to_trajectory(request, robot)
+    found = clearance_answer(checker, trajectory, CLEARANCE_TOLERANCE)
+    answer = {
+        "satisfied": satisfied and found["free"],
+        "clearance": found["clearance"],
+        "collision": found["collision"],
+    }
+    if zones:
+        checks = certify_speed_zones(zones, [checker], [robot], trajectory)
+        answer["speed_zones"] = [check.as_dict() for check in checks]
+        answer["satisfied"] = answer["satisfied"] and all(check.satisfied for check in checks)
+    return answer
 
 
 def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests.Interpolation, Certificate]:

@@ -9,6 +9,7 @@ from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.certificate.clearance import ClearanceReport
+    from planner.certificate.speed_zones import SpeedZoneCheck
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class Certificate:
             motion that is asked there; `none`.
         checks: One a quantity, in the order of `QUANTITIES`.
         clearance: How near the robot comes to itself and to what is around it; None: that was not asked.
+        speed_zones: How fast it is near objects, in each of the zones that are asked.
     """
 
     satisfied: bool
@@ -65,9 +67,14 @@ class Certificate:
     continuity: str
     checks: tuple[Check, ...]
     clearance: ClearanceReport | None = None
+    speed_zones: tuple[SpeedZoneCheck, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the certificate in plain values, ready for JSON; without the clearance if it was not asked."""
+        """Return the certificate in plain values, ready for JSON; without clearance and zones that were not asked."""
         values = {**vars(self), "checks": [vars(check) for check in self.checks]}
-        del values["clearance"]
-        return values if self.clearance is None else values | {"clearance": self.clearance.as_dict()}
+        del values["clearance"], values["speed_zones"]
+        if self.clearance is not None:
+            values["clearance"] = self.clearance.as_dict()
+        if self.speed_zones:
+            values["speed_zones"] = [check.as_dict() for check in self.speed_zones]
+        return values

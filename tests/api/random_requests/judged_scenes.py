@@ -21,16 +21,21 @@ CONTACT = 1.1e-5
 GENEROUS = 2e-3
 """Room beyond the margin from which on nothing may be refused, m."""
 
+ZONE_SAMPLES = 60
+"""Number of times at which speeds near objects are looked at."""
+
 RESTING = [0.0, 1.0]
 
 
 def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clearance: Any) -> None:
-    """Fail where a trajectory that is said to be free comes nearer to something than it may."""
+    """Fail where a trajectory that is said to be free comes nearer to something than it may, or is too fast near it."""
     if not request.get("scene") and not request.get("self_collision"):
         return
     trajectory = Answered(answer["polynomials"])
     for first, last, around in stages(robot, request, answer):
         ends = np.clip([first, last], *trajectory.breakpoints[[0, -1]])
+        for zone in request.get("speed_zones", []) if answer.get("satisfied", True) else []:
+            is_slow(around, zone, trajectory, ends)
         for kind, touching in (("scene", False), ("contacts", True)):
             excess, apart, pair = around.least_excess(trajectory, ends, touching=touching)
             assert excess >= -CONTACT, f"{pair} are {-excess} m too near"
@@ -44,6 +49,21 @@ def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clear
         apart, pair = around.least_between_links(trajectory, sources)
         assert apart >= -CONTACT, f"{pair} overlap by {-apart} m"
         assert clearance["itself"]["lower"] <= apart + 1e-6, f"{pair} are {apart} m apart"
+
+
+def is_slow(around: Surroundings, zone: dict[str, Any], trajectory: Answered, ends: np.ndarray) -> None:
+    """Fail where a point of a body is too fast in a speed zone, at some times between two (2,), s."""
+    times = np.linspace(*ends, ZONE_SAMPLES)
+    positions, velocities = trajectory.at(times, 2)
+    near = np.zeros(len(times), dtype=bool)
+    for body in (body for body in around.bodies if body.joint and body.is_line):
+        for thing in (thing for thing in around.things if thing.kind in CLOSED_FORMS):
+            counts = zone.get("objects") is None or thing.name in zone["objects"]
+            if counts and frozenset((body.name, thing.name)) not in around.allowed:
+                near |= around.apart(body, thing, positions) < zone["clearance"] - CONTACT
+    if near.any():
+        fastest = around.fastest(positions[near], velocities[near])
+        assert fastest <= zone["speed"] * (1.0 + 1e-6), f"{fastest} m/s in a zone of {zone['speed']} m/s"
 
 
 def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], posture: np.ndarray | None) -> None:
@@ -74,7 +94,7 @@ def validation_holds(
     robot: Robot, request: dict[str, Any], answer: dict[str, Any], random: np.random.Generator
 ) -> None:
     """Hold what is said about a trajectory against dense samples, of limits and of distances."""
-    polynomials = {"polynomials": request["polynomials"]}
+    polynomials = {"polynomials": request["polynomials"], "satisfied": answer["satisfied"]}
     if answer["satisfied"]:
         limits_hold(robot, request, {"certificate": answer, **polynomials}, random)
     if collision := answer.get("collision"):

@@ -105,6 +105,8 @@ class Operations(Plans):
             asked["limits"] = self.limits(0.1)
         if self.chance(0.7):
             asked["scene"] = self.scene(asked, [np.array(waypoint["position"]) for waypoint in planned["waypoints"]])
+            if self.chance(0.3):
+                asked["speed_zones"] = self.speed_zones(asked["scene"])
         if self.chance(0.3):
             asked["self_collision"] = self.chance(0.5)
         return asked

@@ -81,6 +81,8 @@ class Plans(Waypoints, Scenes):
         request["waypoints"] = waypoints
         if self.chance(0.25):
             request["scene"] = self.scene(request, postures)
+            if self.chance(0.3):
+                request["speed_zones"] = self.speed_zones(request["scene"])
             self._leave_ways_open(waypoints)
             if self.handles:
                 self._handle(request, postures)

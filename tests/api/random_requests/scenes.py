@@ -56,6 +56,17 @@ class Scenes(Draws):
             scene["allowed_pairs"] = [[self.choice(links), self.choice([*names, *links])] for _ in range(2)]
         return scene
 
+    def speed_zones(self, scene: dict[str, Any]) -> list[dict[str, Any]]:
+        """Speeds near the objects of a scene: all of them, or some, now and then one that is not there."""
+        names = [thing["id"] for thing in scene["objects"]]
+        zones: list[dict[str, Any]] = []
+        for _ in range(int(self.random.integers(1, 4))):
+            zone: dict[str, Any] = {"clearance": self.between(1e-3, 1.0), "speed": self.between(0.01, 2.0)}
+            if names and self.chance(0.4):
+                zone["objects"] = [self.choice((*names, *names, "nothing") if self.chance(0.1) else names)]
+            zones.append(zone)
+        return zones
+
     def _somewhere(self) -> pin.SE3:
         """A place around the arm: anywhere, or aligned with the axes of its base."""
         way = self.random.normal(size=3)

@@ -1,0 +1,274 @@
+"""The proof of where a robot is near to objects, and of how fast its points move there, for whole intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import InvalidProblem
+from planner.polynomials import PiecewisePolynomial
+from planner.scene.bodies import Bodies, Body
+from planner.scene.continuous import AT_ONCE, DEFAULT_BUDGET
+from planner.scene.excursions import excursions
+from planner.shapes import Sphere
+from planner.tolerances import ROUNDING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.fields import FieldPath
+    from planner.robots import Robot
+    from planner.scene.bodies import Postures
+    from planner.scene.checker import CollisionChecker
+    from planner.scene.scene import Scene
+    from planner.spatial import FloatArray
+
+RESOLUTION = 1e-3
+"""How far the robot may move, m, in an interval that counts as near although that is not proved: what counts as near
+is nearer than the distance asked and twice this."""
+
+FIRST_PARTS = 32
+"""Number of intervals that a motion is cut into at first."""
+
+KNOWN_TO = 5e-3
+"""Relative amount by which the bound on a speed may exceed the largest speed that was seen."""
+
+DECIDED_TO = 1e-4
+"""The same where that decides whether a limit is kept."""
+
+MOST_INTERVALS = 50_000
+"""The most intervals on which speeds are bounded: beyond, what was found so far stands, which is a bound, too."""
+
+TOOL_POINT = Sphere(1e-6)
+"""The shape of the tool centre point, which belongs to the robot whether its shapes reach there or not."""
+
+
+@dataclass(frozen=True)
+class SpeedZone:
+    """A speed that no point of the robot exceeds while it is near to objects.
+
+    The points are all those of its links, of what it carries, and the tool centre point. It is no safety function.
+
+    Attributes:
+        clearance: The zone: where the distance of the robot from these objects may be less than this, m.
+        speed: The highest speed there of any point, m/s.
+        objects: Names of the objects that have this zone about them; None: all of the scene that stand still.
+
+    Examples:
+        >>> import planner
+        >>> planner.SpeedZone(clearance=0.5, speed=0.25, objects=["walkway"]).objects
+        ('walkway',)
+    """
+
+    clearance: float
+    speed: float
+    objects: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        """Keep the names in a tuple, which cannot change."""
+        if self.objects is not None:
+            object.__setattr__(self, "objects", tuple(self.objects))
+
+
+def refuse_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> None:
+    """Refuse speed zones that cannot be.
+
+    Raises:
+        InvalidProblem: With every fault found.
+    """
+    if faults := list(speed_zone_faults(scene, zones)):
+        raise InvalidProblem(faults)
+
+
+def speed_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> Iterator[tuple[FieldPath, str]]:
+    """Find what is wrong with the speed zones of a scene."""
+    if scene is None:
+        if zones:
+            yield ("speed_zones",), "there is no scene with objects to be near to"
+        return
+    known = {thing.id for thing in scene.objects} | {held.id for held in scene.attached}
+    for i, zone in enumerate(zones):
+        for name in ("clearance", "speed"):
+            if not 0.0 < getattr(zone, name) < np.inf:
+                yield ("speed_zones", i, name), "must be greater than 0, and have an end"
+        for k, name in enumerate(zone.objects or ()):
+            if name not in known:
+                yield ("speed_zones", i, "objects", k), f"nothing in the scene is called {name!r}"
+
+
+def moving_bodies(robot: Robot, checker: CollisionChecker) -> Bodies:
+    """Return what moves: the pieces of a robot and of what it carries, and its tool centre point."""
+    frame = robot.model.frames[robot.tool_frame_id]
+    placement = frame.placement.rotation, frame.placement.translation
+    return Bodies(robot, [*checker.bodies.pieces, Body("tool", int(frame.parentJoint), *placement, TOOL_POINT)])
+
+
+def near_intervals(
+    checker: CollisionChecker, motion: PiecewisePolynomial, clearance: float, objects: Sequence[str] | None
+) -> FloatArray:
+    """Find the times outside of which a robot is proved to be no nearer to objects than a distance.
+
+    Pairs that may touch by the scene's word do not count.
+
+    Args:
+        checker: The robot and what is around it.
+        motion: What the joints do, rad or m.
+        clearance: The distance, m.
+        objects: Names of the objects that count; None: all.
+
+    Returns:
+        Intervals (N, 2), s, ascending and apart from each other.
+    """
+    counts = np.array([objects is None or obstacle.name in objects for obstacle in checker.obstacles.all], dtype=bool)
+    wanted = np.where(np.isfinite(checker.margins) & counts, clearance, -np.inf)
+    if not np.isfinite(wanted).any():
+        return np.empty((0, 2))
+    edges = np.linspace(0.0, float(motion.breakpoints[-1]), FIRST_PARTS + 1)
+    waiting, near, looked_at = np.column_stack([edges[:-1], edges[1:]]), [np.empty((0, 2))], 0
+    while len(waiting):
+        now, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
+        looked_at += len(now)
+        is_near, is_open = _nearness(checker, motion, now, wanted, clearance)
+        if looked_at > DEFAULT_BUDGET.postures:
+            near += [now[is_open], waiting]
+            waiting = np.empty((0, 2))
+        else:
+            waiting = np.concatenate([waiting, _halved(now[is_open])])
+        near.append(now[is_near])
+    return _merged(np.concatenate(near))
+
+
+def _nearness(
+    checker: CollisionChecker, motion: PiecewisePolynomial, intervals: FloatArray, wanted: FloatArray, clearance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which intervals (N, 2) count as near, and which are to be halved (N,); all others are proved not to be."""
+    starts, ends = intervals.T
+    positions = motion.evaluate((starts + ends) / 2.0, [0])[0]
+    postures = checker.bodies.at(positions)
+    displacements = checker.bodies.displacements(postures, excursions(motion, starts, ends, positions))
+    items, _ = checker.near_items(postures, displacements.sum(axis=2), wanted)
+    motions = checker.motions(displacements, items)
+    low = checker.bounds(postures, items, clearance + motions)
+    is_near, is_open = np.zeros((2, len(intervals)), dtype=bool)
+    for item in np.argsort(low - motions, kind="stable").tolist():
+        row, moved = int(items.rows[item]), motions[item]
+        if low[item] - moved >= clearance:
+            break
+        if is_near[row] or is_open[row]:
+            continue
+        apart = checker.separate(postures, row, int(items.pairs[item]))
+        if apart.proved - moved < clearance:
+            is_near[row] = moved < RESOLUTION or apart.distance + moved < clearance
+            is_open[row] = not is_near[row]
+    return is_near, is_open
+
+
+def _halved(intervals: FloatArray) -> FloatArray:
+    starts, ends = intervals.T
+    middles = (starts + ends) / 2.0
+    return np.concatenate([np.column_stack([starts, middles]), np.column_stack([middles, ends])])
+
+
+def _merged(intervals: FloatArray) -> FloatArray:
+    """Return intervals (N, 2) in order, those that meet as one."""
+    intervals = intervals[np.argsort(intervals[:, 0])]
+    apart = intervals[1:, 0] > intervals[:-1, 1]
+    starts, ends = intervals[:1, 0], intervals[-1:, 1]
+    return np.column_stack([np.append(starts, intervals[1:, 0][apart]), np.append(intervals[:-1, 1][apart], ends)])
+
+
+def point_speeds(bodies: Bodies, positions: FloatArray, velocities: FloatArray) -> FloatArray:
+    """Bound the speed (N,) of every point of the bodies at postures and velocities (N, joints), m/s.
+
+    The speed of a rigid body's points is a convex function of the point: within a capsule it is largest on the spheres
+    about the ends of its axis, where it is at most that of the center and the radius times the angular speed.
+    """
+    speeds: FloatArray = _speeds(bodies, bodies.at(positions), velocities).max(axis=1, initial=0.0)
+    return speeds
+
+
+def _speeds(bodies: Bodies, postures: Postures, velocities: FloatArray) -> FloatArray:
+    """Return the bounds (N, bodies) of `point_speeds`."""
+    axes, origins = postures.rotations[:, 1:, :, 2], postures.origins[:, 1:]
+    turning = np.where(bodies.is_angle[:, None], axes, 0.0) * velocities[..., None]
+    shifting = np.where(bodies.is_angle[:, None], np.cross(origins, axes), axes) * velocities[..., None]
+    moved = bodies.is_moved.astype(np.float64)
+    angular, linear = moved @ turning, moved @ shifting
+    ends = postures.spheres[:, :, [0, -1]]
+    at_ends = np.linalg.norm(np.cross(angular[:, :, None], ends) + linear[:, :, None], axis=-1).max(axis=2)
+    speeds: FloatArray = at_ends + np.linalg.norm(angular, axis=-1) * bodies.radii
+    return speeds
+
+
+def most_speed(
+    bodies: Bodies, motion: PiecewisePolynomial, intervals: FloatArray, limit: float = np.inf
+) -> tuple[float, float]:
+    """Bound the speed of every point of the bodies at all times of intervals.
+
+    A joint j moves a point with J_j(q) q_j'. Within an interval, q_j' leaves its value in the middle by an excursion
+    that the Bernstein coefficients bound. The joints before j turn J_j by the sum of their excursions at most, and the
+    point itself is moved, by j and the joints after it, by no more than in the proof of clearances. Intervals are
+    halved until the bound of each is within `KNOWN_TO` of a speed that was seen, or `DECIDED_TO` where the limit is
+    between the two.
+
+    Args:
+        bodies: What moves.
+        motion: What the joints do, rad or m.
+        intervals: (N, 2), s.
+        limit: The speed, m/s, of which it is to be decided whether it is kept.
+
+    Returns:
+        The bound, m/s, and when nearly that was seen, s.
+    """
+    rates = PiecewisePolynomial(motion.lengths, motion.derivative_coefficients(1))
+    seen, time, bound, looked_at = 0.0, float(intervals[0, 0]), 0.0, 0
+    waiting = intervals
+    while len(waiting):
+        now, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
+        looked_at += len(now)
+        starts, ends = now.T
+        middles = (starts + ends) / 2.0
+        positions, velocities = motion.evaluate(middles, [0, 1])
+        postures = bodies.at(positions)
+        speeds = _speeds(bodies, postures, velocities)
+        reach = excursions(motion, starts, ends, positions)
+        most = speeds + _speed_changes(
+            bodies, postures, np.abs(velocities), reach, excursions(rates, starts, ends, velocities)
+        )
+        most = most.max(axis=1, initial=0.0) * (1.0 + ROUNDING)
+        fastest = int(speeds.max(axis=1).argmax())
+        if (speed := float(speeds[fastest].max())) > seen:
+            seen, time = speed, float(middles[fastest])
+        is_open = most > seen * (1.0 + KNOWN_TO)
+        if seen <= limit:
+            is_open |= most > max(limit, seen * (1.0 + DECIDED_TO))
+        is_open &= looked_at < MOST_INTERVALS
+        is_open &= ends - starts > ROUNDING * float(motion.breakpoints[-1])
+        bound = max(bound, float(most[~is_open].max(initial=0.0)))
+        waiting = np.concatenate([waiting, _halved(now[is_open])])
+    return bound, time
+
+
+def _speed_changes(
+    bodies: Bodies, postures: Postures, velocities: FloatArray, reach: FloatArray, faster: FloatArray
+) -> FloatArray:
+    """Bound by how much the speeds of points (N, bodies) change while the joints leave their positions and velocities.
+
+    Args:
+        bodies: What moves.
+        postures: N postures.
+        velocities: Magnitudes (N, joints) of the joints' velocities there.
+        reach: How far the joints go from there at most (N, joints), rad or m.
+        faster: By how much their velocities change at most (N, joints).
+    """
+    moved, is_angle = bodies.is_moved.astype(np.float64), bodies.is_angle
+    displacements = bodies.displacements(postures, reach)
+    from_here_on = np.flip(np.cumsum(np.flip(displacements, axis=2), axis=2), axis=2)
+    turns = moved * np.where(is_angle, reach, 0.0)[:, None]
+    turned = np.minimum(np.cumsum(turns, axis=2) - turns, np.pi)
+    columns = postures.levers * 2.0 * np.sin(turned / 2.0) + np.where(is_angle, from_here_on, 0.0)
+    changes = postures.levers * faster[:, None] + columns * moved * (velocities + faster)[:, None]
+    total: FloatArray = changes.sum(axis=2)
+    return total

@@ -1,0 +1,66 @@
+"""Speeds near objects without the code that is tested: Pinocchio's velocities and closed forms, densely sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+import pinocchio as pin
+
+from planner.robots import Robot
+from planner.scene import Scene
+from planner.shapes import Capsule, Sphere
+from planner.spatial import FloatArray
+from planner.speed_zones import SpeedZone
+from planner.trajectory import Trajectory
+from tests.planner.scene.brute_force import distances_over_time
+from tests.sizes import NAME
+
+DIRECTIONS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+"""Directions in which points of a ball are looked at."""
+
+PERIOD = 5e-3 if NAME == "quick" else 1e-3
+"""Time between two samples, s."""
+
+
+def speeds_over_time(robot: Robot, times: FloatArray, trajectory: Trajectory) -> FloatArray:
+    """The highest speed (times,) of points on the capsules of a robot, and of its tool, m/s."""
+    frame = robot.model.frames[robot.tool_frame_id]
+    points = [(int(frame.parentJoint), frame.placement.translation[None])]
+    for body in robot.collision_shapes:
+        assert isinstance(body.shape, Capsule | Sphere)
+        half = body.shape.length / 2.0 if isinstance(body.shape, Capsule) else 0.0
+        ball = body.shape.radius * DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]
+        end = np.array([0.0, 0.0, half])
+        both = np.concatenate([ball + end, ball - end])
+        points.append((body.joint, both @ body.placement.rotation.T + body.placement.translation))
+    data, found = robot.model.createData(), np.zeros(len(times))
+    for row, state in enumerate(zip(*trajectory.evaluate(times, [0, 1]), strict=True)):
+        pin.forwardKinematics(robot.model, data, *state)
+        for joint, there in points:
+            twist = data.v[joint]  # in the joint's frame, of its origin
+            speeds = np.linalg.norm(twist.linear + np.cross(twist.angular, there), axis=1)
+            found[row] = max(found[row], speeds.max())
+    return found
+
+
+def speeds_in_zone(
+    robot: Robot, scene: Scene, trajectory: Trajectory, clearance: float, objects: Sequence[str] | None = None
+) -> FloatArray:
+    """The highest speeds (N,) of a robot at the samples at which it is nearer to objects than that, m/s."""
+    times = np.append(np.arange(0.0, trajectory.duration, PERIOD), trajectory.duration)
+    apart = distances_over_time(robot, scene, times, trajectory)
+    counts = [objects is None or thing.id in objects for thing in scene.objects]
+    near = np.nanmin(apart[:, :, counts], axis=(1, 2)) < clearance
+    return speeds_over_time(robot, times[near], trajectory)
+
+
+def assert_slow_enough(robot: Robot, scene: Scene, trajectory: Trajectory, zones: Sequence[SpeedZone]) -> FloatArray:
+    """Fail where a sample is too fast in a zone; return the highest speed (zones,) seen in each, m/s."""
+    seen = np.zeros(len(zones))
+    for k, zone in enumerate(zones):
+        speeds = speeds_in_zone(robot, scene, trajectory, zone.clearance, zone.objects)
+        seen[k] = speeds.max(initial=0.0)
+        assert seen[k] <= zone.speed * (1.0 + 1e-9), f"{seen[k]} m/s in a zone of {zone.speed} m/s"
+    return seen
