@@ -309,7 +309,10 @@ def _passing_faults(problem: PlanningProblem, backend: object) -> Iterator[tuple
         elif not all(map(_is_free_in_joint_space, waypoints[since + 1 : until + 1])):
             yield field, "a velocity can be asked only where nothing but joint motions is passed from stop to stop"
         elif not passes_with_velocities(backend):
-            yield field, "this back end passes waypoints with velocities of its own; ruckig keeps those that are asked"
+            yield (
+                field,
+                "this back end passes waypoints with velocities of its own; ruckig, quintic and cubic keep those asked",
+            )
 
 
 def _passing_velocities(problem: PlanningProblem) -> dict[int, Sequence[float]]:

@@ -194,9 +194,9 @@ class ThroughTransition(Schema):
     kind: Literal["through"]
     """The transition: a passage without a stop."""
     velocity: JointVector | None = None
-    """The velocity of each joint with which the waypoint is passed, rad/s or m/s, without an acceleration: `ruckig` and
-    `auto` keep it where only joint motions are passed from stop to stop, other back ends refuse it; omitted: one that
-    suits the back end."""
+    """The velocity of each joint with which the waypoint is passed, rad/s or m/s: `ruckig`, `quintic` and `auto` keep
+    it without an acceleration, `cubic` with a jump of the acceleration, where only joint motions are passed from stop
+    to stop; other back ends refuse it; omitted: one that suits the back end."""
 
 
 class BlendTransition(Schema):

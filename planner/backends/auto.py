@@ -70,6 +70,7 @@ def _choices(path: JointPath) -> Iterator[tuple[dict[str, BackEnd], str]]:
     """Yield back ends by name, of which the fastest is taken, and the reason for it; the best choice first."""
     if path.passed_at:
         yield {"ruckig": Ruckig()}, "it passes waypoints with the velocities asked"
+        yield {"quintic": Quintic()}, "it passes waypoints with the velocities asked"
         return
     asked = ~np.isnan(path.durations)
     inside = any(len(run.segments) > 1 and asked[run.segments].any() for run in path.runs)

@@ -211,10 +211,10 @@ def test_a_waypoint_is_passed_at_the_velocity_asked(service: RunningService) -> 
         assert np.interp(at, samples["time"], speeds) == pytest.approx(asked, abs=5e-3)
     (check,) = [check for check in plan["certificate"]["checks"] if check["quantity"] == "passing_velocity_error"]
     assert check["enforced"]
-    compared = request | {"backends": [{"kind": "auto"}, {"kind": "cubic"}]}
+    compared = request | {"backends": [{"kind": kind} for kind in ("auto", "cubic", "quintic", "toppra")]}
     del compared["backend"]
     results = service.post("/v1/trajectories/compare", compared).json()["results"]
-    assert [result["status"] for result in results] == ["planned", "invalid_request"]
+    assert [result["status"] for result in results] == ["planned"] * 3 + ["invalid_request"]
 
 
 def test_each_waypoint_has_its_tool(service: RunningService) -> None:

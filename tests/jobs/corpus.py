@@ -40,7 +40,7 @@ FEATURES_SHIPPED, FEATURES_FROM_PACKAGE = 5, 2
 """Jobs of those families in the tests that need what robot programmers ask for besides."""
 
 ONLY_BY = {
-    "past_a_switch": ("ruckig", "auto"),
+    "past_a_switch": ("cubic", "quintic", "ruckig", "auto"),
     "full_cups": ("quintic", "ruckig", "toppra_jerk_limited", "auto"),
 }
 """Back ends of families that the others refuse: they keep no such limit."""

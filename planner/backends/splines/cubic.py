@@ -23,12 +23,14 @@ class Cubic:
     """The third-order polynomial of each segment, from rest to rest; through waypoints the C2 spline.
 
     theta(t) = theta_i + dtheta (3 (t/T)^2 - 2 (t/T)^3): document 000, Eq. 3.11 and 3.12; 002, Eq. 3.1. The
-    acceleration jumps at both ends, so that the jerk is reported, not limited.
+    acceleration jumps at both ends, so that the jerk is reported, not limited. A waypoint at which a velocity is asked
+    is passed with it and with a jump of the acceleration: the spline of least mean-square acceleration that does so.
     """
 
     kind: ClassVar[str] = "cubic"
     summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
+    passes_with_velocities: ClassVar[bool] = True
     law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
 
     def parametrize(self, path: JointPath) -> Trajectory:

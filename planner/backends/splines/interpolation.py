@@ -1,5 +1,8 @@
 """Interpolating splines in time, at rest at both ends: C2 of degree 3, C4 of degree 5; and their sensitivities.
 
+Where a velocity is given, the spline is two that meet there: with the velocity alone in degree 3, C1, and with no
+acceleration in degree 5, C2, as at the ends.
+
 On each segment the spline is the Hermite polynomial of the derivatives at its ends. Those at the inner waypoints
 (velocity for degree 3, velocity and acceleration for degree 5) are the unknowns; that the next derivatives are
 continuous as well gives a block-tridiagonal system for them, the same for all joints: Biagiotti and Melchiorri,
@@ -69,8 +72,9 @@ class InterpolatingSpline:
         unit: Coefficients (segments, joints, degree + 1), ascending powers of unit time.
         ends: Travel, then derivatives 1 to k at the start, then at the end, by unit time; (segments, joints, degree).
         scales: Duration (segments - 1,), s, of the shorter segment beside each inner waypoint.
+        given: Whether (segments - 1,) the velocity is given at each inner waypoint.
         system: Jumps of derivatives k + 1 to 2 k at each inner waypoint by its and its neighbours' derivatives 1 to k,
-            all by time in units of `scales`.
+            all by time in units of `scales`; where the velocity is given, these derivatives themselves.
     """
 
     degree: Degree
@@ -78,6 +82,7 @@ class InterpolatingSpline:
     unit: FloatArray
     ends: FloatArray
     scales: FloatArray
+    given: np.ndarray
     system: _Banded
 
     @property
@@ -118,7 +123,7 @@ class InterpolatingSpline:
         by_unknown[points, segment + 1] = weights[:, k + 1 :] * after[:, None] ** known
         by_jump = np.zeros_like(by_unknown)
         inner = by_unknown[:, 1:-1].reshape(len(u), -1) @ self._inverse
-        by_jump[:, 1:-1] = inner.reshape(len(u), segments - 1, k)
+        by_jump[:, 1:-1] = np.where(self.given[:, None], 0.0, inner.reshape(len(u), segments - 1, k))
         # The jumps by the logarithm of the duration of the segment before them, and of the one after.
         matched = np.arange(k + 1, 2 * k + 1)
         at_start, at_end = _matched_derivatives(self.degree)
@@ -136,13 +141,18 @@ def interpolating_spline(positions: FloatArray, durations: FloatArray, degree: D
     return interpolate(positions, durations, degree).curve
 
 
-def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) -> InterpolatingSpline:
+def interpolate(
+    positions: FloatArray, durations: FloatArray, degree: Degree, velocities: FloatArray | None = None
+) -> InterpolatingSpline:
     """Interpolate `positions` by the spline of `degree` that is at rest at both ends.
 
     Args:
         positions: Positions (segments + 1, joints), rad or m.
         durations: Durations (segments,), s, positive.
         degree: 3: velocity 0 at both ends, C2. 5: velocity and acceleration 0 at both ends, C4.
+        velocities: Velocities (segments - 1, joints) at the inner waypoints, rad/s or m/s; NaN: that of a smooth
+            spline. Where they are given, only the velocity is continuous in degree 3, and the acceleration, 0, as well
+            in degree 5.
     """
     h, k = durations, (degree - 1) // 2
     travels = np.diff(positions, axis=0)
@@ -161,9 +171,14 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
     diagonal = block(at_end[:, end], before, scales, scales) - block(at_start[:, start], after, scales, scales)
     below = block(at_end[:, start], before[1:], scales[1:], scales[:-1])
     above = -block(at_start[:, end], after[:-1], scales[:-1], scales[1:])
+    given = np.zeros(inner, dtype=bool) if velocities is None else np.isfinite(velocities[:, 0])
+    diagonal[given], below[given[1:]], above[given[:-1]] = np.eye(k), 0.0, 0.0
     system = _Banded.block_tridiagonal(below, diagonal, above)
     jumps = (at_end[:, 0] * (scales / before)[:, None] ** matched)[..., None] * travels[:-1, None]
     jumps -= (at_start[:, 0] * (scales / after)[:, None] ** matched)[..., None] * travels[1:, None]
+    if velocities is not None:
+        jumps[given] = 0.0
+        jumps[given, 0] = -velocities[given] * scales[given, None]
     unknowns = system.solve(-jumps.reshape(inner * k, joints)).reshape(inner, k, joints)
 
     at_waypoints = np.zeros((inner + 2, k, joints))
@@ -173,7 +188,7 @@ def interpolate(positions: FloatArray, durations: FloatArray, degree: Degree) ->
     ends = ends.transpose(0, 2, 1)
     unit = ends @ _hermite(degree)[0].T
     unit[:, :, 0] = positions[:-1]
-    return InterpolatingSpline(degree, durations, unit, ends, scales, system)
+    return InterpolatingSpline(degree, durations, unit, ends, scales, given, system)
 
 
 @lru_cache

@@ -24,12 +24,14 @@ class Quintic:
     """The fifth-order polynomial of each segment, from rest to rest; through waypoints the C4 spline.
 
     theta(t) = theta_i + dtheta (10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5), the minimum-jerk law (Flash and Hogan 1985):
-    velocity and acceleration are zero at both ends, where its jerk is largest, 60 dtheta / T^3.
+    velocity and acceleration are zero at both ends, where its jerk is largest, 60 dtheta / T^3. A waypoint at which a
+    velocity is asked is passed with it and without an acceleration, C2, so that it may be a velocity limit.
     """
 
     kind: ClassVar[str] = "quintic"
     summary: ClassVar[str] = "Fifth-order polynomial, rest to rest: smooth acceleration, limited jerk, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
+    passes_with_velocities: ClassVar[bool] = True
     law: ClassVar[PolynomialLaw] = PolynomialLaw(
         (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), velocity=15.0 / 8.0, acceleration=10.0 / sqrt(3.0), jerk=60.0
     )

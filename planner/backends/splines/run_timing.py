@@ -11,17 +11,20 @@ import numpy as np
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.time_laws import ToolSpeeds, follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import TimeScaling, time_scalings
+from planner.backends.splines.given_velocities import PassingSpline, VelocityOutOfReach
 from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
-from planner.errors import InfeasibleDuration, Remedy
+from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.paths.errors import passing_error
 from planner.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from planner.backends.splines.interpolation import Degree
+    from planner.errors import PlanningError
+    from planner.fields import FieldPath
     from planner.paths import JointPath, Run
     from planner.spatial import FloatArray
 
@@ -54,9 +57,12 @@ def time_run(path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]
     Raises:
         InfeasibleDuration: An asked duration is shorter than its limits allow, or no law without a way back has it.
         JointPositionLimit: A spline leaves the position limits between waypoints.
-        LimitsUnsatisfiable: Nothing limits the durations, or gravity exceeds a torque limit.
+        LimitsUnsatisfiable: Nothing limits the durations, gravity exceeds a torque limit, or no motion was found that
+            passes a waypoint with the velocity asked.
     """
-    return (_SplineTiming if run.is_spline else _CurveTiming)(path, run, degree, enforced).time()
+    passes = not path.passed_at.keys().isdisjoint(run.segments.tolist())
+    timing = _CurveTiming if not run.is_spline else _PassingTiming if passes else _SplineTiming
+    return timing(path, run, degree, enforced).time()
 
 
 class _Timing(ABC):
@@ -67,6 +73,10 @@ class _Timing(ABC):
     """
 
     segments: np.ndarray
+    may_stretch = True
+    """Whether the motion is the same, but slower, with all durations times a factor."""
+    longest = LONGEST
+    """Multiple of the first durations up to which those without one asked are lengthened."""
 
     def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
         self.path, self.run, self.degree, self.enforced = path, run, degree, enforced
@@ -80,11 +90,11 @@ class _Timing(ABC):
     def time(self) -> SegmentedPolynomial:
         """Time the run so that it keeps the limits."""
         durations, free = self.first_durations(), np.isnan(self.asked)
-        longest = LONGEST * durations.sum()
+        longest = self.longest * durations.sum()
         for _ in range(MOST_LENGTHENINGS):
             pieces = self.pieces(durations)
             needed = time_scalings(self.path, pieces, self.enforced)
-            if free.all():
+            if self.may_stretch and free.all():
                 factor = max(scaling.factor for scaling in needed.values())
                 if factor <= 0.0:
                     raise no_duration_error(self.run.first)
@@ -107,7 +117,7 @@ class _Timing(ABC):
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """Return the motion with these durations (intervals,)."""
 
-    def _infeasible_error(self, needed: dict[int, TimeScaling]) -> InfeasibleDuration:
+    def _infeasible_error(self, needed: dict[int, TimeScaling]) -> PlanningError:
         """Return the error that names the segment which needs the largest factor on its time."""
         worst = max(needed, key=lambda segment: needed[segment].factor)
         return self.too_short_error(needed[worst], worst)
@@ -150,6 +160,82 @@ class _SplineTiming(_Timing):
     def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
         """Return the spline with these durations: one polynomial a segment."""
         return interpolating_spline(self.positions, durations, self.degree).of_segments(self.segments)
+
+
+class _PassingTiming(_SplineTiming):
+    """The timing of joint motions through waypoints, some of which are passed with the velocities asked there."""
+
+    may_stretch = False
+    longest = 100.0  # what a velocity itself exceeds no time mends, and the swings before it grow
+
+    def __init__(self, path: JointPath, run: Run, degree: Degree, enforced: frozenset[str]) -> None:
+        super().__init__(path, run, degree, enforced)
+        suiting = np.full(path.robot.dof, np.nan)
+        velocities = np.array([path.passed_at.get(segment, suiting) for segment in run.segments[1:].tolist()])
+        self.spline = PassingSpline(self.positions, velocities, path.limits.of(run.segments), degree)
+
+    def first_durations(self) -> FloatArray:
+        """Return the durations of the shortest spline that is found."""
+        try:
+            return self.spline.durations(self.asked)
+        except DurationsTooShort as short:
+            binding = BindingLimit(short.quantity, self.path.robot.joint_names[short.joint])
+            worst, changed = short.segment, np.flatnonzero(short.durations > self.asked * (1.0 + DURATION_TOLERANCE))
+            changed = changed[np.argsort(changed != worst, kind="stable")]
+            longer = dict(zip(self.segments[changed].tolist(), short.durations[changed].tolist(), strict=True))
+            raise infeasible_duration_error(float(self.asked[changed[0]]), longer, binding) from None
+        except VelocityOutOfReach as out_of_reach:
+            raise self._out_of_reach_error(out_of_reach) from None
+
+    def pieces(self, durations: FloatArray) -> SegmentedPolynomial:
+        """Return the spline with these durations: one polynomial a segment."""
+        motion = self.spline.held(durations)
+        try:
+            motion.refuse_overshoot()
+        except PositionOvershoot as over:
+            broken = VelocityOutOfReach(over.segment, over.joint, "position", over.value, over.limit)
+            raise self._out_of_reach_error(broken) from None
+        return motion.spline.curve.of_segments(self.segments)
+
+    def _out_of_reach_error(self, broken: VelocityOutOfReach) -> PlanningError:
+        """Return the error that names the limit which is nearest to being kept."""
+        name, segment = self.path.robot.joint_names[broken.joint], int(self.segments[broken.segment])
+        value, limit = broken.value, broken.limit
+        if broken.quantity != "position":
+            return self._unsatisfiable_error(segment, BindingLimit(broken.quantity, name), value, limit)
+        waypoints, remedies = self._passed_around(segment)
+        message = f"passing {waypoints} with the velocity asked would take {name} beyond its limit {limit:.6g}"
+        return JointPositionLimit(message, segment=segment, joint=name, value=value, limit=limit, remedies=remedies)
+
+    def _infeasible_error(self, needed: dict[int, TimeScaling]) -> PlanningError:
+        """Return the error where torque or the tool needs more time, and more time does not help."""
+        worst = max(needed, key=lambda segment: needed[segment].factor)
+        return self._unsatisfiable_error(worst, needed[worst].binding)
+
+    def _unsatisfiable_error(
+        self, segment: int, binding: BindingLimit, value: float | None = None, limit: float | None = None
+    ) -> LimitsUnsatisfiable:
+        waypoints, remedies = self._passed_around(segment)
+        return LimitsUnsatisfiable(
+            f"no motion that passes {waypoints} with the velocity asked was found within {binding.named} on segment "
+            f"{segment}",
+            segment=segment,
+            joint=binding.joint,
+            value=value,
+            limit=limit,
+            remedies=remedies,
+        )
+
+    def _passed_around(self, segment: int) -> tuple[str, list[Remedy]]:
+        """Name the waypoints with velocities before and after a segment, and offer other velocities and durations."""
+        part = self.segments[self.spline.parts == self.spline.parts[self.segments == segment]]
+        after = self.run.segments[self.run.segments > part[-1]][:1].tolist()
+        waypoints = [k for k in (int(part[0]), *after) if k in self.path.passed_at]
+        fields: list[FieldPath] = [("waypoints", k, "transition", "velocity") for k in waypoints]
+        remedies = [Remedy(field, None, "one that suits the motion") for field in fields]
+        given = part[~np.isnan(self.path.durations[part])].tolist()
+        remedies += [Remedy(("waypoints", k + 1, "duration"), None, "as fast as the limits allow") for k in given]
+        return " and ".join(f"waypoint {k}" for k in waypoints), remedies
 
 
 class _CurveTiming(_Timing):

@@ -161,17 +161,21 @@ class _MeasuredMotion:
         return LinearisedLimits(excess[near], slopes[near], np.ones(np.count_nonzero(near), bool))
 
 
-def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free: np.ndarray) -> A:
+def search_durations(
+    assess: Callable[[FloatArray], A], start: FloatArray, free: np.ndarray, *, may_scale: bool = True
+) -> A:
     """Find the motion of least duration that keeps its limits, or else comes nearest to it.
 
-    If all durations are free, those of the motion returned have still to be scaled by its largest ratio.
+    If all durations are free and may be scaled, those of the motion returned have still to be scaled by its largest
+    ratio.
 
     Args:
         assess: A function from durations (segments,) to the motion.
         start: Durations (segments,), s, positive, where the search begins.
         free: Whether (segments,) a duration may change.
+        may_scale: Whether all durations times k divide all ratios by k: not where a velocity is given.
     """
-    scalable = bool(free.all())
+    scalable = may_scale and bool(free.all())
 
     def broken(motion: A) -> float:
         return max(motion.overshoot, 0.0 if scalable else float(np.log(motion.ratios.max())), 0.0)
@@ -186,7 +190,7 @@ def search_durations(assess: Callable[[FloatArray], A], start: FloatArray, free:
     for steps in range(MOST_STEPS_TO_KEEP_LIMITS):
         if steps >= MOST_STEPS and broken(best) == 0.0:
             break
-        step, promised = _best_step(best, free, radius)
+        step, promised = _best_step(best, free, radius, scalable=scalable)
         if promised < LEAST_GAIN:
             break
         trial = assess(best.durations * np.exp(step))
@@ -219,11 +223,10 @@ def _worst_nearby(values: FloatArray) -> FloatArray:
     return worst
 
 
-def _best_step(motion: Assessment, free: np.ndarray, radius: FloatArray) -> tuple[FloatArray, float]:
+def _best_step(motion: Assessment, free: np.ndarray, radius: FloatArray, *, scalable: bool) -> tuple[FloatArray, float]:
     """Find the best change (segments,) of the logarithms of the durations, and the gain that it promises."""
     durations, limits = motion.durations, motion.linearise()
-    scalable = limits.is_rate & free.all()
-    excess = limits.excess + np.where(scalable, -np.log(motion.ratios.max()), MARGIN)
+    excess = limits.excess + np.where(limits.is_rate & scalable, -np.log(motion.ratios.max()), MARGIN)
     slopes = limits.slopes[:, free]
     reachable = excess + np.abs(slopes) @ radius[free] > 0.0
     excess, slopes = excess[reachable], slopes[reachable]

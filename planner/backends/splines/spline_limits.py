@@ -11,7 +11,7 @@ import numpy as np
 from planner.backends.splines.shortest_durations import LinearisedLimits
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.polynomials import bernstein_matrix, differentiate, horner
-from planner.tolerances import LIMIT_TOLERANCE
+from planner.tolerances import DURATION_TOLERANCE, LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.backends.splines.interpolation import InterpolatingSpline
@@ -39,6 +39,9 @@ MOST_ROOT_STEPS = 30
 
 ROOT_TOLERANCE = 1e-6
 """Change of a root, in unit time, that ends the search: the value of an extremum changes by the square of that."""
+
+AT_WAYPOINT = 10.0 * ROOT_TOLERANCE
+"""Distance of an extremum from a waypoint, in unit time, that may be the rounding of a root."""
 
 
 @dataclass(eq=False)
@@ -124,6 +127,14 @@ class SplineAgainstLimits:
         return ratios
 
     @cached_property
+    def excesses(self) -> FloatArray:
+        """The worst excess (segments,) of a rate or a position, less what is rounding; up to 0: all limits are kept."""
+        worst = np.full(len(self.durations), LEAST_LOG_RATIO)
+        rounding = np.where(self.order > 0, DURATION_TOLERANCE, OVERSHOOT_TOLERANCE)
+        np.maximum.at(worst, self.segment, self.excess - rounding)
+        return worst
+
+    @cached_property
     def overshoot(self) -> float:
         """The excess over the position limits, relative to the range of the joint's waypoints; 0: none."""
         overshoot = float(self.excess[self.order == 0].max(initial=0.0))
@@ -141,33 +152,40 @@ class SplineAgainstLimits:
         if self.overshoot == 0.0:
             return
         positions = np.flatnonzero(self.order == 0)
-        worst = positions[np.argmax(self.excess[positions])]
-        joint, value = int(self.joint[worst]), float(self.value[worst])
-        bound = self.limits.upper if self.weight[worst] > 0.0 else self.limits.lower
-        raise PositionOvershoot(int(self.segment[worst]), joint, value, float(bound[joint]))
+        worst = int(positions[np.argmax(self.excess[positions])])
+        segment, joint, value = int(self.segment[worst]), int(self.joint[worst]), float(self.value[worst])
+        raise PositionOvershoot(segment, joint, value, self.limit_at(worst))
 
     def too_short_error(self) -> DurationsTooShort:
         """Return the error that names the worst rate."""
         rates = np.flatnonzero(self.order > 0)
-        worst = rates[np.argmax(self.excess[rates])]
-        segment, joint = int(self.segment[worst]), int(self.joint[worst])
-        quantity = JOINT_DERIVATIVES[self.order[worst]]
+        worst = int(rates[np.argmax(self.excess[rates])])
         factor = float(self.ratios.max())
         return DurationsTooShort(
-            segment=segment,
-            joint=joint,
-            quantity=quantity,
+            segment=int(self.segment[worst]),
+            joint=int(self.joint[worst]),
+            quantity=JOINT_DERIVATIVES[self.order[worst]],
             value=float(abs(self.value[worst])),
-            limit=abs(float(self.limits.bounds(quantity)[int(self.value[worst] > 0.0)][segment, joint])),
+            limit=abs(self.limit_at(worst)),
             factor=factor,
             durations=self.durations * factor,
         )
+
+    def limit_at(self, peak: int) -> float:
+        """Return the limit that a peak comes nearest to, or breaks."""
+        segment, joint, upward = int(self.segment[peak]), int(self.joint[peak]), bool(self.weight[peak] > 0.0)
+        if self.order[peak] == 0:
+            return float((self.limits.lower, self.limits.upper)[upward][joint])
+        return float(self.limits.bounds(JOINT_DERIVATIVES[self.order[peak]])[upward][segment, joint])
 
 
 def hold_against_limits(
     spline: InterpolatingSpline, positions: FloatArray, limits: SegmentLimits
 ) -> SplineAgainstLimits:
-    """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter."""
+    """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter.
+
+    A velocity that is given is none of them: no duration changes it.
+    """
     degree, h = spline.degree, spline.durations
     rates = JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[degree] + 1]
     by_order = [spline.unit]
@@ -191,7 +209,7 @@ def hold_against_limits(
         control.min(axis=2) < limits.lower + NEAR_POSITION * span
     )
 
-    found = [_waypoint_peaks(order, ratios) for order, ratios in enumerate(at_waypoints, start=1)]
+    found = [_waypoint_peaks(order, ratios, spline.given) for order, ratios in enumerate(at_waypoints, start=1)]
     segments, joints = np.nonzero(matters | may_leave)
     leaving = may_leave[segments, joints]
     pieces = [coefficients[segments, joints] for coefficients in by_order]
@@ -205,6 +223,9 @@ def hold_against_limits(
         brackets = np.sort(np.column_stack([brackets[:, :1], extrema, brackets[:, -1:]]), axis=1)
         if order <= len(rates):
             rows, columns = np.nonzero(extrema)
+            if order == 1:
+                apart = ~_is_given(spline.given, segments[rows], extrema[rows, columns])
+                rows, columns = rows[apart], columns[apart]
             found.append((segments[rows], joints[rows], np.full(len(rows), order), extrema[rows, columns]))
     segment, joint, orders, u = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
     value = _values(by_order, segment, joint, orders, u) / h[segment] ** orders
@@ -224,13 +245,26 @@ def _ratios_at_ends(coefficients: FloatArray, allowed: FloatArray, weights: Floa
     return np.abs(values) / allowed[..., None] * np.where(values < 0.0, *weights[..., None])
 
 
-def _waypoint_peaks(order: int, ratios: FloatArray) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:
-    """Segments, joints, order and unit times of the rates at waypoints, on the side where the limit is narrower."""
+def _waypoint_peaks(
+    order: int, ratios: FloatArray, given: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, FloatArray]:
+    """Segments, joints, order and unit times of the rates at waypoints, on the side where the limit is narrower.
+
+    Where the velocity is given, all other rates may jump: there they are looked at on both sides.
+    """
     kept = np.ones(ratios.shape, bool)
     kept[1:, :, 0] = ratios[1:, :, 0] > ratios[:-1, :, 1]
     kept[:-1, :, 1] = ~kept[1:, :, 0]
+    kept[1:][given, :, 0] = kept[:-1][given, :, 1] = order > 1
     segments, joints, ends = np.nonzero(kept)
     return segments, joints, np.full(len(ends), order), ends.astype(np.float64)
+
+
+def _is_given(given: np.ndarray, segment: np.ndarray, u: FloatArray) -> np.ndarray:
+    """Whether (peaks,) extrema of the velocity, by segment and unit time, are one that is given, but for rounding."""
+    starts, ends = np.append(False, given)[segment], np.append(given, False)[segment]
+    is_one: np.ndarray = (starts & (u < AT_WAYPOINT)) | (ends & (u > 1.0 - AT_WAYPOINT))
+    return is_one
 
 
 def _values(
@@ -257,7 +291,7 @@ def _excess(
     above, below = value - limits.upper[joint], limits.lower[joint] - value
     upward = np.where(above > below, 1.0, -1.0)
     excess, weight = np.maximum(above, below) / span[joint], upward / span[joint]
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):  # of rates that are as good as none
         for k, quantity in enumerate(rates, start=1):
             here = order == k
             lower, upper = (bound[segment[here], joint[here]] for bound in limits.bounds(quantity))

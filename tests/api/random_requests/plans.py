@@ -66,7 +66,7 @@ class Plans(Waypoints, Scenes):
         if self.chance(0.1):
             request["payload"] = self.payload()
         if self.chance(0.04):
-            request["backend"] = {"kind": "ruckig"}
+            request["backend"] = {"kind": self.choice(("ruckig", "ruckig", "quintic", "cubic", "auto"))}
             return self._passing_joints(request)
         near, tool = self.position(None), request.get("tool")
         waypoints: list[dict[str, Any]] = [{"kind": "joint", "position": near.tolist()}]
@@ -125,7 +125,7 @@ class Plans(Waypoints, Scenes):
                 passed["transition"]["velocity"] = self.velocity()
             request["waypoints"].append(passed)
         del passed["transition"]
-        if self.chance(0.5):
+        if request["backend"]["kind"] == "ruckig" and self.chance(0.5):
             request["backend"]["initial_velocity"] = self.velocity()
         return request
 

@@ -1,0 +1,246 @@
+"""Splines through waypoints some of which are passed with given velocities, at asked durations or the shortest.
+
+Where a velocity is given, all durations times k do not divide the rates by k: a motion that is too slow swings back
+before such a waypoint, and what keeps the limits may be several ranges of durations. The waypoints with velocities cut
+the spline into parts that know nothing of each other. All parts are slowed down together, step by step, until each
+keeps its limits; the least factors are then found by bisection. Of a part of one segment that is the shortest duration;
+those of several segments are searched for from there (`shortest_durations`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.splines.interpolation import Degree, interpolate
+from planner.backends.splines.shortest_durations import search_durations
+from planner.backends.splines.spline_limits import DurationsTooShort, SplineAgainstLimits, hold_against_limits
+from planner.guarantees import JOINT_DERIVATIVES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from planner.limits import SegmentLimits
+    from planner.spatial import FloatArray
+
+STEP = 1.12
+"""Factor on the time of a part from one trial to the next. Narrower ranges of durations that keep the limits are looked
+for where the trials come near to their limits and go away again."""
+
+PROMISING = 0.2
+"""Excess up to which a trial that comes nearer to the limits than its neighbours is looked into: in the logarithm."""
+
+NARROWINGS = 14
+"""Steps of the search for the least excess between three trials: 0.62^14 is a thousandth."""
+
+HALVINGS = 14
+"""Steps of bisection between a time that is too short and one that is not: to 1e-5 of it."""
+
+GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
+"""Share of an interval that is left by a step of golden-section search."""
+
+LARGEST_REACH = 4.0
+"""Multiple of the time in which a smooth motion would do, where the slowing down ends: rates change no more."""
+
+
+@dataclass(eq=False)
+class VelocityOutOfReach(Exception):
+    """No durations were found with which a velocity that is given, or two of them, can be had within the limits.
+
+    Attributes:
+        segment: Index of the segment with the worst excess, at the durations that come nearest.
+        joint: Index of its joint.
+        quantity: `position`, `velocity`, `acceleration` or `jerk`.
+        value: The value of the quantity there.
+        limit: The limit that it breaks.
+    """
+
+    segment: int
+    joint: int
+    quantity: str
+    value: float
+    limit: float
+
+
+@dataclass(frozen=True, eq=False)
+class PassingSpline:
+    """A spline of some degree in search of its durations.
+
+    Attributes:
+        positions: Positions (segments + 1, joints), rad or m, within the position limits.
+        velocities: Velocities (segments - 1, joints) at the inner waypoints, rad/s or m/s; NaN: not given.
+        limits: The limits of each segment and joint.
+        degree: 3 or 5.
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    limits: SegmentLimits
+    degree: Degree
+
+    def durations(self, asked: FloatArray) -> FloatArray:
+        """Return durations (segments,), s, with which all limits are kept.
+
+        Args:
+            asked: Asked durations (segments,), s, positive; NaN: the shortest.
+
+        Raises:
+            DurationsTooShort: The asked durations break a limit that longer ones keep.
+            VelocityOutOfReach: No durations were found that keep the limits.
+        """
+        free = np.isnan(asked)
+        found = self._slowed(np.where(free, self._least_durations(), asked), free)
+        excess = self.excesses(found)
+        several = free & (np.bincount(self.parts, weights=free)[self.parts] > 1.0)
+        if several.any():
+            better = search_durations(self.held, found, several, may_scale=False).durations
+            taken = self.excesses(better) <= np.maximum(excess, 0.0)
+            found = np.where(taken[self.parts], better, found)
+            excess = self.excesses(found)
+        if (excess > 0.0).any():
+            raise self._refusal(found, ~free, int(excess.argmax()))
+        return found
+
+    @property
+    def parts(self) -> np.ndarray:
+        """Index (segments,) of the part between velocities that are given, of each segment."""
+        return np.append(0, np.cumsum(~np.isnan(self.velocities).any(axis=1)))
+
+    def held(self, durations: FloatArray) -> SplineAgainstLimits:
+        """Return the spline with these durations (segments,), held against its limits."""
+        spline = interpolate(self.positions, durations, self.degree, self.velocities)
+        return hold_against_limits(spline, self.positions, self.limits)
+
+    def excesses(self, durations: FloatArray) -> FloatArray:
+        """Return the worst excesses (parts,) of the spline with these durations (segments,); up to 0: none."""
+        firsts = np.flatnonzero(np.diff(self.parts, prepend=-1))
+        worst: FloatArray = np.maximum.reduceat(self.held(durations).excesses, firsts)
+        return worst
+
+    def _least_durations(self) -> FloatArray:
+        """Return durations (segments,), s, that none can be shorter than: at the velocity limits all the way."""
+        travels, gains = np.diff(self.positions, axis=0), np.nan_to_num(np.diff(self._at_waypoints(), axis=0))
+        times = [_times(travels, self.limits, "velocity"), _times(gains, self.limits, "acceleration")]
+        least: FloatArray = np.max(times, axis=(0, 2))
+        if not least.any():  # nothing limits them: at the velocities that are given
+            speeds = np.nan_to_num(np.abs(self.velocities)).max()
+            least = np.abs(travels).max(axis=1) / speeds
+        return np.where(least > 0.0, least, 0.2 * least.max())
+
+    def _longest_durations(self) -> FloatArray:
+        """Return durations (segments,), s, at which rates are as low as durations can make them."""
+        travels, speeds = np.abs(np.diff(self.positions, axis=0)), np.nan_to_num(np.abs(self._at_waypoints()))
+        swings, limits = speeds[:-1] + speeds[1:], self.limits
+        needed = travels / limits.velocity + 2.0 * np.sqrt(travels / limits.acceleration)
+        needed += 6.0 * swings / limits.acceleration
+        if self.degree == 5:
+            needed += 3.0 * np.cbrt(travels / limits.jerk) + np.sqrt(60.0 * swings / limits.jerk)
+        longest: FloatArray = LARGEST_REACH * needed.max(axis=1)
+        return longest
+
+    def _at_waypoints(self) -> FloatArray:
+        """Return the velocities (segments + 1, joints) at all waypoints; NaN: not given."""
+        return np.pad(self.velocities, ((1, 1), (0, 0)))
+
+    def _slowed(self, least: FloatArray, free: np.ndarray) -> FloatArray:
+        """Return durations whose free ones are least factors times those given, so that each part keeps its limits.
+
+        Where none are found, they are those that come nearest.
+
+        Args:
+            least: Durations (segments,), s, none of which is to be shorter.
+            free: Whether (segments,) a duration may change.
+        """
+        parts = self.parts
+        can_change = np.bincount(parts, weights=free) > 0.0
+
+        def durations(steps: FloatArray) -> FloatArray:
+            return np.where(free, least * STEP ** steps[parts], least)
+
+        def excesses(steps: FloatArray) -> FloatArray:
+            return self.excesses(durations(steps))
+
+        ratio = float((self._longest_durations() / least)[free].max(initial=1.0))
+        seen: list[FloatArray] = []
+        for step in range(int(np.ceil(np.log(max(ratio, 1.0)) / np.log(STEP))) + 2):
+            seen.append(excesses(np.full(len(can_change), float(step))))
+            if ((np.min(seen, axis=0) <= 0.0) | ~can_change).all():
+                break
+        trials = np.array(seen)
+        within = trials <= 0.0
+        found = within.any(axis=0) & can_change
+        high = np.where(found, within.argmax(axis=0), trials.argmin(axis=0)).astype(np.float64)
+        low = np.where(found, np.maximum(high - 1.0, 0.0), high)
+        low, high = _in_dips(excesses, trials, np.where(found, high, np.inf), low, high)
+        for _ in range(HALVINGS if (low < high).any() else 0):
+            middle = (low + high) / 2.0
+            kept = excesses(middle) <= 0.0
+            low, high = np.where(kept, low, middle), np.where(kept, middle, high)
+        return durations(high)
+
+    def _refusal(self, durations: FloatArray, asked: np.ndarray, part: int) -> DurationsTooShort | VelocityOutOfReach:
+        """Return the refusal where these durations (segments,), some of them asked, break a limit on a part."""
+        own, motion = self.parts == part, self.held(durations)
+        peaks = np.flatnonzero(own[motion.segment])
+        worst = int(peaks[np.argmax(motion.excess[peaks])])
+        segment, joint, order = int(motion.segment[worst]), int(motion.joint[worst]), int(motion.order[worst])
+        quantity, value, limit = JOINT_DERIVATIVES[order], float(motion.value[worst]), motion.limit_at(worst)
+        if (own & asked).any():
+            longer = self._slowed(durations, own)
+            if self.excesses(longer)[part] <= 0.0:
+                factor = float(longer[segment] / durations[segment])
+                return DurationsTooShort(segment, joint, quantity, abs(value), abs(limit), factor, longer)
+        return VelocityOutOfReach(segment, joint, quantity, value, limit)
+
+
+def _times(changes: FloatArray, limits: SegmentLimits, quantity: str) -> FloatArray:
+    """Return the times (segments, joints), s, that changes (segments, joints) take at the limits of their rate."""
+    lower, upper = limits.bounds(quantity)
+    times: FloatArray = changes / np.where(changes < 0.0, lower, upper)
+    return times
+
+
+def _in_dips(
+    excesses: Callable[[FloatArray], FloatArray],
+    trials: FloatArray,
+    found: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Look for times that keep the limits between trials that do not, where these come near to it.
+
+    Args:
+        excesses: A function from numbers of steps (parts,) to excesses (parts,).
+        trials: Excesses (steps, parts) at whole numbers of steps.
+        found: The least number of steps (parts,) that keeps the limits, infinite where none does.
+        low: Numbers of steps (parts,) that are too few, or else `high`.
+        high: Numbers of steps (parts,) that keep the limits, or else come nearest.
+
+    Returns:
+        `low` and `high`, less where times are found that keep the limits.
+    """
+    around = np.pad(trials, ((1, 1), (0, 0)), constant_values=((np.inf, -np.inf), (0.0, 0.0)))
+    dips = (trials <= around[:-2]) & (trials <= around[2:]) & (trials < PROMISING)
+    dips &= np.arange(len(trials))[:, None] < found
+    there = dips.any(axis=0)
+    if not there.any():
+        return low, high
+    middle = np.where(dips, trials, np.inf).argmin(axis=0)
+    before = np.where(there, middle - 1.0, high)
+    begin, end = before, np.where(there, middle + 1.0, high)
+    inner = [end - GOLDEN * (end - begin), begin + GOLDEN * (end - begin)]
+    values = [excesses(at) for at in inner]
+    for _ in range(NARROWINGS):
+        if (np.minimum(*values)[there] <= 0.0).all():
+            break
+        left = values[0] < values[1]
+        begin, end = np.where(left, begin, inner[0]), np.where(left, inner[1], end)
+        at = np.where(left, end - GOLDEN * (end - begin), begin + GOLDEN * (end - begin))
+        value = excesses(at)
+        inner = [np.where(left, at, inner[1]), np.where(left, inner[0], at)]
+        values = [np.where(left, value, values[1]), np.where(left, values[0], value)]
+    nearest, least = np.where(values[0] < values[1], *inner), np.minimum(*values)
+    kept, nearer = there & (least <= 0.0), there & np.isinf(found) & (least < trials.min(axis=0))
+    return np.where(kept, before, np.where(nearer, nearest, low)), np.where(kept | nearer, nearest, high)
