@@ -298,7 +298,7 @@ BAD_REQUESTS = [
     Bad(
         "a velocity at a waypoint of another back end",
         PLAN,
-        plan_request(backend={"kind": "quintic"})
+        plan_request(backend={"kind": "trapezoidal"})
         | {"waypoints": [joint(0.1, 0.2, 0.3), joint(0.2, 0.3, 0.4, transition=PASSED_SLOWLY), joint(0.3, 0.1, 0.5)]},
         INVALID,
         "/waypoints/1/transition/velocity",

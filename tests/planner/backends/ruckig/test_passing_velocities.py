@@ -23,20 +23,10 @@ from planner.problem import (
     RelativeWaypoint,
     ThroughTransition,
 )
-from planner.robots import Robot, load_robot
+from planner.robots import Robot
+from tests.planner.backends.passing_problems import POSITIONS, ROBOT, VELOCITY, passing_at
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, durations_of
 from tests.planner.problems import ARMS, problem_of
-
-ROBOT = load_robot("ngv_refuelling_arm")
-POSITIONS = ((0.1, -0.4, 0.2, 0.0, 0.3, 0.0), (0.5, -0.1, 0.4, 0.3, 0.1, -0.2), (0.7, 0.4, 0.1, 0.5, 0.4, -0.5))
-VELOCITY = (0.6, 0.8, 0.1, 0.4, 0.0, -0.5)
-
-
-def passing_at(velocity: tuple[float, ...], **more: object) -> PlanningProblem:
-    """Three waypoints, the second one passed at this velocity."""
-    start, middle, end = map(JointWaypoint, POSITIONS)
-    passed = replace(middle, transition=ThroughTransition(velocity))
-    return PlanningProblem(ROBOT, [start, passed, end], **more)
 
 
 def least_time(robot: Robot, start: tuple[float, ...], end: tuple[float, ...], velocities: np.ndarray) -> float:

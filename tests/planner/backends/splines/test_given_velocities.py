@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 from planner.backends.splines.given_velocities import PassingSpline, VelocityOutOfReach
 from planner.backends.splines.interpolation import Degree, interpolate
 from planner.backends.splines.spline_limits import DurationsTooShort
-from tests.planner.backends.splines.test_splines import INF, excess, free, random_problem, samples, spline_limits
+from tests.planner.backends.splines.spline_problems import INF, excess, free, random_problem, samples, spline_limits
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits

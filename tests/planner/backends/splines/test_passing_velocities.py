@@ -16,8 +16,8 @@ from planner.planning import plan
 from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.result import Plan
 from planner.robots import Robot, load_robot
+from tests.planner.backends.passing_problems import POSITIONS, ROBOT, VELOCITY, passing_at
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, durations_of
-from tests.planner.backends.ruckig.test_passing_velocities import POSITIONS, ROBOT, VELOCITY, passing_at
 from tests.planner.problems import ARMS, problem_of
 
 SPLINES = [Cubic(), Quintic()]

@@ -15,18 +15,11 @@ from planner.backends.splines.interpolation import interpolate, interpolating_sp
 from planner.backends.splines.shortest_durations import Evaluation, shortest_durations
 from planner.backends.splines.spline_limits import DurationsTooShort, PositionOvershoot
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
-from planner.limits import TCP_QUANTITIES, SegmentLimits
+from tests.planner.backends.splines.spline_problems import INF, excess, free, random_problem, samples, spline_limits
 
 DEGREES = (3, 5)
 fewer = settings(max_examples=max(20, settings.default.max_examples // 5))
 """Each example is a search for durations."""
-INF = np.inf
-
-
-def spline_limits(lower, upper, velocity, acceleration, jerk):
-    """Limits of a spline; nothing else is limited."""
-    of_tool = dict.fromkeys(TCP_QUANTITIES, np.full(len(velocity), INF))
-    return SegmentLimits(lower, upper, velocity, acceleration, jerk, np.full_like(velocity, INF), **of_tool)
 
 
 def reference(positions, durations, degree) -> PPoly:
@@ -39,41 +32,6 @@ def reference(positions, durations, degree) -> PPoly:
         return PPoly.from_bernstein_basis(BPoly.from_derivatives(times, rest))
     rest = [(1, np.zeros(positions.shape[1])), (2, np.zeros(positions.shape[1]))]
     return make_interp_spline(times, positions, k=5, bc_type=(rest, rest))
-
-
-def samples(spline, order=0, count=201):
-    """Derivative of that order at unit times 0 to 1 of each segment; (segments, count, joints)."""
-    coefficients = spline.coefficients
-    for _ in range(order):
-        coefficients = coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
-    tau = np.linspace(0.0, 1.0, count) * spline.lengths[:, None]
-    return np.einsum("njk,nuk->nuj", coefficients, tau[:, :, None] ** np.arange(coefficients.shape[-1]))
-
-
-def excess(spline, limits, degree):
-    """Worst of sampled |derivative| / limit, brought to first order, and of the overshoot; by segment."""
-    worst = np.zeros(len(spline.lengths))
-    for order, quantity in enumerate(("velocity", "acceleration", "jerk")[: (degree + 1) // 2], start=1):
-        values = np.abs(samples(spline, order)).max(axis=1)
-        worst = np.maximum(worst, ((values / getattr(limits, quantity)) ** (1.0 / order)).max(axis=1))
-    positions = samples(spline)
-    return worst, max((positions - limits.upper).max(), (limits.lower - positions).max())
-
-
-def random_problem(seed, segments, joints, room=INF):
-    """Waypoints and limits; position limits `room` times the joint's range beyond the waypoints."""
-    rng = np.random.default_rng(seed)
-    positions = rng.uniform(-2.0, 2.0, (segments + 1, joints))
-    room = np.ptp(positions, axis=0) * room
-    scale = rng.uniform(0.5, 1.0, (segments, joints))
-    limits = spline_limits(
-        positions.min(axis=0) - room, positions.max(axis=0) + room, 2.0 * scale, 6.0 * scale, 60.0 * scale
-    )
-    return positions, limits
-
-
-def free(segments):
-    return np.full(segments, np.nan)
 
 
 problems = st.builds(

@@ -1,0 +1,50 @@
+"""Problems of splines, and what their samples say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.limits import TCP_QUANTITIES, SegmentLimits
+
+INF = np.inf
+
+
+def spline_limits(lower, upper, velocity, acceleration, jerk):
+    """Limits of a spline; nothing else is limited."""
+    of_tool = dict.fromkeys(TCP_QUANTITIES, np.full(len(velocity), INF))
+    return SegmentLimits(lower, upper, velocity, acceleration, jerk, np.full_like(velocity, INF), **of_tool)
+
+
+def samples(spline, order=0, count=201):
+    """Derivative of that order at unit times 0 to 1 of each segment; (segments, count, joints)."""
+    coefficients = spline.coefficients
+    for _ in range(order):
+        coefficients = coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
+    tau = np.linspace(0.0, 1.0, count) * spline.lengths[:, None]
+    return np.einsum("njk,nuk->nuj", coefficients, tau[:, :, None] ** np.arange(coefficients.shape[-1]))
+
+
+def excess(spline, limits, degree):
+    """Worst of sampled |derivative| / limit, brought to first order, and of the overshoot; by segment."""
+    worst = np.zeros(len(spline.lengths))
+    for order, quantity in enumerate(("velocity", "acceleration", "jerk")[: (degree + 1) // 2], start=1):
+        values = np.abs(samples(spline, order)).max(axis=1)
+        worst = np.maximum(worst, ((values / getattr(limits, quantity)) ** (1.0 / order)).max(axis=1))
+    positions = samples(spline)
+    return worst, max((positions - limits.upper).max(), (limits.lower - positions).max())
+
+
+def random_problem(seed, segments, joints, room=INF):
+    """Waypoints and limits; position limits `room` times the joint's range beyond the waypoints."""
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform(-2.0, 2.0, (segments + 1, joints))
+    room = np.ptp(positions, axis=0) * room
+    scale = rng.uniform(0.5, 1.0, (segments, joints))
+    limits = spline_limits(
+        positions.min(axis=0) - room, positions.max(axis=0) + room, 2.0 * scale, 6.0 * scale, 60.0 * scale
+    )
+    return positions, limits
+
+
+def free(segments):
+    return np.full(segments, np.nan)
