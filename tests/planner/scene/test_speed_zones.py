@@ -96,7 +96,7 @@ def test_the_path_is_that_of_the_plain_plan() -> None:
         IN_FULL([BESIDE, at(0.05), at(0.0, 0.85)], [ZONE], id="whole inside"),
         pytest.param([LEFT, RIGHT], [SpeedZone(50.0, 0.4)], id="a zone without end"),
         IN_FULL([LEFT, RIGHT], [SpeedZone(0.3, 0.01, ["person"])], id="very slow"),
-        pytest.param(
+        IN_FULL(
             [LEFT, RIGHT], [SpeedZone(0.6, 0.6, ["person"]), ZONE, SpeedZone(0.3, 0.15, ["person"])], id="several zones"
         ),
         IN_FULL([LEFT, replace(BESIDE, dwell=0.3), RIGHT], [ZONE], id="a rest inside"),
