@@ -184,7 +184,8 @@ def hold_against_limits(
 ) -> SplineAgainstLimits:
     """Find the peaks of a spline: its rates at the waypoints, and every extremum that could matter.
 
-    A velocity that is given is none of them: no duration changes it.
+    What matters is held against the rest of its own part: the waypoints with velocities that are given cut the spline.
+    Such a velocity is no peak: no duration changes it.
     """
     degree, h = spline.degree, spline.durations
     rates = JOINT_DERIVATIVES[1 : HIGHEST_LIMITED_ORDER[degree] + 1]
@@ -199,7 +200,10 @@ def hold_against_limits(
         _ratios_at_ends(by_order[order], allowed[order - 1], limits.weights(quantity))
         for order, quantity in enumerate(rates, start=1)
     ]
-    near = NEAR * max(float(ratios.max()) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1))
+    largest = [ratios.max(axis=(1, 2)) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1)]
+    parts = np.append(0, np.cumsum(spline.given))  # which know nothing of each other
+    of_parts = np.maximum.reduceat(np.max(largest, axis=0), np.flatnonzero(np.diff(parts, prepend=-1)))
+    near = NEAR * of_parts[parts, None]
     matters = np.zeros(span.shape, bool)
     for order, measure in enumerate(allowed, start=1):
         bounds = np.abs(by_order[order] @ bernstein_matrix(degree + 1 - order))

@@ -347,6 +347,15 @@ def test_a_narrow_range_of_durations_is_found() -> None:
 
 
 @pytest.mark.parametrize("degree", DEGREES)
+def test_a_short_part_does_not_hide_the_peaks_of_a_long_one(degree: Degree) -> None:
+    """Both were slowed together, and only what came near to the worst of both was looked at: this was refused."""
+    positions, velocities = np.array([[0.0], [0.01], [-1.16]]), np.array([[3e-8]])
+    rates = (np.full((2, 1), limit) for limit in (1.05, 3.2, 30.0))
+    limits = spline_limits(np.array([-INF]), np.array([INF]), *rates)
+    keeps_all(timed(positions, velocities, limits, free(2), degree), positions, velocities, limits, degree)
+
+
+@pytest.mark.parametrize("degree", DEGREES)
 def test_a_velocity_without_room_before_it_is_refused(degree: Degree) -> None:
     """Brakes need v^2 / 2a = 0.125: a wall is 0.05 behind the waypoint."""
     positions = np.array([[0.0, 0.0], [0.5, 0.0], [0.2, 0.0]])
