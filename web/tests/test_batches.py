@@ -42,7 +42,8 @@ def test_a_request_is_sent_as_a_grid_and_seen_by_another(page: Page, browser: Br
     ]
     expect(batch.locator(".failures li")).to_have_count(len(told["summary"]["refusals"]))
     expect(batch.locator(".failures small").first).to_contain_text("request ")
-    assert batch.get_by_role("link", name="Report").get_attribute("href") == f"/v1/batches/{told['id']}/report"
+    link = batch.get_by_role("link", name="Report").get_attribute("href")
+    assert link == f"{service.url}/v1/batches/{told['id']}/report"
     assert violations(page) == []
     with opened(browser, f"{service.url}/") as other:
         planned(other)
