@@ -45,6 +45,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         "; the controller plans its own spline through the points; velocities and torques are not carried",
         f"IF {away} THEN",
         "HALT ; the robot is not at the start of the trajectory",
+        "RETURN ; the start key would go on behind a HALT",
         "ENDIF",
         f"PTP {_position(start)}",
         *(line for move in motions for line in _block(move)),

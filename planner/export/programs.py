@@ -26,6 +26,9 @@ JOINTS = 6
 AT_START = 0.01
 """How far a joint may be from the start, rad or m; further away a program halts in place of going there."""
 
+APPROACH = 1.0
+"""Time, s, in which a robot so near to the start goes there, before the first point that has a time: none jumps."""
+
 MILLIMETRES = 1e3
 """Millimetres in a metre: the unit in which programs have axes that slide."""
 
@@ -74,19 +77,30 @@ def moves(plan: Plan, language: str, period: float, most_external: int = 0) -> l
         UnsupportedFormat: The arm is another, the trajectory begins or ends in motion, an output is set in motion, or
             the period is too short.
     """
-    robot, trajectory = plan.path.robot, plan.trajectory
+    robot = plan.path.robot
     external = len(robot.external_axes)
     if robot.dof - external != JOINTS or not robot.is_angle[external:].all() or external > most_external:
         axes = f" and {most_external} external axes at most" if most_external else ""
         raise UnsupportedFormat(f"{language} moves arms of {JOINTS} joints that turn{axes}, which {robot.id} is not")
     if period < SHORTEST_PERIOD:
         raise UnsupportedFormat(f"{language} takes points {SHORTEST_PERIOD:g} s apart or more, not {period:g} s")
+    return list(_between(plan, stops(plan, language), period, _outputs(plan), language))
+
+
+def stops(plan: Plan, language: str) -> list[int]:
+    """Return the indices of the waypoints at which the robot rests, the first and the last one among them.
+
+    Raises:
+        UnsupportedFormat: The trajectory begins or ends in motion.
+    """
+    trajectory = plan.trajectory
     peak = max((check.peak for check in plan.certificate.checks if check.quantity == "velocity"), default=0.0)
     speeds = np.abs(trajectory.evaluate(trajectory.arrivals, [1])[0]).max(axis=1)
     is_stop = speeds <= NEGLIGIBLE_SHARE * max(peak, 1.0)
     if not (is_stop[0] and is_stop[-1]):
         raise UnsupportedFormat(f"{language} begins and ends at rest, which this trajectory does not")
-    return list(_between(plan, np.flatnonzero(is_stop).tolist(), period, _outputs(plan), language))
+    found: list[int] = np.flatnonzero(is_stop).tolist()
+    return found
 
 
 def axes_first(robot: Robot, positions: FloatArray) -> FloatArray:

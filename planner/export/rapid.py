@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import JOINTS, moves, name_of, numbers, tolerances_of
+from planner.export.programs import APPROACH, JOINTS, moves, name_of, numbers, tolerances_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,7 +28,7 @@ OUTPUT_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}"
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
-    """Write a plan as a module of MoveAbsJ with the time of every point.
+    """Write a plan as a module of MoveAbsJ with the time of every point, the first of which is the start, slowly.
 
     Axes are in degrees, rax_1 to rax_6 in the order of the joints, external ones, eax_a and so on, in degrees or mm.
     Outputs are signals that the controller has.
@@ -54,6 +54,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         '      TPWrite "The robot is not at the start of the trajectory";',
         "      EXIT;",
         "    ENDIF",
+        f"    {_move(motions[0].position[0], APPROACH, 'fine')}",
         *(f"    {line}" for move in motions for line in _statements(move)),
         "  ENDPROC",
         "ENDMODULE",
@@ -64,8 +65,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 def _statements(move: Move) -> Iterator[str]:
     last = len(move.time) - 1
     for k in range(1, last + 1):
-        zone = "fine" if k == last else "z0"
-        yield f"MoveAbsJ {_target(move.position[k])},v1000\\T:={move.time[k] - move.time[k - 1]:.6f},{zone},tool0;"
+        yield _move(move.position[k], float(move.time[k] - move.time[k - 1]), "fine" if k == last else "z0")
     for step in move.steps_of_the_rest():
         if isinstance(step, float):
             yield f"WaitTime {step:.6f};"
@@ -76,11 +76,12 @@ def _statements(move: Move) -> Iterator[str]:
             )
 
 
-def _target(position: FloatArray) -> str:
-    """Return a position of all axes, in degrees and millimetres, the arm's first."""
+def _move(position: FloatArray, seconds: float, zone: str) -> str:
+    """Return the motion to a position of all axes, in degrees and millimetres, the arm's first, in a time."""
     values = numbers(position)
     external = [*values[JOINTS:], *[NO_AXIS] * MOST_EXTERNAL][:MOST_EXTERNAL]
-    return f"[[{','.join(values[:JOINTS])}],[{','.join(external)}]]"
+    target = f"[[{','.join(values[:JOINTS])}],[{','.join(external)}]]"
+    return f"MoveAbsJ {target},v1000\\T:={seconds:.6f},{zone},tool0;"
 
 
 FORMAT = Format("rapid", "text/x-rapid", ".mod", render)

@@ -9,7 +9,7 @@ import numpy as np
 from planner.actions import SetOutput
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format, sample
-from planner.export.programs import AT_START, JOINTS, name_of
+from planner.export.programs import APPROACH, AT_START, JOINTS, name_of, stops
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
@@ -26,11 +26,13 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     """Write a plan as a program of joint positions at the sample period, which the controller follows.
 
     Raises:
-        UnsupportedFormat: The arm has not six joints that turn, or an output has a name that the controller has not.
+        UnsupportedFormat: The arm has not six joints that turn, the trajectory begins or ends in motion, or an output
+            has a name that the controller has not.
     """
     robot, duration = plan.path.robot, plan.trajectory.duration
     if robot.dof != JOINTS or not robot.is_angle.all():
         raise UnsupportedFormat(f"URScript moves arms of {JOINTS} joints that turn, which {robot.id} is not")
+    stops(plan, "URScript")
     samples = sample(plan, options)
     positions, periods = list(map(joints, samples.position)), (samples.time[1:] - samples.time[:-1]).tolist()
     outputs: dict[int, list[str]] = {}
@@ -61,7 +63,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
 
 
 def halt_away_from_start(position: FloatArray) -> list[str]:
-    """Write what halts the program where the robot is not at its start."""
+    """Write what halts the program where the robot is not at its start, and what goes there from nearby."""
     return [
         f"  start = {joints(position)}",
         "  actual = get_actual_joint_positions()",
@@ -73,6 +75,7 @@ def halt_away_from_start(position: FloatArray) -> list[str]:
         "    end",
         "    i = i + 1",
         "  end",
+        f"  movej(start, t={APPROACH})",
     ]
 
 

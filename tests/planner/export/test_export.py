@@ -185,18 +185,20 @@ def test_urscript_streams_the_positions(result: Plan) -> None:
     statements = {
         "comment": r"#.*",
         "start": r"start = " + joints,
+        "approach": r"movej\(start, t=1\.0\)",
         "servoj": rf"servoj\({joints}, t=({number}), lookahead_time=({number}), gain=(\d+)\)",
         "other": r"(i = 0|i = i \+ 1|halt|actual = get_actual_joint_positions\(\)|stopj\(2\.0\)|popup\(.*error=True\))",
         "begin": r"(def planned_trajectory\(\)|while i < 6|if norm\(actual\[i\] - start\[i\]\) > 0\.01):",
         "end": r"end",
         "call": r"planned_trajectory\(\)",
     }
-    time, rows, times = 0.0, [], []
+    time, rows, times, kinds = 0.0, [], [], []
     for line in program:
         (kind,) = (name for name, pattern in statements.items() if re.fullmatch(r" *" + pattern, line))
         depth += {"begin": 1, "end": -1}.get(kind, 0)
         assert depth >= 0
         assert kind != "call" or depth == 0
+        kinds.append(kind)
         if kind in ("start", "servoj"):
             found = re.fullmatch(r" *" + statements[kind], line)
             assert found is not None
@@ -206,6 +208,7 @@ def test_urscript_streams_the_positions(result: Plan) -> None:
             # Bounds of the function in Universal Robots' script manual.
             assert kind == "start" or (0.03 <= float(found[3]) <= 0.2 and 100 <= int(found[4]) <= 2000)
     assert depth == 0
+    assert kinds.count("approach") == 1 and kinds.index("approach") == kinds.index("servoj") - 1
     assert time == pytest.approx(result.trajectory.duration, rel=1e-12)
     expected = result.trajectory.evaluate(np.minimum(times, result.trajectory.duration), [0])[0]
     assert np.abs(np.array(rows) - expected).max() <= 1e-9

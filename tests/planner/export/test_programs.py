@@ -70,11 +70,11 @@ def read_krl(program: str) -> Read:
     assert lines[0] == "DEF planned_trajectory()" and lines[-1] == "END"
     condition = " OR ".join(rf"\(ABS\(\$AXIS_ACT\.A{i} - \({NUMBER}\)\) > 0\.573\)" for i in range(1, 7))
     assert re.fullmatch(f"IF {condition} THEN", lines[1])
-    assert [line.partition(" ;")[0] for line in lines[2:4]] == ["HALT", "ENDIF"]
-    assert re.fullmatch(f"PTP {position}", lines[4])
-    read.positions.append(angles(lines[4]))
+    assert [line.partition(" ;")[0] for line in lines[2:5]] == ["HALT", "RETURN", "ENDIF"]
+    assert re.fullmatch(f"PTP {position}", lines[5])
+    read.positions.append(angles(lines[5]))
     block: list[tuple[list[float], float]] | None = None
-    rows = iter(lines[5:-1])
+    rows = iter(lines[6:-1])
     for line in rows:
         if line == "PTP_SPLINE":
             assert block is None and next(rows) == "TIME_BLOCK START"
@@ -107,7 +107,10 @@ def read_rapid(program: str) -> Read:
     read.positions.append([float(value) for value in matches[4].groups()])
     assert lines[-2:] == ["ENDPROC", "ENDMODULE"]
     row = ",".join([NUMBER] * 6)
-    for line in lines[len(head) : -2]:
+    approach = rf"MoveAbsJ \[\[({row})\],\[(?:9E9,){{5}}9E9\]\],v1000\\T:=1\.0+,fine,tool0;"
+    first = re.fullmatch(approach, lines[len(head)])
+    assert first is not None and [float(value) for value in first[1].split(",")] == read.positions[0]
+    for line in lines[len(head) + 1 : -2]:
         if found := re.fullmatch(rf"WaitTime ({NUMBER});", line):
             read.rest += float(found[1])
             continue
@@ -179,7 +182,10 @@ def test_moves_are_one_statement_a_segment() -> None:
     line = JointWaypoint(START + np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0]), motion=LinearMotion(), dwell=0.25)
     solved = plan(PlanningProblem(ROBOT, [JointWaypoint(START), line, JointWaypoint(START + 0.3)]), Cubic())
     program = render(solved, "urscript_moves").decode()
-    found = re.findall(r"^  (movej|movel|sleep)\((?:(\[[^]]*\]), t=)?([^)]*)\)$", program, flags=re.MULTILINE)
+    approach, *found = re.findall(
+        r"^  (movej|movel|sleep)\((?:(\[[^]]*\]), t=)?([^)]*)\)$", program, flags=re.MULTILINE
+    )
+    assert approach == ("movej", "", "start, t=1.0")
     assert [name for name, _, _ in found] == ["movel", "sleep", "movej"]
     arrivals, departures = solved.trajectory.arrivals, solved.trajectory.departures
     assert [float(seconds) for _, _, seconds in found] == [arrivals[1], 0.25, arrivals[2] - departures[1]]
@@ -207,7 +213,7 @@ def test_moves_refuse_what_the_form_cannot_carry(waypoint: JointWaypoint, reason
     assert refused.value.waypoint == 1
 
 
-@pytest.mark.parametrize("name", ["krl", "rapid", "fanuc_ls", "urscript_moves"])
+@pytest.mark.parametrize("name", ["krl", "rapid", "fanuc_ls", "urscript", "urscript_moves"])
 def test_programs_refuse_other_arms_and_motion_at_the_ends(name: str) -> None:
     with pytest.raises(UnsupportedFormat, match="three_dof_arm"):
         render(plan(problem_of("three_dof_arm", 0, 2)), name)
@@ -215,6 +221,8 @@ def test_programs_refuse_other_arms_and_motion_at_the_ends(name: str) -> None:
     moving = plan(problem, Ruckig(initial_velocity=[0.1] * 6))
     with pytest.raises(UnsupportedFormat, match="begins and ends at rest"):
         render(moving, name)
+    if name == "urscript":  # which the controller follows by itself, at any period
+        return
     with pytest.raises(UnsupportedFormat, match="apart or more"):
         render(plan(problem), name, ExportOptions(0.001))
 
