@@ -15,10 +15,14 @@ from planner.motion_around import FreeMotion
 from planner.problem import (
     BlendTransition,
     CartesianMotion,
+    CircularMotion,
     JointMotion,
     JointWaypoint,
+    LinearMotion,
+    PolylineMotion,
     PoseWaypoint,
     RelativeWaypoint,
+    SplineMotion,
     StopTransition,
     ThroughTransition,
 )
@@ -45,6 +49,9 @@ reciprocals of the smallest numbers that a computer has are none."""
 
 TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
 """The message of a fault where a number is smaller."""
+
+TOOL_MOTIONS = {LinearMotion: "line", CircularMotion: "circle", PolylineMotion: "polyline", SplineMotion: "spline"}
+"""What messages call the motions of the tool."""
 
 SCALES = ("velocity_scale", "acceleration_scale")
 """Names of the fields of `Limits` that are factors on others."""
@@ -277,20 +284,22 @@ def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[t
         yield (BACK_END, name), f"{len(asked[name])} values for the {robot.dof} joints of {robot.id}"
     if wrong or len(waypoints) < 2:
         return
-    stops = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
-    after_start = waypoints[1 : min([k for k in stops if k > 0], default=len(waypoints)) + 1]
-    before_end = waypoints[max([k for k in stops if k < len(waypoints) - 1], default=0) + 1 :]
-    for names, index, passed in ((END_OPTIONS[:2], 0, after_start), (END_OPTIONS[2:], -1, before_end)):
+    last = len(waypoints) - 1
+    stops = [
+        k for k, waypoint in enumerate(waypoints) if 0 < k < last and isinstance(waypoint.transition, StopTransition)
+    ]
+    until, since = min(stops, default=last), max(stops, default=0)
+    ends = (END_OPTIONS[:2], 0, range(1, until + 1), "before"), (END_OPTIONS[2:], last, range(last, since, -1), "after")
+    for names, end, nearest_first, side in ends:
         moving = [name for name in names if any(asked.get(name, ()))]
-        if moving and waypoints[index].dwell > 0.0:
-            field = "waypoints", index % len(waypoints), "dwell"
-            yield field, "the robot cannot rest where it is asked to be in motion"
-        if not all(map(_is_free_in_joint_space, passed)):
-            for name in moving:
-                yield (
-                    (BACK_END, name),
-                    "a line, a circle or a blend starts and ends at rest; let a joint motion come before or after it",
-                )
+        if moving and waypoints[end].dwell > 0.0:
+            yield ("waypoints", end, "dwell"), "the robot cannot rest where it is asked to be in motion"
+        bound = next((k for k in nearest_first if not _is_free_in_joint_space(waypoints[k])), None)
+        if bound is not None:
+            kind = TOOL_MOTIONS.get(type(waypoints[bound].motion))
+            what = f"the {kind} to waypoint {bound}" if kind else f"the blend at waypoint {bound}"
+            message = f"{what} begins and ends at rest; let a joint motion come {side} it, and a stop between"
+            yield from (((BACK_END, name), message) for name in moving)
 
 
 def _passing_faults(problem: PlanningProblem, backend: object) -> Iterator[tuple[FieldPath, str]]:

@@ -11,12 +11,24 @@ import ruckig
 from planner.backends import Ruckig
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimit, LimitsUnsatisfiable
-from planner.kinematics import tool_speeds
+from planner.kinematics import forward_kinematics, tool_speeds
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem
+from planner.problem import (
+    BlendTransition,
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    Motion,
+    PlanningProblem,
+    PolylineMotion,
+    PoseWaypoint,
+    SplineMotion,
+    ThroughTransition,
+)
 from planner.robots import Joint, load_robot
 from planner.robots.payload import Payload
+from planner.spatial import Pose
 from tests.planner.backends.ruckig.ruckig_problems import (
     assert_within_limits,
     durations_of,
@@ -27,6 +39,11 @@ from tests.planner.backends.ruckig.ruckig_problems import (
     with_durations,
 )
 from tests.planner.problems import problem_of
+
+ARM = load_robot("kuka_kr16_l6_2")
+START = np.array([0.0, -1.57, 1.57, 0.0, 0.5, 0.0])
+TOOL = forward_kinematics(ARM, START[None])[0]
+VIA, BESIDE = (TOOL.position + np.array(way) for way in ((0.05, 0.05, 0.0), (0.0, 0.1, 0.0)))
 
 
 def ruckig_between(
@@ -166,6 +183,42 @@ def test_a_line_with_the_motion_along_it_stays_straight() -> None:
     (position,) = result.trajectory.evaluate(np.linspace(0.0, result.trajectory.duration, 101), [0])
     along = (position - start) @ (end - start) / ((end - start) @ (end - start))
     assert np.abs(position - start - along[:, None] * (end - start)).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("motion", "named"),
+    [
+        (LinearMotion(), "the line to waypoint 2"),
+        (CircularMotion(Pose(VIA)), "the circle to waypoint 2"),
+        (PolylineMotion([Pose(VIA)], 0.01), "the polyline to waypoint 2"),
+        (SplineMotion([Pose(VIA, TOOL.rotation)]), "the spline to waypoint 2"),
+    ],
+)
+def test_motions_of_the_tool_begin_and_end_at_rest_and_say_what_helps(motion: Motion, named: str) -> None:
+    """Passed at a speed they are refused by name; beside a joint motion, with a stop between, they are planned."""
+    there = JointWaypoint(START)
+    back = PoseWaypoint(Pose(BESIDE, TOOL.rotation), motion=motion)
+    away = JointWaypoint(START - 0.2)
+    begins, ends = Ruckig(initial_velocity=(0.05,) * 6), Ruckig(final_velocity=(0.05,) * 6)
+    passed = replace(there, transition=ThroughTransition())
+    for backend, waypoints, side in (
+        (begins, (away, passed, back), "before"),
+        (ends, (away, there, back), "after"),
+    ):
+        with pytest.raises(InvalidProblem) as invalid:
+            plan(PlanningProblem(ARM, waypoints), backend)
+        ((_, message),) = invalid.value.faults
+        expected = f"{named} begins and ends at rest; let a joint motion come {side} it, and a stop between"
+        assert message == expected
+    assert_within_limits(plan(PlanningProblem(ARM, (away, there, back)), begins))
+    assert_within_limits(plan(PlanningProblem(ARM, (there, back, away)), ends))
+
+
+def test_a_blend_begins_and_ends_at_rest() -> None:
+    blended = JointWaypoint(START + 0.1, transition=BlendTransition(0.02))
+    problem = PlanningProblem(ARM, (JointWaypoint(START), blended, JointWaypoint(START - 0.1)))
+    with pytest.raises(InvalidProblem, match="the blend at waypoint 1 begins and ends at rest"):
+        plan(problem, Ruckig(initial_velocity=(0.05,) * 6))
 
 
 def test_motion_at_the_ends_is_held_against_robot_waypoints_and_limits() -> None:
