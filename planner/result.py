@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.action_times import action_times
+from planner.backends.base import Searching
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
@@ -18,7 +20,7 @@ from planner.certificate.passages import certify_passages
 from planner.certificate.speed_zones import certify_speed_zones
 from planner.certificate.tool_path import certify_tool_path
 from planner.durations import duration_error, in_asked_durations
-from planner.errors import InvalidProblem, LimitsUnsatisfiable, distinct
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import JOINT_QUANTITIES
@@ -46,6 +48,9 @@ if TYPE_CHECKING:
 WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
 """Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
 people and things near the arm have to reckon with it."""
+
+NEARER = (0.3, 0.1)
+"""Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -128,6 +133,9 @@ class Plan:
 def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
     """Put time on the path of a problem and certify the trajectory.
 
+    Where a back end searches for a better motion and that would collide, it is held nearer to the motion that its
+    search begins with, or takes that, if that is free; a warning says so.
+
     Args:
         problem: What is asked, free of faults.
         backend: What puts time on the path.
@@ -143,7 +151,35 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
         LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
         PlanningError: Another refusal of the back end.
     """
-    return certified(problem, backend, path, timed(problem, backend, path))
+    try:
+        return certified(problem, backend, path, timed(problem, backend, path))
+    except (Collision, ClearanceUnproved):
+        plan = _held_nearer(problem, backend, path) if isinstance(backend, Searching) else None
+        if plan is None:
+            raise
+        return plan
+
+
+def _held_nearer(problem: PlanningProblem, backend: Searching, path: JointPath) -> Plan | None:
+    """Return the plan nearer to the motion that a search begins with; None: that motion is refused, too."""
+
+    def plan_by(other: BackEnd, held: str) -> Plan:
+        plan = certified(problem, other, path, timed(problem, other, path))
+        known = [warning for warning in plan.warnings if warning.code != "suboptimal"]
+        message = f"what the search finds would collide: {held}"
+        return replace(plan, backend=backend, warnings=(*known, PlanWarning("suboptimal", message)))
+
+    without = backend.without_search()
+    if without == backend:
+        return None
+    try:
+        first = plan_by(without, "what is returned is the motion that it begins with")
+    except PlanningError:
+        return None
+    for share in NEARER:
+        with suppress(PlanningError):
+            return plan_by(backend.held_nearer(share), f"it is held within {share:g} of the deviation allowed")
+    return first
 
 
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:

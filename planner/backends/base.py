@@ -39,11 +39,15 @@ class BackEnd(Protocol):
 
 
 @runtime_checkable
-class Searching(Protocol):
+class Searching(BackEnd, Protocol):
     """A back end that begins with a motion within all limits, where it finds one at once, and searches for a better."""
 
     def without_search(self) -> BackEnd:
         """Return the back end that returns the motion to begin with: what it plans, the searching one plans, too."""
+        ...
+
+    def held_nearer(self, share: float) -> BackEnd:
+        """Return the back end that may go only that share of the way as far from the motion to begin with."""
         ...
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from planner.backends.min_effort.optimum import OnCurve, Optimum, ThroughWaypoints
-from planner.backends.min_effort.options import MinEffortOptions
+from planner.backends.min_effort.options import LEAST_DEVIATION, MinEffortOptions
 from planner.backends.shared.assembly import assemble
 from planner.errors import Fault, InvalidProblem, MissingDynamics
 from planner.guarantees import ALL_HARD, Guarantee
@@ -42,6 +42,9 @@ class MinEffort(MinEffortOptions):
     no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
     minimises cost + `time_weight` x duration.
 
+    In a scene the motion that is found may collide where the one that the search begins with does not: then it is held
+    nearer to that one, or is that one (`planner.result.certified_plan`).
+
     Where accelerations of the tool are limited, no way between waypoints is searched for: the quintic is the answer,
     with a warning. Along a given way the law is found within them. The same goes for joints that turn so often that the
     search would not see their torques come and go: tens of turns between two stops.
@@ -58,6 +61,13 @@ class MinEffort(MinEffortOptions):
     def without_search(self) -> MinEffort:
         """Return the back end that takes the motion which the search begins with, if that keeps all limits."""
         return replace(self, iterations=0)
+
+    def held_nearer(self, share: float) -> MinEffort:
+        """Return the back end that may go only that share of the way as far from the motion to begin with."""
+        tool, joints = self.max_deviation, self.max_joint_deviation
+        tool = MinEffortOptions.max_deviation if tool is None and joints is None else tool
+        held = [None if most is None else max(share * most, LEAST_DEVIATION) for most in (tool, joints)]
+        return replace(self, max_deviation=held[0], max_joint_deviation=held[1])
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Return the motion of least cost of each run.

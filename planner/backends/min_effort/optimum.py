@@ -23,7 +23,7 @@ from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS
 from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
-from planner.tolerances import DURATION_TOLERANCE
+from planner.tolerances import DURATION_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
@@ -121,6 +121,14 @@ class Optimum(ABC):
         """Return the cost and the weighted time of a motion, which are to be least."""
         return self.cost.of(pieces) + (self.options.time_weight or 0.0) * float(pieces.lengths.sum())
 
+    def costs_nothing(self, pieces: SegmentedPolynomial) -> bool:
+        """Tell whether a motion cannot be bettered, since what it costs is rounding at most: what moves weighs nothing.
+
+        A slow motion has as little jerk, but never none.
+        """
+        seconds = 0.0 if self.options.objective == "jerk" else float(pieces.lengths.sum())
+        return self.price(pieces) <= ROUNDING**2 * seconds
+
     def durations(self, pieces: SegmentedPolynomial) -> FloatArray:
         """Return the durations (segments,), s, of the segments of a motion."""
         return np.array([pieces.lengths[pieces.segments == segment].sum() for segment in self.run.segments])
@@ -137,13 +145,14 @@ class OnCurve(Optimum):
         """Return the best motion within the limits."""
         law = fastest_law(self.path, self.run)
         known, refusal = self._known(law)
-        found = self._search(law, self.durations(known[0]) if known else self.asked)
+        nothing = self.costs_nothing(known[0] if known else follow_curve(self.run, law))
+        found = None if nothing else self._search(law, self.durations(known[0]) if known else self.asked)
         if found is not None:
             return min([*known, found], key=self.price)
         if refusal and not known:
             raise refusal
         needed = slowest(time_scalings(self.path, known[0], self.enforced).values()).factor
-        self.converged = needed > 1.0 / NO_CHOICE
+        self.converged = nothing or needed > 1.0 / NO_CHOICE
         return min(known, key=self.price)
 
     def _known(self, law: SegmentedPolynomial) -> tuple[list[SegmentedPolynomial], InfeasibleDuration | None]:
@@ -226,7 +235,9 @@ class ThroughWaypoints(Optimum):
             first = self._quintic(self.path)
         except InfeasibleDuration as error:
             refusal, first, self.begins_outside = error, self._too_fast(), True
-        found = self._solve(first)
+        nothing = self.costs_nothing(first)
+        found = None if nothing else self._solve(first)
+        self.converged |= nothing
         candidates = [] if refusal else [first]
         if found is not None:
             candidates.insert(0, found)
@@ -261,9 +272,6 @@ class ThroughWaypoints(Optimum):
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
             return None  # between its instants torques would come and go unseen
-        price = self.price(first)
-        if not price > 0.0:
-            return None  # nothing is to be saved, such as where nothing weighs anything
         tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
         watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
@@ -285,7 +293,7 @@ class ThroughWaypoints(Optimum):
             free=free,
             total=float(durations[free].sum()) if weight is None else None,
             time_weight=weight or 0.0,
-            cost=price,
+            cost=self.price(first),
             resting=self.cost.at_rest(self.positions[[0, -1]]),
         )
         holds = self.options.max_deviation is not None, self.options.max_joint_deviation is not None

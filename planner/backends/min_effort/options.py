@@ -6,6 +6,9 @@ from dataclasses import dataclass, field
 
 from planner.backends.min_effort.cost import Objective  # noqa: TC001 - the schema of the options is made from it
 
+LEAST_DEVIATION = 0.001
+"""The least deviation that can be asked, m, rad."""
+
 
 @dataclass(frozen=True)
 class MinEffortOptions:
@@ -73,7 +76,7 @@ class MinEffortOptions:
             "description": "The distance, m, that the tool may go from the straight joint motion between two stops, or "
             "where waypoints are passed without stopping from the quintic through them; null: it goes any way. The "
             "certificate's check `tool_deviation` says how far it went from straight joint motions.",
-            "ge": 0.001,
+            "ge": LEAST_DEVIATION,
         },
     )
     max_joint_deviation: float | None = field(
@@ -83,6 +86,6 @@ class MinEffortOptions:
             "joint motion between two stops, or where waypoints are passed without stopping from the quintic through "
             "them: every posture is so near to one of that motion, joint by joint. Omitted: joints go any way that "
             "`max_deviation` lets the tool go. The certificate's check `joint_deviation` says how far they went.",
-            "ge": 0.001,
+            "ge": LEAST_DEVIATION,
         },
     )

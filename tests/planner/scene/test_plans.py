@@ -53,6 +53,46 @@ def test_every_back_end_keeps_clear(kind: str) -> None:
     assert load_plan(save_plan(plan), plan.problem, plan.backend).certificate == plan.certificate
 
 
+REST = planner.JointWaypoint((0.0, -1.57, 1.57, 0.0, 0.5, 0.0))
+GOAL = planner.JointWaypoint((1.2, -1.2, 1.9, 0.2, 0.9, 0.3))
+SEARCHING = planner.MinEffort(knots=8)
+BALL = SceneObject("ball", [Sphere(0.02)], Pose([0.6286, -0.4701, 0.8621]))
+"""Between the straight joint motion from REST to GOAL and that of least effort, whose third link meets it."""
+
+
+def test_a_search_that_leads_to_a_collision_is_held_nearer_to_its_beginning() -> None:
+    """The straight motion is free, and so was what any other back end planned: min_effort refused it."""
+    problem = planner.PlanningProblem(KUKA, [REST, GOAL], scene=Scene([BALL]))
+    assert problem.scene is not None
+    blind = planner.plan(replace(problem, scene=None), SEARCHING)
+    with pytest.raises(Collision):
+        certify_clearance(CollisionChecker(KUKA, problem.scene), blind.trajectory)
+    plan, straight = planner.plan(problem, SEARCHING), planner.plan(problem, planner.Quintic())
+    assert least_distance(KUKA, problem.scene, plan.trajectory) > 0.0
+    assert plan.backend == SEARCHING
+    assert [warning.code for warning in plan.warnings] == ["suboptimal"]
+    assert plan.trajectory.duration == pytest.approx(straight.trajectory.duration, rel=1e-9)
+    assert effort(blind.trajectory) < effort(plan.trajectory) < effort(straight.trajectory)
+
+
+@pytest.mark.large_only
+def test_remedies_of_a_search_work_though_they_are_proved_without_it() -> None:
+    ball = replace(BALL, pose=Pose([0.6286, -0.4701, 1.0]), shapes=[Sphere(0.15)])
+    problem = planner.PlanningProblem(KUKA, [REST, GOAL], scene=Scene([ball]))
+    with pytest.raises(Collision) as refusal:
+        planner.plan(problem, SEARCHING)
+    assert refusal.value.remedies
+    remedy = refusal.value.remedies[0]
+    planner.plan(remedy.applied_to(problem), SEARCHING)
+
+
+def effort(trajectory: planner.Trajectory) -> float:
+    """The integral of the squared torques by their limits, s, by dense samples."""
+    times = np.linspace(0.0, trajectory.duration, 2001)
+    torques = planner.inverse_dynamics(KUKA, *trajectory.evaluate(times, [0, 1, 2])) / KUKA.limit("torque")
+    return float(np.trapezoid((torques**2).sum(axis=1), times))
+
+
 def test_a_collision_says_when_and_where() -> None:
     problem = in_scene(TABLE, WALL)
     assert problem.scene is not None

@@ -16,6 +16,7 @@ from planner.backends.min_effort.on_curve import RetimingCost
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, MissingDynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics, tool_speeds
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problem import (
@@ -31,7 +32,7 @@ from planner.problem import (
     Transition,
 )
 from planner.result import Plan
-from planner.robots import load_robot
+from planner.robots import ExternalAxis, load_robot
 
 ARM = load_robot("kuka_kr16_l6_2")
 START = JointWaypoint(position=(0.2, -1.3, 1.4, 0.3, 0.6, 0.2))
@@ -291,6 +292,36 @@ def test_time_against_effort() -> None:
     for weight, result in plans.items():
         others = [*plans.values(), planned("line"), planned("line", Ruckig())]
         assert all(price(result, weight) <= price(other, weight) * (1.0 + 1e-9) for other in others)
+
+
+RAIL = ExternalAxis("rail", "prismatic", (0, 1, 0), lower=0.0, upper=4.0, velocity=1.0, mass=10.0)
+UNWEIGHED = load_robot("ngv_refuelling_arm").derived(external_axes=[RAIL])
+"""Only the carriage of the rail has a mass that is known."""
+STILL_RAIL = JointWaypoint((2.0, 0.6, -0.4, 0.8, 0.0, -0.4, 0.0))
+
+
+@pytest.mark.parametrize(
+    "goals",
+    [
+        (towards(0.0, 0.1, 0.0),),
+        (towards(0.0, 0.1, 0.0, transition=BlendTransition(0.02)), towards(0.0, 0.0, 0.1)),
+        (JointWaypoint((2.0, 0.4, -0.2, 0.8, 0.3, -0.4, 0.0)),),
+    ],
+    ids=["line", "blend", "joints"],
+)
+def test_motions_of_what_weighs_nothing_are_no_failure(goals: tuple[AnyWaypoint, ...]) -> None:
+    """The quintic costs nothing, nothing is better, and what it refuses is refused: the rail stands still."""
+    options = InverseKinematicsOptions(prefer="arm")
+    problem = PlanningProblem(UNWEIGHED, (STILL_RAIL, *goals), inverse_kinematics=options)
+    found = plan(problem, QUICK)
+    assert not found.warnings
+    assert np.abs(found.path.positions[:, 0] - 2.0).max() <= 1e-9
+    states = found.trajectory.evaluate(np.linspace(0.0, found.trajectory.duration, 500), [0, 1, 2])
+    assert np.abs(inverse_dynamics(UNWEIGHED, *states)).max() <= 1e-9
+    assert found.trajectory.duration == pytest.approx(plan(problem, Quintic()).trajectory.duration)
+    hurried = [replace(goal, duration=0.05) for goal in goals]
+    with pytest.raises(InfeasibleDuration):
+        plan(replace(problem, waypoints=(STILL_RAIL, *hurried)), QUICK)
 
 
 def test_after_its_iterations_the_best_law_so_far_is_returned() -> None:
