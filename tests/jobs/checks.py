@@ -23,7 +23,7 @@ from planner.result import Plan
 from planner.spatial import FloatArray, Pose
 from tests.jobs.job import Job, Law
 from tests.jobs.tracing import circle, tool_at
-from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits
+from tests.planner.promises import is_continuous, keeps_joint_limits, keeps_sampled_limits, times_its_actions
 
 MET = 2e-6
 """m and rad: twice the tolerance of inverse kinematics, by which a waypoint may be missed."""
@@ -62,7 +62,7 @@ SHORT = 1e-6
 
 
 def keeps_promises(plan: Plan, kind: str) -> None:
-    """Limits, continuity, waypoints met, lines and circles kept.
+    """Limits, continuity, waypoints met, lines and circles kept, actions at their times.
 
     Raises:
         AssertionError: Something is broken.
@@ -72,6 +72,7 @@ def keeps_promises(plan: Plan, kind: str) -> None:
     keeps_sampled_limits(plan)
     meets_waypoints(plan)
     keeps_to_lines(plan)
+    times_its_actions(plan)
 
 
 def meets_waypoints(plan: Plan) -> None:

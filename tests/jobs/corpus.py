@@ -41,7 +41,7 @@ FEATURES_SHIPPED, FEATURES_FROM_PACKAGE = 5, 2
 
 ONLY_BY = {
     "past_a_switch": ("cubic", "quintic", "ruckig", "auto"),
-    "full_cups": ("quintic", "ruckig", "toppra_jerk_limited", "auto"),
+    "full_cups": ("quintic", "ruckig", "toppra_jerk_limited", "min_effort", "auto"),
 }
 """Back ends of families that the others refuse: they keep no such limit."""
 
@@ -109,7 +109,7 @@ def job(name: str) -> Job:
 
 def _job(name: str, draft: Draft, arm: str) -> Job:
     programme, family = draft.programme, name.split("-")[0]
-    problem = programme.problem(draft.limits, draft.carries)
+    problem = replace(programme.problem(draft.limits, draft.carries), actions=draft.actions)
     least = programme.seconds - programme.seconds_cut
     settling = SETTLING * len(problem.waypoints)
     twin = None if draft.twin is None else f"{family}-{draft.twin:02d}-{arm}"

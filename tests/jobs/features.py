@@ -1,4 +1,4 @@
-"""Jobs that need what robot programmers ask for besides: splines, open goals, two tools, rails, speeds by the way."""
+"""Jobs that need what robot programmers ask for besides: splines, open goals, two tools, rails, limits that differ."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.actions import AtDistance, AtWaypoint, SetOutput, Wait
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problem import LinearMotion, PoseWaypoint, ThroughTransition
@@ -13,6 +14,7 @@ from planner.regions import Free, Region
 from planner.robots import ExternalAxis
 from planner.spatial import FloatArray, Pose, rotation_x, rotation_z
 from tests.jobs.arms import Place
+from tests.jobs.degenerate import swing
 from tests.jobs.job import Draft
 from tests.jobs.programme import STOP, Programme
 from tests.jobs.tracing import tool_at
@@ -140,6 +142,45 @@ def teaching(place: Place, variant: int) -> Draft:
     return Draft(programme, {"override": override}, limits)
 
 
+def downhill(place: Place, variant: int) -> Draft:
+    """An arm that may go faster one way than the other, and brake harder than it gathers speed."""
+    share, harder = (0.2, 0.6)[variant % 2], (0.3, 0.8, 1.0)[variant // 2 % 3]
+    programme = Programme(place)
+    for k in (1.0, -0.5, 0.7):
+        programme.joints(swing(place, k), transition=STOP if variant % 3 else ThroughTransition())
+    programme.joints(place.posture)
+    programme.line(place.at(0.05, 0.05, 0.05))
+    speeds, rates = (_finite(place.robot.limit(name)) for name in ("velocity", "acceleration"))
+    limits = Limits(
+        velocity_range=tuple((-speed, share * speed) for speed in speeds),
+        acceleration_range=tuple((-rate, harder * rate) for rate in rates),
+    )
+    return Draft(programme, {"share": share, "harder": harder}, limits)
+
+
+def locked_wrist(place: Place, variant: int) -> Draft:
+    """The last joint is held still, and outputs are set and waited for: a group of the joints that are left."""
+    robot, last, wait = place.robot, place.robot.joint_names[-1], (0.1, 0.3, 1.0)[variant % 3]
+    rest = place.posture[:-1]
+    group = robot.derived(locked={last: float(place.posture[-1])})
+    own = replace(place, robot=group, posture=rest, pose=tool_at(group, rest))
+    programme = Programme(own)
+    for k, share in enumerate((0.8, -0.4, 0.6)):
+        passing = ThroughTransition() if variant % 2 and k == 1 else STOP
+        programme.joints(swing(own, share), transition=passing, dwell=0.0 if k else wait)
+    programme.joints(rest)
+    actions = (
+        SetOutput(AtDistance(0.02 * place.size), "valve", value=True),
+        SetOutput(AtWaypoint(1), "gripper", value=bool(variant // 2 % 2)),
+        Wait(AtWaypoint(1), wait),
+    )
+    return Draft(programme, {"locked": last, "wait": wait}, actions=actions)
+
+
+def _finite(limits: FloatArray) -> list[float]:
+    return [float(limit) for limit in np.where(np.isfinite(limits), limits, 1.0)]
+
+
 FAMILIES = {
     "embossing": embossing,
     "round_nozzle": round_nozzle,
@@ -149,4 +190,6 @@ FAMILIES = {
     "past_a_switch": past_a_switch,
     "full_cups": full_cups,
     "teaching": teaching,
+    "downhill": downhill,
+    "locked_wrist": locked_wrist,
 }

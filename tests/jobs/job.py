@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from planner.actions import Action
 from planner.limits import Limits
 from planner.problem import PlanningProblem
 from planner.spatial import FloatArray
@@ -70,6 +71,7 @@ class Draft:
         only_seams: Nothing but lines and circles at their speeds: then length over speed tells the duration.
         twin: The number of the variant that takes as long.
         durations: As a job's.
+        actions: What happens on the way besides motion.
     """
 
     programme: Programme
@@ -79,3 +81,4 @@ class Draft:
     only_seams: bool = False
     twin: int | None = None
     durations: dict[Law, float] | None = None
+    actions: tuple[Action, ...] = ()
