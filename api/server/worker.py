@@ -10,6 +10,7 @@ import socket
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from api.errors import Overloaded
@@ -28,9 +29,9 @@ READ_AHEAD = 2**22
 SIGNALS_OF_THE_SERVER = {signal.SIGTERM, signal.SIGINT}
 """The signals that reach the whole process group and are for the server alone: it drains, then ends the workers."""
 
-NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""The environment variables that limit numeric libraries to one thread: a worker plans one thing at a time, and a
-process with several threads must not be forked."""
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "MALLOC_ARENA_MAX")
+"""The environment variables that limit numeric libraries to one thread, and memory to what one needs: a worker plans
+one thing at a time, and a process with several threads must not be forked."""
 
 PROCESSES = ThreadPoolExecutor(1, "processes")
 """The thread that starts processes and notes their ends: the first start waits until the template is warm, and
@@ -39,7 +40,7 @@ PROCESSES = ThreadPoolExecutor(1, "processes")
 
 def start_template() -> None:
     """Start the process that workers are forked from; it gets warm while this process goes on."""
-    os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))  # it inherits them
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # it inherits them
     multiprocessing.set_forkserver_preload(["api.worker_template"])
     with _signals_of_the_server_blocked():
         forkserver.ensure_running()
@@ -170,6 +171,14 @@ class Worker:
     def takes(self, job: Job) -> bool:
         """Tell whether it takes a job of this cost."""
         return job.is_cheap or not self.only_cheap
+
+    def stood_back(self) -> float:
+        """Give the time in which its threads could have gone on but others had the processor, s."""
+        delays = 0
+        with suppress(OSError):  # it has just ended
+            for thread in Path(f"/proc/{self.pid}/task").glob("*/schedstat"):  # nothing where the kernel does not count
+                delays += int(thread.read_text(encoding="ascii").split()[1])
+        return 1e-9 * delays
 
     def kill(self) -> None:
         """End the process at once, if it has not ended, or as soon as it has started."""

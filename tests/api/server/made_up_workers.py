@@ -28,6 +28,7 @@ class MadeUpWorker:
         self.ended = asyncio.Event()
         self.begun: list[str] = []
         self.work: asyncio.Future[Reply] | None = None
+        self.delays: list[float] = []
 
     async def get_ready(self) -> None:
         self.warm = self.alive = True
@@ -36,6 +37,10 @@ class MadeUpWorker:
         self.begun.append(task.operation)
         self.work = asyncio.get_running_loop().create_future()
         return await self.work
+
+    def stood_back(self) -> float:
+        """As the test says, one after the other."""
+        return self.delays.pop(0) if self.delays else 0.0
 
     def takes(self, job: Job) -> bool:
         return job.is_cheap or not self.only_cheap

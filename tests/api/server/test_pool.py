@@ -342,6 +342,28 @@ def test_what_stands_back_has_its_deadline_from_when_it_begins_and_can_be_cancel
     with_pool(test)
 
 
+def test_the_time_in_which_others_have_the_processor_does_not_count() -> None:
+    """A batch beside requests that never end would have all its deadlines pass, with nothing computed."""
+
+    async def test(running: Running) -> None:
+        worker = running.worker()
+        worker.delays = [7.0, 7.15, 7.2, 7.2]  # 0.15 s, 0.05 s and none at all of what was waited
+        behind, started = await running.put_behind("b1", 0.1), time.monotonic()
+        with pytest.raises(DeadlineExceeded):
+            await behind
+        assert time.monotonic() - started >= 0.3 - 0.01
+        worker.finish()
+        await settle()
+
+        worker.delays = [7.2, 7.2 + 60.0]
+        behind = await running.put_behind("b2", 0.1)
+        await asyncio.sleep(0.2)
+        worker.finish()
+        assert (await behind).status == 200
+
+    with_pool(test, workers=1)
+
+
 def test_what_stands_back_is_repeated_when_its_worker_is_killed() -> None:
     async def test(running: Running) -> None:
         behind = await running.put_behind("b1")

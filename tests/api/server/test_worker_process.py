@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import errno
 import multiprocessing
+import os
 import signal
 import socket
 import subprocess
@@ -58,6 +59,57 @@ def test_what_nobody_wants_is_not_started() -> None:
 
     worker = asyncio.run(get_ready())
     assert worker.ended.is_set() and worker.pid is None
+
+
+WORKER_THAT_TELLS = """
+import os, socket
+import api.execution
+from api.messages import HEADER, Caps, Reply, Task, pack, unpack
+from api.worker_main import work
+
+api.execution.execute = lambda task, caps: Reply(200, "", b"", result=os.sched_getscheduler(0))
+server, worker = socket.socketpair()
+for stands_back in (True, False, True):
+    server.sendall(b"".join(pack(Task("", "", 0.0, 0.0, stands_back=stands_back))))
+server.shutdown(socket.SHUT_WR)
+work(worker, Caps(60.0, 10, 10, 1024))
+replies = server.makefile("rb")
+for _ in range(4):
+    payload, body = HEADER.unpack(replies.read(HEADER.size))
+    reply = unpack(replies.read(payload), replies.read(body))
+    print(None if reply is None else reply.result)
+"""
+
+
+def test_only_what_stands_back_leaves_the_processor_to_all_else() -> None:
+    command = [sys.executable, "-c", WORKER_THAT_TELLS]
+    ran = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    assert ran.stdout.split() == ["None", *map(str, (os.SCHED_IDLE, os.SCHED_OTHER, os.SCHED_IDLE))]
+
+
+@pytest.mark.large_only
+def test_the_time_in_which_a_worker_stands_back_is_known() -> None:
+    """Beside a process that wants the same processor all the time, one of idle priority hardly gets on."""
+    processor = min(os.sched_getaffinity(0))
+    endless = f"import os; os.sched_setaffinity(0, [{processor}])\nwhile True: pass"
+    stand_back = "os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))"
+    commands = [endless, endless.replace("\n", f"; {stand_back}\n")]
+    processes = [subprocess.Popen([sys.executable, "-c", command]) for command in commands]
+    worker = Worker(CAPS)
+    waited = []
+    try:
+        for process in processes:
+            worker.pid = process.pid
+            time.sleep(0.5)
+            before = worker.stood_back()
+            time.sleep(1.0)
+            waited.append(worker.stood_back() - before)
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+    assert waited[0] < 0.5 < 0.9 < waited[1] < 1.5
+    assert worker.stood_back() == 0.0  # it has ended
 
 
 @pytest.mark.large_only
