@@ -6,7 +6,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from api.batches.items import CHUNK_SECONDS, PLAN_ITEM, PLAN_ITEMS
+from api.batches.items import CHUNK_SECONDS, PLAN_ITEMS
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
 from api.messages import Reply, Task
 from api.server.costs import Kind
@@ -111,37 +111,32 @@ class PoolPlanners:
     async def plan(self, chunk: Chunk) -> list[Reply]:
         """See `Planners`."""
         items = chunk.items[: self.chunk_size]
-        together = await self._planned_together(items, chunk.definitions) if len(items) > 1 else []
-        replies = together or [await self._planned(item, chunk.definitions) for item in items]
-        if replies[-1].timings:
-            self.chunk_size = self._size.learn(seconds_of(replies[-1]))
+        replies = await self._planned(items, chunk.definitions)
+        if not replies:
+            return [(await self._planned([item], chunk.definitions))[0] for item in items]
+        seconds = sum(map(seconds_of, replies))
+        if seconds:
+            self.chunk_size = self._size.learn(seconds / len(replies))
         return replies
 
-    async def _planned_together(self, items: Sequence[Claimed], definitions: Mapping[str, bytes]) -> list[Reply]:
-        """Plan requests in one go, within the shortest of their deadlines; there may be fewer replies, or none."""
+    async def _planned(self, items: Sequence[Claimed], definitions: Mapping[str, bytes]) -> list[Reply]:
+        """Plan requests in one go, within the shortest of their deadlines, which begins when a worker does.
+
+        There may be fewer replies than requests; there are none where several together did not end well.
+        """
+        instance = f"/v1/batches/{items[0].batch_id}"
         arguments = {"items": [(item.request, _arguments(item, definitions)) for item in items]}
-        task = Task(PLAN_ITEMS, _instance(items[0]), time.monotonic(), math.inf, b"", arguments)
+        task = Task(PLAN_ITEMS, instance, time.monotonic(), math.inf, b"", arguments)
         kind = Kind((PLAN_ITEMS, items[0].batch_id), len(items).bit_length())
         seconds = min(self._max_deadline, *(item.deadline for item in items))
         try:
             reply = await self._pool.run_behind(task, kind, seconds)
-        except (DeadlineExceeded, MemoryExceeded, InternalError):
-            return []
-        return list(reply.result or ())
-
-    async def _planned(self, item: Claimed, definitions: Mapping[str, bytes]) -> Reply:
-        """Plan a request within its deadline, which begins when a worker does."""
-        task = Task(PLAN_ITEM, _instance(item), time.monotonic(), math.inf, item.request, _arguments(item, definitions))
-        seconds = min(item.deadline, self._max_deadline)
-        try:
-            return await self._pool.run_behind(task, Kind((PLAN_ITEM, item.batch_id), 0), seconds)
         except (DeadlineExceeded, MemoryExceeded, InternalError) as error:
-            status, document = problem_document(error, _instance(item))
-            return Reply(status, MEDIA_TYPE, document, code=error.code)
-
-
-def _instance(item: Claimed) -> str:
-    return f"/v1/batches/{item.batch_id}"
+            status, document = problem_document(error, instance)
+            reply = Reply(status, MEDIA_TYPE, document, code=error.code)
+        if reply.code is None:
+            return list(reply.result)
+        return [reply] if len(items) == 1 else []
 
 
 def _arguments(item: Claimed, definitions: Mapping[str, bytes]) -> dict[str, Any]:

@@ -24,6 +24,8 @@ from api.tasks.work import in_scene, robot_of, validated
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
+    from collections.abc import Generator
+
     from api.tasks.work import Work
     from planner.backends.base import BackEnd
     from planner.export import Format
@@ -76,8 +78,12 @@ def _item(request: Any, pointer: str, work: Work) -> NewItem:
     return NewItem(compressed(content), robot, scene, deadline)
 
 
-def plan_item(work: Work) -> Reply:
-    """Plan one request of a batch: the body is the saved plan, the result its duration and its worst ratio."""
+def item_steps(work: Work) -> Generator[None, None, Reply]:
+    """Plan one request of a batch: read it, plan it, and write the plan, each when it is asked for.
+
+    Returns:
+        The reply; its body is the saved plan, its result the plan's duration and worst ratio.
+    """
     from api.time_budgets import within_deadline
     from planner.export.base import sample
     from planner.planning import plan
@@ -85,11 +91,12 @@ def plan_item(work: Work) -> Reply:
 
     definition = work.arguments.get("definition")
     with work.stage("validate"):
-        read = replace_body(work, decompressed(work.task.body))
-        request: PlanRequest = read.request(PlanRequest)
+        request: PlanRequest = work.request(PlanRequest)
         asked, backend = _problem_of(request, definition)
-    with work.stage("plan"), acceptable_remedies(read, request, asked.robot.dof):
+    yield
+    with work.stage("plan"), acceptable_remedies(work, request, asked.robot.dof):
         solved = plan(within_deadline(asked, work.task.deadline), backend)
+    yield
     refuse_too_many_rows(solved.trajectory.duration, request.sample_period, solved.path.robot.dof, work)
     with work.stage("serialise"):
         if "torque" in request.include:  # refused without inertias
@@ -106,11 +113,6 @@ def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[Plannin
     from api.conversion import to_backend, to_planning_problem
 
     return to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
-
-
-def replace_body(work: Work, body: bytes) -> Work:
-    """Look at a task with another body."""
-    return type(work)(replace(work.task, body=body), work.caps)
 
 
 def render_results(work: Work) -> Reply:

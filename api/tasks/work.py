@@ -37,13 +37,13 @@ class Work:
     Attributes:
         task: The request.
         caps: What a request may ask.
-        timings: The seconds that each stage took.
+        timings: The seconds that each stage took; `queue` is the wait for a worker.
     """
 
     def __init__(self, task: Task, caps: Caps) -> None:
         self.task = task
         self.caps = caps
-        self.timings: dict[str, float] = {}
+        self.timings = {"queue": time.monotonic() - task.submitted}
 
     @property
     def arguments(self) -> Mapping[str, Any]:

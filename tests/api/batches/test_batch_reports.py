@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import orjson
 import pytest
 
-from api.batches.items import PLAN_ITEM, PLANNED, Result, compressed
+from api.batches.items import PLAN_ITEMS, PLANNED, Result, compressed
 from api.execution import execute
 from api.messages import Caps, Task
 from api.tasks import batch_reports
@@ -101,7 +101,7 @@ def test_a_report_keeps_to_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
     for position, moves in enumerate((20, 20, 1)):
         ends = [joint(*[0.1 + 0.02 * k] * 3) for k in range(moves + 1)]
         body = compressed(orjson.dumps(plan_request(waypoints=ends)))
-        saved = execute(Task(PLAN_ITEM, "", 0.0, math.inf, body), caps)
+        [saved] = execute(Task(PLAN_ITEMS, "", 0.0, math.inf, arguments={"items": [(body, {})]}), caps).result
         assert saved.code is None, saved.body
         found.append(Result(position, body, None, None, PLANNED, saved.body, saved.result[0]))
 
