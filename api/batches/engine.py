@@ -79,6 +79,7 @@ class Engine:
         self._ended: set[int] = set()
         self._new = asyncio.Event()
         self._change = asyncio.Event()
+        self._all_done = asyncio.Event()
         self._rate = 0.0
         self._definitions: dict[str, bytes] = {}
         self._tasks: list[asyncio.Task[None]] = []
@@ -160,6 +161,8 @@ class Engine:
     def _note_end(self, planning: asyncio.Task[None]) -> None:
         del self._under_way[planning]
         self._change.set()
+        if not self._under_way and not self._claimed:
+            self._all_done.set()
 
     async def _plan(self, items: list[Claimed]) -> None:
         """Plan items; whatever happens, something comes of each, or it is at hand again."""
@@ -211,8 +214,10 @@ class Engine:
             numbers = set(self._under_way.values())
             for number in await self._database.read(claims.ended, numbers) if numbers else ():
                 self.forget(number)
-        await asyncio.sleep(BEAT)
-        self._rate += GAIN * (done / (time.monotonic() - before) - self._rate)
+        with suppress(TimeoutError):  # the end of a batch need not wait for the next beat
+            await asyncio.wait_for(self._all_done.wait(), BEAT)
+        self._all_done.clear()
+        self._rate += GAIN * (done / max(BEAT, time.monotonic() - before) - self._rate)
 
     async def _write_what_is_done(self) -> int:
         """Write what has been done since the last time, and give the number of items."""

@@ -138,5 +138,27 @@ def test_what_does_not_end_well_is_a_result_too_and_what_is_cancelled_is_given_u
     asyncio.run(run())
 
 
+def test_the_end_of_a_batch_does_not_wait_for_a_beat(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(engine_module, "BEAT", 60.0)
+
+    async def run() -> None:
+        database = Database(sqlite_url(tmp_path))
+        database.open()
+        engine = Engine(database, planners_of(MadeUpPool()), Settings(), Metrics())
+        await engine.start()
+        await asyncio.sleep(0.1)  # the first beat is over
+        _, batch_id = await batch_of(database, b"1", b"2", b"3")
+
+        async def completed() -> bool:
+            batch = await database.read(find_batch, batch_id)
+            return batch is not None and batch.status == "completed"
+
+        await until(completed)
+        await engine.stop()
+        database.close()
+
+    asyncio.run(run())
+
+
 async def _true(value: bool) -> bool:
     return value
