@@ -27,6 +27,9 @@ CONTACT_TOLERANCE = 1e-5
 """Distance, m, by which a pair may be nearer than its margin and still keep it: touching is free up to rounding, and
 GJK's plane proves distances of curved shapes to some micrometres."""
 
+UNKNOWN = -1e9
+"""The lower bound of distances of which nothing is known, m."""
+
 ITSELF = 0
 """Number of the pairs between pieces that move."""
 
@@ -196,7 +199,7 @@ class CollisionChecker:
         return centers, np.linalg.norm(ends[:, :, 1] - centers, axis=-1) + self.bodies.radii
 
     def bounds(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
-        """Bound the distances of pairs at postures from below; where that is negative they may be anything.
+        """Bound the distances of pairs at postures from below, negative ones as well.
 
         Args:
             postures: N postures.
@@ -221,7 +224,8 @@ class CollisionChecker:
         low = np.empty(len(items.rows))
         boxed = obstacles < len(self.obstacles.pieces)
         near = self.obstacles.box_distances(spheres[boxed], obstacles[boxed]).min(axis=1)
-        low[boxed] = near - self.bodies.sphere_radii[bodies[boxed]]
+        near -= self.bodies.sphere_radii[bodies[boxed]]
+        low[boxed] = np.where(near >= 0.0, near, UNKNOWN)  # boxes that are met say nothing of how deep pieces overlap
         planes = obstacles[~boxed] - len(self.obstacles.pieces)
         heights = self.obstacles.plane_distances(spheres[~boxed], planes).min(axis=1)
         low[~boxed] = heights - self.bodies.radii[bodies[~boxed]]

@@ -52,12 +52,11 @@ def is_precise(robot: Robot, request: dict[str, Any], problem: dict[str, Any]) -
 def with_remedies(request: dict[str, Any], remedies: list[dict[str, Any]], chosen: int) -> dict[str, Any]:
     """The request with one of its remedies, and those that belong to it: of durations all, of limits, of payloads."""
 
-    def group(remedy: dict[str, Any]) -> str:
-        change = remedy["change"]
-        return next((name for name in ("/duration", "/limits", "/payload") if name in change), change)
+    def group(remedy: dict[str, Any]) -> str | None:
+        return next((name for name in ("/duration", "/limits", "/payload") if name in remedy["change"]), None)
 
     for remedy in remedies:
-        if remedy is remedies[chosen] or group(remedy) == group(remedies[chosen]) != remedies[chosen]["change"]:
+        if remedy is remedies[chosen] or group(remedy) == group(remedies[chosen]) is not None:
             request = with_remedy(request, remedy)
     return request
 

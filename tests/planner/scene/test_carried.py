@@ -14,9 +14,9 @@ import planner
 from planner.certificate.clearance import certify_clearance_along, segment_checkers
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem
 from planner.robots import Robot, load_robot
-from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
+from planner.scene import CONTACT_TOLERANCE, AttachedObject, Scene, SceneObject
 from planner.scene.carried import DEEPEST_SUPPORT, ROOM_ON_THE_WAY
-from planner.shapes import Box, HalfSpace, Sphere
+from planner.shapes import Box, Cylinder, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
 from tests.planner.scene.brute_force import distances_over_time, point_distance
 from tests.sizes import SIZE
@@ -206,6 +206,40 @@ def test_a_part_may_stand_on_what_it_is_taken_from_and_put_on() -> None:
     assert -2e-4 < clearance.contacts.lower < clearance.scene.lower
     assert clearance.scene.lower >= 0.01 - CONTACT_TOLERANCE
     assert planner.ClearanceReport.from_dict(clearance.as_dict()) == clearance
+
+
+def test_what_is_put_down_about_links_is_not_entered_deeper_unseen() -> None:
+    """Links deeper inside than their radius could go anywhere, and the clearance was better than what had been seen."""
+    arm = load_robot("three_dof_arm")
+    rng = np.random.default_rng(6)
+    drum = AttachedObject(
+        "drum",
+        [Cylinder(0.13, 0.14)],
+        link="link_3",
+        touch_links=["link_1", "link_2"],
+        pose=Pose([0.0, 0.0, 0.03], np.eye(3)),
+    )
+    planned = 0
+    for _ in range(24):
+        start = arm.middle + rng.uniform(-0.4, 0.4, 3)
+        ends = [planner.JointWaypoint(start, detach=["drum"]), planner.JointWaypoint(start + rng.uniform(-0.5, 0.5, 3))]
+        problem = planner.PlanningProblem(arm, ends, scene=Scene(attached=[drum]))
+        try:
+            plan = planner.plan(problem, planner.Trapezoidal())
+        except Collision:
+            continue
+        planned += 1
+        data = arm.model.createData()
+        pin.framesForwardKinematics(arm.model, data, start)
+        link = data.oMf[arm.model.getFrameId("link_3")]
+        standing = SceneObject("drum", drum.shapes, drum.pose.from_frame(Pose(link.translation, link.rotation)))
+        times = np.linspace(0.0, plan.trajectory.duration, 400)
+        truth = float(np.nanmin(distances_over_time(arm, Scene([standing]), times, plan.trajectory)))
+        found = plan.certificate.clearance
+        assert found is not None and found.contacts is not None and found.contacts.upper is not None
+        assert found.contacts.lower <= truth + 1e-9 and found.contacts.lower <= found.contacts.upper
+        assert truth < -0.05
+    assert 0 < planned < 24
 
 
 def test_without_a_touch_there_are_no_contacts() -> None:

@@ -19,7 +19,8 @@ from planner.scene import (
     is_edge_free,
     is_free,
 )
-from planner.shapes import Box, HalfSpace, Sphere
+from planner.scene.checker import Items
+from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from planner.spatial import Pose
 
 KUKA = load_robot("kuka_kr16_2")
@@ -114,6 +115,22 @@ def test_bounds_never_exceed_distances() -> None:
     row, pair = checker.nearest_item(postures, checker.margins)
     body, obstacle = divmod(pair - checker.own_pairs, shape[2])
     assert asked[row, body, obstacle]
+
+
+def test_bounds_never_exceed_how_deep_things_overlap() -> None:
+    """Of boxes that are met, the bound was minus the radius of the link, however much deeper it was."""
+    rng = np.random.default_rng(5)
+    deep = [Box([0.5, 0.6, 0.7]), Cylinder(0.4, 0.6), Capsule(0.3, 0.5), Sphere(0.4), HalfSpace([0.0, 0.0, 1.0])]
+    poses = [Pose.from_rpy(ahead(-0.3).position, rng.uniform(-np.pi, np.pi, 3)) for _ in deep]
+    things = [SceneObject(f"thing_{k}", [shape], pose) for k, (shape, pose) in enumerate(zip(deep, poses, strict=True))]
+    checker = CollisionChecker(KUKA, Scene(things))
+    postures = checker.bodies.at(HOME + rng.uniform(-0.5, 0.5, (5, 6)))
+    pairs = checker.own_pairs + np.arange(len(checker.bodies.pieces) * len(things))
+    items = Items(np.repeat(np.arange(5), len(pairs)), np.tile(pairs, 5))
+    distances = [checker.separate(postures, row, pair).distance for row, pair in zip(*items, strict=True)]
+    deepest = np.reshape(distances, (5, -1, len(things))).min(axis=(0, 1))
+    assert (deepest < -0.1).all()
+    assert (checker.bounds(postures, items, np.zeros(len(items.rows))) <= np.array(distances) + 1e-9).all()
 
 
 def test_objects_stand_in_the_world() -> None:
