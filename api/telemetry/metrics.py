@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Literal
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
@@ -69,6 +70,7 @@ class Metrics:
         self._items = Counter(
             "planner_batch_items", "Requests of batches that this service has answered.", ["outcome"], registry=registry
         )
+        self._labelled = cache(Histogram.labels)  # to look one up takes as long as to count in it
         self._running = Gauge("planner_batches_running", "Batches with requests left to plan.", registry=registry)
         self._waiting = Gauge("planner_batch_items_waiting", "Requests of batches left to plan.", registry=registry)
 
@@ -90,9 +92,9 @@ class Metrics:
     def count_plan(self, plan: PlanFigures, timings: Mapping[str, float]) -> None:
         """Count a plan, its stages (s) and the shares of limits that it uses."""
         for stage, seconds in timings.items():
-            self._stages.labels(stage, plan.backend).observe(seconds)
+            self._labelled(self._stages, stage, plan.backend).observe(seconds)
         for quantity, ratio in plan.ratios.items():
-            self._ratios.labels(quantity, plan.backend).observe(ratio)
+            self._labelled(self._ratios, quantity, plan.backend).observe(ratio)
 
     def count_shared(self, how: Literal["kept", "joined", "not_modified"]) -> None:
         """Count an answer that needed no computing."""
