@@ -20,6 +20,7 @@ STYLE: dict[Any, Any] = {
     "grid.linewidth": 0.6,
     "xtick.color": "#444444",
     "ytick.color": "#444444",
+    "text.parse_math": False,  # names are as they were given, "$" included
     "svg.hashsalt": "planner",
 }
 """Settings of matplotlib, so that the same plan gives the same bytes, too."""

@@ -22,7 +22,7 @@ class Graph:
 
     Attributes:
         lines: Each (N, 2).
-        dots: Each (N, 2).
+        dots: Each (N, 2); of the path of a tool the ends of its pieces.
         pixel: How much a point of the picture is, in both directions.
     """
 
@@ -48,6 +48,9 @@ def _graph(group: ElementTree.Element, x: FloatArray) -> Graph:
         drawn = [(float(use.get("x", "")), float(use.get("y", ""))) for use in part.iter(f"{SVG}use") if use.get("x")]
         if name == "workspace":
             dots[name] = _in_units(np.array(drawn), x, y)
+        elif name == "path":
+            pieces = [point for path in part.findall(f"{SVG}path") for point in POINT.findall(path.get("d", ""))]
+            dots[name] = _in_units(np.array(pieces, dtype=float), x, y)
         elif re.fullmatch(r"\w+\.\w+", name) and not name.startswith(("graph.", "matplotlib.")):
             path = next(part.iter(f"{SVG}path")).get("d", "")
             lines[name] = _in_units(np.array(POINT.findall(path), dtype=float), x, y)
@@ -66,3 +69,15 @@ def _scale(group: ElementTree.Element, ticks: str, coordinate: int) -> FloatArra
         at.append(float(POINT.findall(next(tick.iter(f"{SVG}path")).get("d", ""))[0][coordinate]))
         values.append(float(str(label).strip().replace("\N{MINUS SIGN}", "-")))
     return np.polyfit(at, values, 1)
+
+
+def drawn_groups(svg: bytes) -> dict[str, FloatArray]:
+    """The points (N, 2) of all that has a name in a picture, in its coordinates, y up, from the back to the front."""
+    found = {}
+    for group in ElementTree.fromstring(svg.decode()).iter(f"{SVG}g"):  # noqa: S314 - our own
+        used = [(use.get("x"), use.get("y")) for use in group.iter(f"{SVG}use") if use.get("x")]
+        paths = [path.get("d", "") for path in group.findall(f"{SVG}path")]
+        points = used or [point for path in paths for point in POINT.findall(path)]
+        if group.get("id") and points:
+            found[group.get("id", "")] = np.array(points, dtype=float) * (1.0, -1.0)
+    return found

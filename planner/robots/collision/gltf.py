@@ -13,20 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
+from planner.shapes.surfaces import surface
 from planner.spatial import quaternion
 
 if TYPE_CHECKING:
     import pinocchio as pin
 
     from planner.robots.robot import Robot
-    from planner.spatial import FloatArray
+    from planner.shapes import Shape
 
 Z_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """The quaternion x, y, z, w of the turn that takes the z axis to the y axis of glTF."""
-
-SEGMENTS = 24
-"""Number of sides of what is round: their middles are 1 % of the radius inside of it."""
 
 VERTICES = 34962
 """The code of glTF for a part of the buffer with corners."""
@@ -99,11 +96,11 @@ class _Meshes:
     def number_of(self, shape: Shape, source: str) -> int:
         """Return the number of a shape's mesh, which is added if it is not there."""
         if (shape, source) not in self.numbers:
-            surface = _surface(shape)
-            corners = surface.vertices.astype("<f4")
+            hull = surface(shape)
+            corners = hull.vertices.astype("<f4")
             range_ = {"min": corners.min(axis=0).tolist(), "max": corners.max(axis=0).tolist()}
             position = self._added(corners, VERTICES, {"componentType": FLOATS, "type": "VEC3", **range_})
-            faces = surface.faces.astype("<u4").ravel()
+            faces = hull.faces.astype("<u4").ravel()
             indices = self._added(faces, INDICES, {"componentType": INTEGERS, "type": "SCALAR"})
             material = 0 if source == "model" else 1
             self.numbers[shape, source] = len(self.meshes)
@@ -122,34 +119,6 @@ class _Meshes:
 
 def _placed(placement: pin.SE3) -> dict[str, list[float]]:
     return {"translation": placement.translation.tolist(), "rotation": quaternion(placement.rotation).tolist()}
-
-
-def _surface(shape: Shape) -> ConvexHull:
-    """Return triangles to look at."""
-    turn = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
-    ring = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(SEGMENTS)])
-    match shape:
-        case ConvexHull():
-            return shape
-        case Box(size=size):
-            return ConvexHull(np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, 8).T * size)
-        case Cylinder(radius=radius, length=length):
-            ends = [radius * ring + np.array([0.0, 0.0, end * length]) for end in (-0.5, 0.5)]
-            return ConvexHull(np.concatenate(ends))
-        case Sphere(radius=radius):
-            return ConvexHull(_ball(radius, ring))
-        case Capsule(radius=radius, length=length):
-            ball = _ball(radius, ring)
-            return ConvexHull(ball + 0.5 * length * np.sign(ball[:, 2:]) * np.array([0.0, 0.0, 1.0]))
-    raise TypeError(f"no robot has a {type(shape).__name__}")
-
-
-def _ball(radius: float, ring: FloatArray) -> FloatArray:
-    """Return points of a ball on circles of latitude, none of them on the equator."""
-    latitudes = (np.arange(SEGMENTS // 2) + 0.5) * np.pi / (SEGMENTS // 2) - np.pi / 2.0
-    circles = [np.cos(angle) * ring + np.array([0.0, 0.0, np.sin(angle)]) for angle in latitudes]
-    ball: FloatArray = radius * np.concatenate([*circles, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
-    return ball
 
 
 def _glb(document: dict[str, Any], buffer: bytes) -> bytes:

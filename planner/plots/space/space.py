@@ -1,0 +1,184 @@
+"""A view of the base frame, in which lines, dots and frames are drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Polygon
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+from planner.plots.quantities import MILLIMETRES, XYZ
+from planner.plots.space.camera import Camera
+from planner.plots.style import AXIS_COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
+
+    from planner.spatial import FloatArray
+
+VIEWS = {"isometric": (0, 1, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+"""The views by name, and the coordinates that each shows."""
+
+ELEVATION = 25.0
+"""How far above the floor the isometric view looks from, degrees."""
+
+AZIMUTH = -55.0
+"""The direction that it looks from, degrees from the x axis."""
+
+FLATTEST = 0.5
+"""Least extent of a picture along an axis, as a share of its largest one."""
+
+ZOOM = 0.92
+"""How much larger than usual isometric views are drawn: as large as their labels allow."""
+
+MOST_TICKS = 6
+"""The most stretches between ticks of the axes of an isometric view, on which there is less room."""
+
+BEHIND, LINES, DOTS, TEXT = 1.6, 3.0, 4.0, 9.0
+"""What is drawn over what: things, over the grid, then the robot and the path of its tool, dots on them, names."""
+
+
+class Style(NamedTuple):
+    """How a thing is drawn: the colours of its faces and edges, and how much its faces cover, from 0 to 1."""
+
+    fill: str
+    edge: str
+    opacity: float
+
+
+class Space:
+    """A view of the base frame, in perspective or onto the plane of two of its axes; lengths are drawn in mm.
+
+    Attributes:
+        axes: The axes of matplotlib.
+        columns: The coordinates that are shown.
+        drawn: Corners of what was drawn so far, each (3,), mm.
+        lines: Points of the lines that were drawn so far, each (N, 3), m.
+    """
+
+    def __init__(self, figure: Figure, cell: SubplotSpec, view: str) -> None:
+        self.columns = VIEWS[view]
+        self.is_solid = len(self.columns) == 3
+        if self.is_solid:
+            self.axes: Any = figure.add_subplot(
+                cell, projection="3d", elev=ELEVATION, azim=AZIMUTH, computed_zorder=False
+            )
+        else:
+            self.axes = figure.add_subplot(cell, gid=f"graph.{view}")
+        self.drawn: list[FloatArray] = []
+        self.lines: list[FloatArray] = []
+
+    def shown(self, points: FloatArray) -> FloatArray:
+        """Return the coordinates (columns, N), mm, of points (N, 3), m, that are now part of the picture."""
+        self.include(points)
+        scaled = points * MILLIMETRES
+        return np.ascontiguousarray(scaled[:, self.columns].T)
+
+    def include(self, points: FloatArray) -> None:
+        """Make points (N, 3), m, part of the picture, whether anything is drawn there or not."""
+        self.drawn += [points.min(axis=0) * MILLIMETRES, points.max(axis=0) * MILLIMETRES]
+
+    def line(self, points: FloatArray, **style: Any) -> None:
+        """Draw a line through points (N, 3), m."""
+        self.lines.append(points)
+        self.axes.plot(*self.shown(points), zorder=LINES, **style)
+
+    def coloured(self, points: FloatArray, values: FloatArray, label: str, gid: str) -> None:
+        """Draw a line through points (N, 3), m, coloured by values (N,), with their scale beside it if any is not 0."""
+        self.lines.append(points)
+        coordinates = self.shown(points).T
+        pieces = np.stack([coordinates[:-1], coordinates[1:]], axis=1)
+        kind: Any = Line3DCollection if self.is_solid else LineCollection
+        line = kind(pieces, cmap="viridis", linewidth=2.6, capstyle="round", gid=gid, zorder=LINES)
+        line.set_array(0.5 * (values[:-1] + values[1:]))
+        line.set_clim(0.0, max(float(values.max()), np.finfo(float).tiny))
+        self.axes.add_collection(line)
+        if values.max() > 0.0:
+            self.axes.figure.colorbar(line, ax=self.axes, label=label, shrink=0.5, pad=0.08)
+
+    def dots(self, points: FloatArray, **style: Any) -> Any:
+        """Draw dots at points (N, 3), m."""
+        return self.axes.scatter(*self.shown(points), zorder=DOTS, **style)
+
+    def text(self, point: FloatArray, text: str) -> None:
+        """Write at a point (3,), m."""
+        self.axes.text(*self.shown(point[None])[:, 0], f"  {text}", fontsize=8, color="#444444", zorder=TEXT)
+
+    def frame(self, point: FloatArray, rotation: FloatArray, length: float) -> None:
+        """Draw a frame at a point (3,), m, its axes the columns of a rotation (3, 3) and of a length, m."""
+        for axis, colour in zip(rotation.T, AXIS_COLOURS, strict=True):
+            self.line(np.array([point, point + length * axis]), color=colour, linewidth=1.2)
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and the upper ends (3,), m, of what was drawn so far."""
+        corners = np.array(self.drawn) / MILLIMETRES
+        return corners.min(axis=0), corners.max(axis=0)
+
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and the upper ends (3,), m, of the finished picture; along what it does not show, of all."""
+        low, high = self._ends()
+        return low / MILLIMETRES, high / MILLIMETRES
+
+    def camera(self) -> Camera:
+        """Return what takes points to the picture, once it is finished."""
+        if not self.is_solid:
+            return Camera.onto(self.columns)
+        return Camera(self.axes.get_proj()[[0, 1, 3]] * [MILLIMETRES, MILLIMETRES, MILLIMETRES, 1.0])
+
+    def area(self, outline: FloatArray, edges: FloatArray, style: Style, order: float, gid: str) -> None:
+        """Fill an outline (N, 3), m, and draw edges (N, 2, 3), m, over what has a lower order."""
+        corners = np.ascontiguousarray(outline[:, self.columns] * MILLIMETRES)
+        fill: dict[str, Any] = {
+            "facecolor": style.fill,
+            "alpha": style.opacity,
+            "linewidth": 0.0,
+            "zorder": order,
+            "gid": gid,
+        }
+        if self.is_solid:
+            self.axes.add_collection(Poly3DCollection([corners], **fill))
+        else:
+            self.axes.add_patch(Polygon(corners, **fill))
+        apart = np.full((len(edges), 1, 3), np.nan)
+        strokes = np.concatenate([edges, apart], axis=1).reshape(-1, 3)[:, self.columns] * MILLIMETRES
+        self.axes.plot(*strokes.T, color=style.edge, linewidth=0.7, zorder=order, gid=f"edges.{gid}")
+
+    def cloud(self, points: FloatArray, colour: str, gid: str, size: float = 1.5) -> None:
+        """Draw small dots at points (N, 3), m, of things, below the robot."""
+        coordinates = points[:, self.columns].T * MILLIMETRES
+        self.axes.scatter(*coordinates, c=colour, s=size, alpha=0.6, linewidths=0, zorder=BEHIND + 0.5, gid=gid)
+
+    def name(self, point: FloatArray, text: str, vertical: str, horizontal: str) -> None:
+        """Write the name of a thing with the sides of it that are said, as matplotlib has them, at a point (3,), m."""
+        at = point[list(self.columns)] * MILLIMETRES
+        style = {"fontsize": 7.5, "fontstyle": "italic", "color": "#6B5A3A", "zorder": TEXT}
+        self.axes.text(*at, text, va=vertical, ha=horizontal, clip_on=True, **style)
+
+    def legend(self, handles: list[Artist]) -> None:
+        """Tell what is what, above the picture."""
+        place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": len(handles)}
+        self.axes.legend(handles=handles, frameon=False, fontsize=8, borderaxespad=0.2, handlelength=1.4, **place)
+
+    def finish(self) -> None:
+        """Give all axes the same scale, and name them."""
+        low, high = self._ends()
+        for column, side in zip(self.columns, XYZ, strict=False):
+            getattr(self.axes, f"set_{side}label")(f"{XYZ[column]} (mm)")
+            getattr(self.axes, f"set_{side}lim")(low[column], high[column])
+        if self.is_solid:
+            self.axes.locator_params(nbins=MOST_TICKS)
+            self.axes.zaxis.labelpad = 9.0
+            self.axes.set_box_aspect((high - low) / (high - low).max(), zoom=ZOOM)
+        else:
+            self.axes.set_aspect("equal")
+
+    def _ends(self) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and the upper ends of the axes (3,), mm."""
+        corners = np.array(self.drawn)
+        middle, extents = 0.5 * (corners.min(axis=0) + corners.max(axis=0)), np.ptp(corners, axis=0)
+        half = 0.53 * np.maximum(extents, FLATTEST * max(float(extents.max()), 1.0))
+        return middle - half, middle + half
