@@ -21,7 +21,7 @@ DOCUMENTS = {
 }
 """The documents whose figures are drawn, and their headings."""
 
-PICTURED = ("4.2", "4.9", "3.0", "9", "21", "31")
+PICTURED = ("4.2", "4.9", "3.0", "7", "9", "21", "31")
 """The figures that the page shows."""
 
 HEADER = """\
@@ -43,8 +43,11 @@ $ jq '. + {"picture": {"show": ["position", "velocity"], "joints": ["joint_1"]}}
     curl -s "http://127.0.0.1:8000/v1/trajectories?format=svg" --json @- -o figure.svg
 ```
 
-Figures that are not here are drawings, photographs and listings, the screenshots 6 to 8 of document 004, and its
-figures 36 and 37, whose motion the text does not say. Document 001 has drawings only.
+Figures that are not here are drawings, photographs and listings, which no request draws. Document 001 has drawings
+only. Figures 6 to 8 of document 004 are screenshots of a simulation, of the arm at the points of Table 2: here they are
+stick models at them (270° of point 5 as -90°, inside the limits of Table 1). Of its figures 36 and 37, "alternative
+planning approach", the text gives neither the motion nor a number: here they are the first transition planned
+otherwise, its joints straight from point 1 to point 2 as polynomials of degree 5, in the same 30 s.
 """
 
 
@@ -124,7 +127,11 @@ def _date_sorting() -> list[Figure]:
     )
     turning, sliding = ["theta1", "theta2", "theta3", "theta4"], ["l1", "l2"]
     views = (("9", "isometric"), ("10", "xy"), ("11", "xz"), ("12", "yz"))
+    alternative = "examples/date_sorting_alternative.json"
     return [
+        _drawn("004", "6", "the robot at points 1 and 2", "examples/date_sorting_points_1_2.json", "robot"),
+        _drawn("004", "7", "the robot at points 3 and 4", "examples/date_sorting_points_3_4.json", "robot"),
+        _drawn("004", "8", "the robot at point 5", "examples/date_sorting_point_5.json", "robot"),
         *(_drawn("004", number, f"workspace, {view}", arm, "workspace", view=view) for number, view in views),
         _drawn("004", "16", "path of the tool, by its speed", first, "path"),
         _drawn("004", "17", "speed of the tool", first, "tcp_speed"),
@@ -142,6 +149,8 @@ def _date_sorting() -> list[Figure]:
         _drawn("004", "33", "extensions of the joints, transition 2", second, "position", joint=sliding),
         _drawn("004", "34", "velocities of joints that turn, transition 2", second, "velocity", joint=turning),
         _drawn("004", "35", "velocities of joints that slide, transition 2", second, "velocity", joint=sliding),
+        _drawn("004", "36", "path of the tool, planned otherwise", alternative, "path"),
+        _drawn("004", "37", "speed of the tool, planned otherwise", alternative, "tcp_speed"),
     ]
 
 

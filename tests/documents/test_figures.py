@@ -54,7 +54,7 @@ def assert_follows(graph: Graph, line: str, truth: Callable[[FloatArray], FloatA
 
 def test_the_page_is_what_the_script_makes() -> None:
     assert PAGE.read_text(encoding="utf-8") == document()
-    assert len(FIGURES) == len(BY_NUMBER) == 15 + 9 + 20
+    assert len(FIGURES) == len(BY_NUMBER) == 15 + 9 + 25
     assert {path.stem for path in IMAGES.iterdir()} == {f.name for f in FIGURES if f.number in PICTURED}
     shown = re.findall(r"\(images/figures/(\w+)\.png\)", PAGE.read_text(encoding="utf-8"))
     assert sorted(shown) == sorted(path.stem for path in IMAGES.iterdir())
@@ -183,6 +183,31 @@ def test_figures_10_to_12_reach_as_far_as_the_document_says(
         assert 1400.0 < dots[:, 1].max() < 1452.0
 
 
+TEST_POINTS = published("date_sorting")["test_points"]["points"]
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize(("number", "points"), [("6", (1, 2)), ("7", (3, 4)), ("8", (5, 5))])
+@pytest.mark.parametrize("columns", ["xy", "xz", "yz"])
+def test_figures_6_to_8_have_the_arm_at_the_points_of_table_2(
+    number: str, points: tuple[int, int], columns: str, tmp_path: Path
+) -> None:
+    """The tool is where the table says, the joints where the document's transforms (E26) have them."""
+    (graph,) = drawn(tmp_path, *BY_NUMBER["004", number].command, view=columns)
+    assert len(graph.lines) == 2
+    for row, point in enumerate(points):
+        published_point = TEST_POINTS[point - 1]
+        theta = np.radians([published_point[f"theta{k}_deg"] for k in (1, 2, 3, 4)])
+        chain = homogeneous("z", theta[0], (0, 0, 800.0 + published_point["l1_mm"]))
+        chain = chain @ homogeneous("y", theta[1], (0, published_point["l2_mm"] + 150.0, 0))
+        wrist, tool = chain[:3, 3], np.array(published_point["position_mm"], dtype=float)
+        line = graph.lines[f"robot.{row}"]
+        seen = ["xyz".index(axis) for axis in columns]
+        assert line[0] == pytest.approx(np.zeros(2), abs=2.0)
+        assert line[-1] == pytest.approx(tool[seen], abs=2.0)
+        assert np.abs(line - wrist[seen]).max(axis=1).min() < 2.0
+
+
 def share(time: FloatArray) -> FloatArray:
     """The share of the way of Section 7: T = 30, t1 = 10, t2 = 20 s."""
     time = np.clip(time, 0.0, 30.0)
@@ -267,6 +292,36 @@ def test_figures_30_to_35_are_the_statics_of_the_second_transition(tmp_path: Pat
     (forces,) = figure(tmp_path, "004", "31")
     assert_follows(forces, "torque.l1", lambda t: np.full_like(t, 9.81), slack=0.02)
     assert_follows(forces, "torque.l2", np.zeros_like, slack=0.02)
+
+
+ALTERNATIVE = np.array([-150.0, 150.0, 1050.0]), np.array([0.0, 400.0, 1200.0])
+"""Points 1 and 2 (Table 2), mm: from one to the other theta2 turns by 90 degrees and l2 grows by 250 mm."""
+
+
+def smooth(time: FloatArray) -> FloatArray:
+    """The polynomial of degree 5 from 0 to 1 that begins and ends at rest, in 30 s."""
+    tau = np.clip(time / 30.0, 0.0, 1.0)
+    return np.asarray(tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2))
+
+
+@pytest.mark.large_only
+def test_figures_36_and_37_are_the_joints_straight_from_point_1_to_point_2(tmp_path: Path) -> None:
+    """By the position equations of section 3.2: x = -150 cos theta2, y = 150 + l2, z = 1050 + 150 sin theta2."""
+    command = BY_NUMBER["004", "36"].command
+    s = np.linspace(0.0, 1.0, 2001)
+    truth = np.column_stack(
+        [-150.0 * np.cos(np.pi / 2.0 * s), 150.0 + 250.0 * s, 1050.0 + 150.0 * np.sin(np.pi / 2 * s)]
+    )
+    assert truth[[0, -1]] == pytest.approx(np.array(ALTERNATIVE))
+    for view in ("xy", "xz", "yz"):
+        (graph,) = drawn(tmp_path, *command, view=view)
+        curve = truth[:, ["xyz".index(axis) for axis in view]]
+        line = graph.dots["path"]
+        assert np.linalg.norm(line[:, None] - curve, axis=2).min(axis=1).max() < 2.0 * graph.pixel.max()
+        assert np.linalg.norm(curve[::50, None] - line, axis=2).min(axis=1).max() < 2.0 * graph.pixel.max()
+    (speed,) = figure(tmp_path, "004", "37")
+    length = np.hypot(150.0 * np.pi / 2.0, 250.0)
+    assert_follows(speed, "tcp_speed.speed", lambda t: (smooth(t + 1e-4) - smooth(t - 1e-4)) / 2e-4 * length)
 
 
 def test_the_reader_sees_what_is_wrong(tmp_path: Path) -> None:
