@@ -63,7 +63,7 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
     s[-1] = curve.breakpoints[-1]
     # The ends of the curve are no knots: a law whose rounding begins behind them would get a piece of no length there.
     own, start, end = _split_pieces(law, curve.breakpoints[1:-1], s)
-    for _ in range(MOST_HALVINGS):
+    for halvings in range(MOST_HALVINGS + 1):
         states = (_joint_state(law, curve, own, t) for t in (start, end))
         coefficients = quintic_hermite(end - start, *states)
         rough = np.zeros(len(own), dtype=bool)
@@ -71,7 +71,7 @@ def follow_curve(run: Run, law: SegmentedPolynomial) -> SegmentedPolynomial:
             t = probe * (end - start)
             exact = _joint_state(law, curve, own, start + t)[0]
             rough |= np.abs(horner(coefficients, t[:, None]) - exact).max(axis=1) > run.tolerance
-        if not rough.any():
+        if not rough.any() or halvings == MOST_HALVINGS:
             break
         middle = (start + end) / 2.0
         halves = np.repeat(np.arange(len(own)), 1 + rough)
