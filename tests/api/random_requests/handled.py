@@ -44,7 +44,9 @@ def stages(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> Ite
             around.let_near(here, _holders(robot, around, held), held["id"])
         for take in after.get("attach", []):
             around.let_near(there, _holders(robot, around, take), take["id"])
-        yield Stage(times[k]["departure_time"], times[k + 1]["arrival_time"], around)
+        first, last = times[k]["departure_time"], times[k + 1]["arrival_time"]
+        if first < last:  # between equal waypoints nothing happens, and the next part begins with the same posture
+            yield Stage(first, last, around)
 
 
 def is_handled(waypoints: list[dict[str, Any]]) -> bool:
