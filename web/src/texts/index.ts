@@ -1,0 +1,10 @@
+// Every English text of the page, by subject, so that another language is one more folder.
+import { ofBatch } from './batch';
+import { ofMotion } from './motion';
+import { ofPage } from './page';
+import { ofReports } from './reports';
+import { ofResult } from './result';
+import { ofRobot } from './robot';
+import { ofWaypoints } from './waypoints';
+
+export const texts = { ...ofPage, ...ofMotion, ...ofWaypoints, ...ofResult, ...ofRobot, ...ofBatch, ...ofReports };

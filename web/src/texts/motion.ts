@@ -1,0 +1,42 @@
+// The motion as it is seen: on the stage, the time line and in plots.
+export const ofMotion = {
+  stage: {
+    label: 'Robot and path',
+    canvas: (robot: string) => `The robot ${robot}, the path of its tool and its waypoints`,
+    views: 'Views',
+    view: { home: 'Home', front: 'Front', side: 'Side', top: 'Top' },
+    mode: { translate: 'Move pose', rotate: 'Turn pose' },
+    reached: (solutions: number) => `reached in ${solutions} ${solutions === 1 ? 'way' : 'ways'}`,
+    missed: (millimetres: string) => `out of reach: the nearest is ${millimetres} mm away`,
+    screenshot: 'Picture',
+    speed: 'tool speed',
+    use: 'use of limits',
+    colourHint: 'Colour the path by speed or by the use of limits',
+    failed: 'This browser shows no 3-D (WebGL); everything else works.',
+  },
+  timeline: {
+    label: 'Time line',
+    play: 'Play',
+    pause: 'Pause',
+    time: 'Time',
+    nothing: 'no plan',
+    speed: 'Speed of the playback',
+    mark: (number: number, name: string | null, at: string) => `Waypoint ${number}${name ? ` ${name}` : ''} at ${at}`,
+  },
+  quantities: { position: 'Position', velocity: 'Velocity', acceleration: 'Acceleration', jerk: 'Jerk', torque: 'Torque', tool_speed: 'Tool speed' },
+  plots: {
+    label: 'Plots',
+    quantities: 'Quantities',
+    joint: 'Joint',
+    allJoints: 'all',
+    relative: 'in % of the limits',
+    hint: 'Drag to zoom, double-click for all, click to go there.',
+    image: (title: string) => `${title} over time; the values at the cursor stand below`,
+    none: {
+      position: 'The plan has no positions.', velocity: 'The plan has no velocities.',
+      acceleration: 'The plan has no accelerations.', jerk: 'The plan has no jerk.',
+      torque: 'The masses of this robot are unknown: there is no torque.',
+      tool_speed: 'The plan has no tool speed.',
+    },
+  },
+};

@@ -1,0 +1,32 @@
+// The frame of the page: its header, and what is said when something has happened.
+export const ofPage = {
+  title: 'Trajectory planner',
+  skip: 'Skip to the waypoints',
+  header: {
+    robot: 'Robot',
+    example: 'Example',
+    chooseExample: 'Choose an example …',
+    groups: { documents: 'Published works', jobs: 'Everyday jobs', features: 'What can be asked' },
+    backend: 'Back end',
+    plan: 'Plan',
+    planning: 'Planning …',
+    undo: 'Undo',
+    redo: 'Redo',
+    theme: 'Dark or light',
+    docs: 'API',
+    copyLink: 'Copy link',
+    key: 'API key',
+    keyHint: 'This service asks for an API key; it stays in this tab.',
+    useKey: 'Use key',
+  },
+  said: {
+    undone: 'Undone',
+    redone: 'Redone',
+    example: (name: string) => `Example ${name}`,
+    robot: (name: string) => `Robot ${name}`,
+    planned: (duration: number) => `Planned, ${duration.toFixed(2)} s`,
+    remedied: 'Remedy applied',
+    imported: 'Request taken',
+    linkCopied: 'Link copied',
+  },
+};
