@@ -1,11 +1,12 @@
 // The robot that is shown: sliders for its joints, its limits and where they come from; and robots of the user's own.
+import { useComputed } from '@preact/signals';
 import { jointWaypoint, inserted } from '../request/edits';
 import { factorOf, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/limits';
 import type { Joint, Robot } from '../service/types';
 import { show } from '../state/actions';
 import { playing } from '../state/playback';
-import { posed, shownPosture } from '../state/posture';
+import { posed, posture } from '../state/posture';
 import { request, robot, selected } from '../state/store';
 import { texts } from '../texts';
 import { RobotUpload } from './RobotUpload';
@@ -24,47 +25,45 @@ export function RobotPanel() {
 }
 
 function Sliders({ arm }: { arm: Robot }) {
-  const posture = shownPosture(arm);
-  const pose = (next: readonly number[]): void => {
-    playing.value = false;
-    posed.value = next;
-  };
   return (
     <section class="sliders" aria-label={texts.robot.sliders}>
       <h3>{texts.robot.sliders}</h3>
-      {arm.joints.map((joint, index) => {
-        const factor = factorOf(joint, 'position');
-        const [lower, upper] = rangeOf(joint);
-        const value = posture[index] ?? 0;
-        return (
-          <label key={joint.name}>
-            <span>{joint.name}</span>
-            <input
-              type="range"
-              min={lower * factor}
-              max={upper * factor}
-              step="any"
-              value={value * factor}
-              onInput={(event) => pose(posture.map((old, i) => (i === index ? event.currentTarget.valueAsNumber / factor : old)))}
-            />
-            <output>
-              {(value * factor).toFixed(1)} {unitOf(joint, 'position')}
-            </output>
-          </label>
-        );
-      })}
+      {arm.joints.map((joint, index) => (
+        <Slider key={`${joint.name} ${String(rangeOf(joint))}`} joint={joint} index={index} />
+      ))}
       <div class="buttons wrap">
         {Object.entries(arm.named_positions).map(([name, position]) => (
           <button key={name} type="button" onClick={() => pose(position)}>
             {name}
           </button>
         ))}
-        <button type="button" class="primary" disabled={!request.value} onClick={() => add(posture)}>
+        <button type="button" class="primary" disabled={!request.value} onClick={() => add(posture.value)}>
           {texts.robot.add}
         </button>
       </div>
     </section>
   );
+}
+
+// While the motion is played it is drawn once: what changes in each frame are its knob and its number.
+function Slider({ joint, index }: { joint: Joint; index: number }) {
+  const factor = factorOf(joint, 'position');
+  const [lower, upper] = rangeOf(joint);
+  const value = useComputed(() => (posture.value[index] ?? 0) * factor);
+  const text = useComputed(() => `${value.value.toFixed(1)} ${unitOf(joint, 'position')}`);
+  const move = (to: number): void => pose(posture.value.map((old, i) => (i === index ? to / factor : old)));
+  return (
+    <label>
+      <span>{joint.name}</span>
+      <input type="range" min={lower * factor} max={upper * factor} step="any" value={value} onInput={(event) => move(event.currentTarget.valueAsNumber)} />
+      <output>{text}</output>
+    </label>
+  );
+}
+
+function pose(next: readonly number[]): void {
+  playing.value = false;
+  posed.value = next;
 }
 
 // A joint without limits goes once around, or a metre.

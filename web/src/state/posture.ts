@@ -1,5 +1,5 @@
 // The posture in which a person has put the robot by its sliders; null: it is where the plan has it.
-import { effect, signal } from '@preact/signals';
+import { computed, effect, signal } from '@preact/signals';
 import { positionAt } from '../plan/samples';
 import type { PlanRequest, Robot } from '../service/types';
 import { playing, time } from './playback';
@@ -21,6 +21,8 @@ export function shownPosture(arm: Robot): readonly number[] {
   if (posed.value) return posed.value;
   return shownPlan.value ? positionAt(shownPlan.value.answer, time.value) : firstPosture(request.value, arm);
 }
+
+export const posture = computed(() => (robot.value ? shownPosture(robot.value) : []));
 
 // Where the robot stands while there is no plan: at the first waypoint if that says so, else at zero.
 export function firstPosture(shown: PlanRequest | null, arm: Robot): readonly number[] {
