@@ -1,5 +1,5 @@
 // The certificate as a table: what uses how much of its limit, where and when; and the warnings.
-import type { Check, Clearance, Robot } from '../service/types';
+import type { Check, Clearance, Robot, SpeedZoneAnswer } from '../service/types';
 import { factorOf, millimetres, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/limits';
 import { seek } from '../state/playback';
@@ -32,6 +32,7 @@ export function Certificate() {
             <Line key={`${check.quantity} ${check.joint ?? ''}`} check={check} arm={arm} />
           ))}
           {KINDS.map((kind) => certificate.clearance?.[kind] && <ClearanceLine key={kind} kind={kind} clearance={certificate.clearance[kind]} />)}
+          {certificate.speed_zones?.map((zone, index) => <ZoneLine key={index} zone={zone} />)}
         </tbody>
       </table>
       <p class="hint">{texts.result.exact}</p>
@@ -61,9 +62,7 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
       <td>{used === null ? '–' : <Meter used={used} enforced={check.enforced} />}</td>
       <td class="number">{figures(check, arm)}</td>
       <td class="number">
-        <button type="button" class="link" aria-label={texts.result.goTo(`${check.time.toFixed(2)} s`)} onClick={() => seek(check.time)}>
-          {check.time.toFixed(2)} s
-        </button>
+        <Moment time={check.time} onGo={() => seek(check.time)} />
       </td>
     </tr>
   );
@@ -82,13 +81,39 @@ function ClearanceLine({ kind, clearance }: { kind: Kind; clearance: Clearance }
       <td>{margin > 0 ? <Meter used={Math.min(100, (100 * margin) / lower)} enforced /> : '–'}</td>
       <td class="number">{texts.clearance.least(millimetres(lower), margin > 0 ? millimetres(margin) : null)}</td>
       <td class="number">
-        {time !== null && (
-          <button type="button" class="link" aria-label={texts.result.goTo(`${time.toFixed(2)} s`)} onClick={() => goToNearest(kind)}>
-            {time.toFixed(2)} s
-          </button>
-        )}
+        {time !== null && <Moment time={time} onGo={() => goToNearest(kind)} />}
       </td>
     </tr>
+  );
+}
+
+// How fast the robot is near objects, and in which times it counts as near.
+function ZoneLine({ zone }: { zone: SpeedZoneAnswer }) {
+  const { clearance, objects, peak, limit, ratio, time, intervals } = zone;
+  return (
+    <tr>
+      <th scope="row">
+        {texts.zones.checked(short(clearance * 1000))}
+        <small>{texts.zones.about(objects)}</small>
+        <small>{intervals.length > 0 ? texts.zones.during(intervals.map(([from, to]) => texts.zones.interval(from!.toFixed(2), to!.toFixed(2)))) : texts.zones.never}</small>
+      </th>
+      <td>
+        <Meter used={ratio * 100} enforced />
+      </td>
+      <td class="number">
+        {short(peak, 3)} / {short(limit, 3)} m/s
+      </td>
+      <td class="number">{time === null ? '–' : <Moment time={time} onGo={() => seek(time)} />}</td>
+    </tr>
+  );
+}
+
+function Moment({ time, onGo }: { time: number; onGo: () => void }) {
+  const text = `${time.toFixed(2)} s`;
+  return (
+    <button type="button" class="link" aria-label={texts.result.goTo(text)} onClick={onGo}>
+      {text}
+    </button>
   );
 }
 

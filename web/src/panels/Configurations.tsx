@@ -1,11 +1,11 @@
 // The choice among the ways in which a pose can be reached; the one that is pointed at is shown on the stage.
 import { useRef, useState } from 'preact/hooks';
-import { factorOf, unitOf } from '../plan/units';
+import { depthOf, factorOf, unitOf } from '../plan/units';
 import { configured, isPosture, sidesOf, unconfigured } from '../request/configurations';
 import type { PlanRequest, PoseWaypoint, Robot, Solution } from '../service/types';
 import { show } from '../state/actions';
 import { askSolutions, plannedPosture, poseInBase, solutions } from '../state/configurations';
-import { endReach, showReach } from '../state/reaching';
+import { endReach, freeOf, showReach } from '../state/reaching';
 import { texts } from '../texts';
 
 interface ConfigurationsProps {
@@ -58,29 +58,31 @@ interface WaysProps {
 function Ways({ all, robot, onChoose }: WaysProps) {
   const [focused, setFocused] = useState(0);
   const planned = plannedPosture.value;
+  const label = texts.configurations.label(all.length, freeOf(all));
   const point = (number: number): void => {
     setFocused(number);
-    showReach(all[number]!.position, all.length);
+    showReach(all[number]!, all);
   };
   return (
     <>
       <p class="hint">
-        {texts.configurations.label(all.length)}. {texts.configurations.hint}
+        {label}. {texts.configurations.hint}
       </p>
-      <ol class="ways" aria-label={texts.configurations.label(all.length)} onKeyDown={keys}>
+      <ol class="ways" aria-label={label} onKeyDown={keys}>
         {all.map((solution, number) => (
           <li key={number}>
             <button
               type="button"
               tabIndex={number === focused ? 0 : -1}
               aria-current={planned !== null && isPosture(planned, solution)}
-              onMouseEnter={() => showReach(solution.position, all.length)}
+              onMouseEnter={() => showReach(solution, all)}
               onFocus={() => point(number)}
               onBlur={endReach}
               onClick={() => onChoose(solution)}
             >
               {[texts.configurations.number(number, all.length), ...sidesOf(solution).map(([part, side]) => texts.configurations.side(part, side))].join(', ')}
               <small>{postureOf(solution, robot)}</small>
+              {solution.collision && <small class="hindered">{texts.configurations.hindered(solution.collision.pair, depthOf(solution.collision))}</small>}
             </button>
           </li>
         ))}

@@ -1,7 +1,7 @@
 // Why there is no plan: the place, the joint, the waypoint, and remedies that apply at a click.
 import type { Problem, Remedy } from '../service/types';
 import { remedied, waysOf } from '../request/edits';
-import { seconds, short } from '../plan/units';
+import { depthOf, seconds, short } from '../plan/units';
 import { show } from '../state/actions';
 import { request, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
@@ -28,7 +28,7 @@ export function Refusal({ problem }: { problem: Problem }) {
         </p>
       )}
       {problem.pair && typeof problem.depth === 'number' && (
-        <p class="where">{texts.refusal.pair(problem.pair, `${short(problem.depth * 1000, 3)} mm`, typeof problem.time === 'number' ? seconds(problem.time) : null)}</p>
+        <p class="where">{texts.refusal.pair(problem.pair, depthOf({ depth: problem.depth }), typeof problem.time === 'number' ? seconds(problem.time) : null)}</p>
       )}
       {(problem.place ?? problem.position) && <p class="hint">{texts.refusal.place}</p>}
       {problem.nearest && <p class="hint">{texts.refusal.nearest(short(problem.nearest.position_distance * 1000, 3))}</p>}

@@ -1,5 +1,5 @@
 // The form of the chosen waypoint: where it is, how the robot gets there, how it passes.
-import type { Limits, Motion, PlanRequest, PoseWaypoint, RelativeWaypoint, Robot, Transition, Waypoint } from '../service/types';
+import type { PlanRequest, PoseWaypoint, RelativeWaypoint, Robot } from '../service/types';
 import { withWaypoint } from '../request/edits';
 import { quaternionOf, quaternionOfRpy, rpyOfQuaternion } from '../request/rotations';
 import type { Vector } from '../request/rotations';
@@ -8,6 +8,7 @@ import { show } from '../state/actions';
 import { texts } from '../texts';
 import { Configurations } from './Configurations';
 import { Choice, NumberField, VectorField } from './fields';
+import { Way } from './Way';
 
 interface EditorProps {
   request: PlanRequest;
@@ -32,7 +33,7 @@ export function WaypointEditor({ request, robot, index }: EditorProps) {
       {waypoint.kind === 'pose' && <PoseFields waypoint={waypoint} frames={Object.keys(request.frames ?? {})} change={change} />}
       {waypoint.kind === 'pose' && <Configurations request={request} robot={robot} index={index} />}
       {waypoint.kind === 'relative' && <Relative waypoint={waypoint} change={change} />}
-      <Way waypoint={waypoint} index={index} last={index === request.waypoints.length - 1} change={change} />
+      <Way request={request} index={index} change={change} />
     </form>
   );
 }
@@ -131,70 +132,4 @@ function Relative({ waypoint, change }: { waypoint: RelativeWaypoint; change: (c
       />
     </>
   );
-}
-
-interface WayProps {
-  waypoint: Waypoint;
-  index: number;
-  last: boolean;
-  change: (changes: object) => void;
-}
-
-function Way({ waypoint, index, last, change }: WayProps) {
-  const { motion, transition, limits } = waypoint;
-  const limit = (changes: Limits): void => {
-    const next = Object.entries<unknown>({ ...limits, ...changes }).filter(([, value]) => value !== undefined);
-    change({ limits: next.length > 0 ? Object.fromEntries(next) : undefined });
-  };
-  return (
-    <div class="way">
-      {index > 0 && (
-        <>
-          <Choice label={texts.editor.motion} value={motion?.kind ?? 'joint'} options={motions(motion)} onValue={(kind) => change({ motion: kind === 'joint' ? undefined : { kind } })} />
-          <NumberField label={texts.editor.duration} value={waypoint.duration ?? undefined} placeholder={texts.editor.fast} min={0} onValue={(duration) => change({ duration })} />
-          <NumberField
-            label={texts.editor.toolSpeed}
-            value={scaled(limits?.tcp_linear_velocity, 1000)}
-            placeholder={texts.editor.none}
-            min={0}
-            onValue={(value) => limit({ tcp_linear_velocity: value === undefined ? undefined : value / 1000 })}
-          />
-          <NumberField
-            label={texts.editor.velocityScale}
-            value={scaled(limits?.velocity_scale, 100)}
-            placeholder="100"
-            min={0}
-            max={100}
-            onValue={(value) => limit({ velocity_scale: value === undefined ? undefined : value / 100 })}
-          />
-        </>
-      )}
-      {index > 0 && !last && (
-        <Choice label={texts.editor.transition} value={transition?.kind ?? 'stop'} options={TRANSITIONS} onValue={(kind) => change({ transition: transitionOf(kind), ...(kind === 'stop' ? {} : { dwell: undefined }) })} />
-      )}
-      {transition?.kind === 'blend' && (
-        <NumberField label={texts.editor.radius} value={transition.radius * 1000} min={0} onValue={(radius) => radius && change({ transition: { kind: 'blend', radius: radius / 1000 } })} />
-      )}
-      {(transition?.kind ?? 'stop') === 'stop' && (
-        <NumberField label={texts.editor.dwell} value={waypoint.dwell ?? undefined} placeholder="0" min={0} onValue={(dwell) => change({ dwell })} />
-      )}
-    </div>
-  );
-}
-
-function scaled(value: number | null | undefined, factor: number): number | undefined {
-  return typeof value === 'number' ? value * factor : undefined;
-}
-
-const TRANSITIONS = (['stop', 'through', 'blend'] as const).map((kind) => [kind, texts.editor.transitions[kind]] as const);
-
-// Joint and linear motions are chosen here; another kind stays as it is until one of these is chosen.
-function motions(motion: Motion | undefined) {
-  const kinds = new Set<Motion['kind']>(['joint', 'linear', motion?.kind ?? 'joint']);
-  return [...kinds].map((kind) => [kind, texts.editor.motions[kind]] as const);
-}
-
-function transitionOf(kind: Transition['kind']): Transition | undefined {
-  if (kind === 'stop') return undefined;
-  return kind === 'through' ? { kind } : { kind: 'blend', radius: 0.02 };
 }

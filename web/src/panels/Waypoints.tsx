@@ -1,6 +1,7 @@
 // The list of waypoints: choose, add, reorder by drag and by keys, delete.
 import { signal } from '@preact/signals';
 import { inserted, jointWaypoint, moved, poseWaypoint, removed } from '../request/edits';
+import { zonesOf } from '../request/zones';
 import { locate, plannedWaypoint } from '../plan/samples';
 import { seconds, short } from '../plan/units';
 import type { PlanAnswer, PlanRequest, Pose, Robot, Waypoint } from '../service/types';
@@ -9,6 +10,7 @@ import { seek, time } from '../state/playback';
 import { shownPosture } from '../state/posture';
 import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
+import { SpeedZones } from './SpeedZones';
 import { WaypointEditor } from './WaypointEditor';
 
 const dragged = signal<number | null>(null);
@@ -42,6 +44,7 @@ export function Waypoints() {
       </ol>
       <p class="hint">{texts.waypoints.keys}</p>
       <WaypointEditor request={shown} robot={arm} index={Math.min(selected.value, shown.waypoints.length - 1)} />
+      {(shown.scene || zonesOf(shown).length > 0) && <SpeedZones request={shown} />}
     </section>
   );
 }

@@ -36,3 +36,13 @@ export function seconds(value: number): string {
 export function millimetres(value: number): string {
   return `${Math.floor(value * 1e4 + 1e-6) / 10} mm`;
 }
+
+// How much nearer two things are than they may be, as mm.
+export function depthOf({ depth }: { depth: number }): string {
+  return `${short(depth * 1000, 3)} mm`;
+}
+
+// In another unit; nothing stays nothing.
+export function scaled(value: number | null | undefined, factor: number): number | undefined {
+  return typeof value === 'number' ? value * factor : undefined;
+}

@@ -47,7 +47,9 @@ export function PlotsView() {
           <input type="checkbox" checked={relative.value} onChange={(event) => (relative.value = event.currentTarget.checked)} />{' '}
           {texts.plots.relative}
         </label>
-        <span class="hint">{texts.plots.hint}</span>
+        <span class="hint">
+          {texts.plots.hint} {planned.answer.certificate.speed_zones && texts.zones.legend}
+        </span>
       </div>
       {chosen.value.map((quantity) => (
         <PlotView key={quantity} quantity={quantity} planned={planned} arm={arm} joint={joint} share={relative.value} />

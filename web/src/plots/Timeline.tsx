@@ -2,6 +2,7 @@
 import { useComputed } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
 import { seconds } from '../plan/units';
+import { slowTimes } from '../plan/zones';
 import { playing, seek, speed, SPEEDS, time, togglePlaying } from '../state/playback';
 import { selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
@@ -10,6 +11,7 @@ export function Timeline() {
   const planned = shownPlan.value;
   const marked = planned?.answer.waypoints.filter((waypoint) => plannedWaypoint(planned.answer, waypoint.index) === waypoint) ?? [];
   const duration = planned?.answer.duration ?? 0;
+  const slow = planned ? slowTimes(planned.answer) : [];
   const shown = useComputed(() => seconds(Math.min(time.value, shownPlan.value?.answer.duration ?? 0)));
   return (
     <section class="timeline" aria-label={texts.timeline.label}>
@@ -29,6 +31,9 @@ export function Timeline() {
           onKeyDown={(event) => stepBy(event, duration)}
         />
         <div class="marks">
+          {slow.map(({ from, to }) => (
+            <span key={from} class="slow" title={texts.zones.legend} style={{ left: `${(100 * from) / duration}%`, width: `${(100 * (to - from)) / duration}%` }} />
+          ))}
           {marked.length <= 40 &&
             marked.map(({ index, name, arrival_time }) => (
               <button

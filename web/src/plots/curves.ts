@@ -3,6 +3,8 @@ import { bandOf, toolSpeedLimit } from '../plan/limits';
 import type { Band, Quantity } from '../plan/limits';
 import { toolSpeeds } from '../plan/samples';
 import { factorOf, unitOf } from '../plan/units';
+import { slowTimes } from '../plan/zones';
+import type { Slow } from '../plan/zones';
 import type { Joint, Robot } from '../service/types';
 import type { Planned } from '../state/store';
 import { jointColour } from './colours';
@@ -20,6 +22,7 @@ export interface Curves {
   time: number[];
   unit: string;
   curves: Curve[];
+  slow: Slow[]; // limits near objects, in the units of the values
 }
 
 // Returns null where the plan has no such quantity.
@@ -28,7 +31,7 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
   const goals = answer.waypoints.slice(1).map(({ index }) => index);
   if (quantity === 'tool_speed') {
     const bands = goals.map((goal) => ({ lower: null, upper: toolSpeedLimit(request, goal) }));
-    return { time: answer.samples.time, unit: 'm/s', curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }] };
+    return { time: answer.samples.time, unit: 'm/s', curves: [{ label: 'tool', colour: jointColour(0), values: toolSpeeds(answer), bands }], slow: slowTimes(answer) };
   }
   const rows = answer.samples[quantity];
   if (!rows) return null;
@@ -47,7 +50,7 @@ export function curvesOf(planned: Planned, robot: Robot, quantity: Plotted, focu
       bands: relative ? bands.map(() => ({ lower: -100, upper: 100 })) : bands.map((band) => scaled(band, factor)),
     };
   });
-  return { time: answer.samples.time, unit: relative ? '%' : unitsOf(joints.map((j) => robot.joints[j]!), quantity), curves };
+  return { time: answer.samples.time, unit: relative ? '%' : unitsOf(joints.map((j) => robot.joints[j]!), quantity), curves, slow: [] };
 }
 
 // The percentage of a band that is used: -100 at its lower end, 100 at its upper; null: it has no end.
@@ -68,7 +71,7 @@ function unitsOf(joints: readonly Joint[], quantity: Quantity): string {
 const ROOM = 1.6; // a limit is shown when the axis gets no more than this many times taller
 
 // The range of the axis: the curves with a margin, and the limits that are near.
-export function axisRange(curves: readonly Curve[]): [number, number] {
+export function axisRange(curves: readonly Curve[], slow: readonly Slow[] = []): [number, number] {
   let [low, high] = [Infinity, -Infinity];
   for (const { values } of curves) {
     for (const value of values) {
@@ -80,7 +83,8 @@ export function axisRange(curves: readonly Curve[]): [number, number] {
   if (low > high) return [-1, 1];
   const span = Math.max(high - low, 1e-9, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
   const [bottom, top] = [low, high];
-  for (const limit of curves.flatMap(({ bands }) => bands.flatMap(({ lower, upper }) => [lower, upper]))) {
+  const limits = curves.flatMap(({ bands }) => bands.flatMap(({ lower, upper }) => [lower, upper]));
+  for (const limit of [...limits, ...slow.map((near) => near.limit)]) {
     if (limit === null) continue;
     if (Math.max(top, limit) - Math.min(bottom, limit) <= ROOM * span) [low, high] = [Math.min(low, limit), Math.max(high, limit)];
   }

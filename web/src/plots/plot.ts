@@ -3,6 +3,8 @@ import uPlot from 'uplot';
 import type { PlanAnswer } from '../service/types';
 import { locate } from '../plan/samples';
 import { short } from '../plan/units';
+import { slowTimes } from '../plan/zones';
+import type { Slow } from '../plan/zones';
 import { seek } from '../state/playback';
 import { styleColour } from '../state/theme';
 import type { Curve, Curves } from './curves';
@@ -18,7 +20,8 @@ export class Plot {
   constructor(host: HTMLElement, shown: Curves, answer: PlanAnswer) {
     const [text, grid] = [styleColour('--text-soft'), styleColour('--grid')];
     const axis: uPlot.Axis = { stroke: text, grid: { stroke: grid, width: 1 }, ticks: { show: false }, font: '12px system-ui' };
-    const range = axisRange(shown.curves);
+    const range = axisRange(shown.curves, shown.slow);
+    const slow = slowTimes(answer);
     this.chart = new uPlot(
       {
         width: Math.max(host.clientWidth, 200),
@@ -36,7 +39,7 @@ export class Plot {
             return { label, stroke: colour, width: 1.6, pxAlign: 0, points: { show: false }, value: (_, value: number | null) => numeral(value, shown.unit) };
           }),
         ],
-        hooks: { drawClear: [(chart) => drawBackground(chart, shown.curves, answer)] },
+        hooks: { drawClear: [(chart) => drawBackground(chart, shown, answer, slow)] },
       },
       [shown.time, ...shown.curves.map(({ values }) => values)],
       host,
@@ -75,23 +78,45 @@ function numeral(value: number | null, unit: string): string {
   return `${Math.abs(value) < 1 ? Number(value.toFixed(3)) : short(value)}${unit === '%' ? ' %' : ''}`;
 }
 
-function drawBackground(chart: uPlot, curves: readonly Curve[], answer: PlanAnswer): void {
+function drawBackground(chart: uPlot, { curves, slow: allowed }: Curves, answer: PlanAnswer, slow: readonly Slow[]): void {
   const { ctx, bbox } = chart;
   ctx.save();
   ctx.beginPath();
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
   ctx.clip();
   ctx.lineWidth = devicePixelRatio;
+  ctx.fillStyle = styleColour('--slow');
+  for (const { from, to } of slow) fillTimes(chart, from, to);
   for (const { arrival_time, departure_time } of answer.waypoints) {
-    const [from, to] = [chart.valToPos(arrival_time, 'x', true), chart.valToPos(departure_time, 'x', true)];
     ctx.fillStyle = styleColour('--rest');
-    if (to > from) ctx.fillRect(from, bbox.top, to - from, bbox.height);
+    fillTimes(chart, arrival_time, departure_time);
     ctx.fillStyle = styleColour('--grid-strong');
-    ctx.fillRect(from, bbox.top, devicePixelRatio, bbox.height);
+    ctx.fillRect(chart.valToPos(arrival_time, 'x', true), bbox.top, devicePixelRatio, bbox.height);
   }
   const alike = curves.every(({ bands }) => JSON.stringify(bands) === JSON.stringify(curves[0]!.bands));
   for (const curve of alike ? curves.slice(0, 1) : curves) drawBands(chart, curve, answer, alike);
+  drawSlow(chart, allowed);
   ctx.restore();
+}
+
+function fillTimes(chart: uPlot, since: number, until: number): void {
+  const [from, to] = [chart.valToPos(since, 'x', true), chart.valToPos(until, 'x', true)];
+  if (to > from) chart.ctx.fillRect(from, chart.bbox.top, to - from, chart.bbox.height);
+}
+
+// What is allowed near objects, as dashed steps.
+function drawSlow(chart: uPlot, slow: readonly Slow[]): void {
+  const { ctx } = chart;
+  ctx.strokeStyle = styleColour('--bad');
+  ctx.setLineDash([6 * devicePixelRatio, 4 * devicePixelRatio]);
+  for (const { from, to, limit } of slow) {
+    const at = chart.valToPos(limit, 'y', true);
+    ctx.beginPath();
+    ctx.moveTo(chart.valToPos(from, 'x', true), at);
+    ctx.lineTo(chart.valToPos(to, 'x', true), at);
+    ctx.stroke();
+  }
+  ctx.setLineDash([]);
 }
 
 // The limits as dashed steps; where all curves share them, what lies beyond is shaded.

@@ -3,14 +3,14 @@ import type { JointWaypoint, PlanRequest, Pose, Remedy, Waypoint } from '../serv
 
 export function withWaypoint(request: PlanRequest, index: number, changes: object): PlanRequest {
   const waypoints = request.waypoints.map((waypoint, i) =>
-    i === index ? (withoutEmpty({ ...waypoint, ...changes }) as unknown as Waypoint) : waypoint,
+    i === index ? withoutEmpty({ ...waypoint, ...changes }) : waypoint,
   );
   return { ...request, waypoints };
 }
 
 // Fields that are undefined go: they are what the service takes by default.
-function withoutEmpty(waypoint: Record<string, unknown>): Record<string, unknown> {
-  return Object.fromEntries(Object.entries(waypoint).filter(([, value]) => value !== undefined));
+export function withoutEmpty<T extends object>(edited: T): T {
+  return Object.fromEntries(Object.entries(edited).filter(([, value]) => value !== undefined)) as T;
 }
 
 export function inserted(request: PlanRequest, after: number, waypoint: Waypoint): PlanRequest {

@@ -2,7 +2,8 @@ import { Matrix4, Vector3 } from 'three';
 import { describe, expect, test } from 'vitest';
 import { jointMatrices } from '../robot/chain';
 import type { PlanAnswer, PlanRequest, Robot } from '../service/types';
-import { handledNames, placedAt, stretchesOf } from './carried';
+import { handledNames } from '../request/handled';
+import { placedAt, stretchesOf } from './carried';
 import type { Placed } from './objects';
 
 const still = { quaternion_xyzw: [0, 0, 0, 1] };

@@ -11,11 +11,6 @@ export interface Stretch {
   placed: readonly Placed[];
 }
 
-// The names of objects that waypoints take or put down.
-export function handledNames({ waypoints }: PlanRequest): string[] {
-  return waypoints.flatMap(({ attach = [], detach = [] }) => [...detach, ...attach.map(({ id }) => id)]);
-}
-
 // Where things are from the start on, and after each waypoint that takes or puts down; at one waypoint what is put down
 // comes first. Without a plan they are where they were at the start.
 export function stretchesOf(placed: readonly Placed[], request: PlanRequest | undefined, answer: PlanAnswer | undefined, robot: Robot): Stretch[] {

@@ -5,7 +5,7 @@ import { toolSpeeds } from '../plan/samples';
 import { limitUse } from '../plan/use';
 import type { Robot } from '../service/types';
 import type { Planned } from '../state/store';
-import { millimetres, short } from '../plan/units';
+import { depthOf, millimetres, short } from '../plan/units';
 import { firstPosture, shownPosture } from '../state/posture';
 import { compared, links, problem, request, robot, selected, shownPlan } from '../state/store';
 import { goToNearest, nearest, setting, shownPair, shownTool } from '../state/surroundings';
@@ -13,6 +13,7 @@ import { theme } from '../state/theme';
 import { isCut, workspace } from '../state/workspace';
 import { texts } from '../texts';
 import { JOINT_COLOURS } from '../plots/colours';
+import type { Pair } from '../scene/pair';
 import type { Dragging } from '../state/dragging';
 import type { Reach } from '../state/reaching';
 import type { GizmoMode } from './gizmo';
@@ -70,11 +71,17 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
   );
 }
 
-// Whether the pose that is dragged can be reached, and in how many ways.
+// Whether the pose that is dragged can be reached, in how many ways, and what is in the way.
 function ReachNote({ reach }: { reach: Reach | null }) {
   if (!reach) return null;
-  const text = reach.kind === 'reached' ? texts.stage.reached(reach.solutions) : texts.stage.missed(short(reach.distance * 1000, 3));
-  return <p class={`reach-note ${reach.kind}`}>{text}</p>;
+  if (reach.kind === 'missed') return <p class="reach-note missed">{texts.stage.missed(short(reach.distance * 1000, 3))}</p>;
+  const { solutions, free, collision } = reach;
+  return (
+    <p class={`reach-note ${collision ? 'hindered' : 'reached'}`}>
+      {texts.stage.reached(solutions, free)}
+      {collision && <strong>{texts.stage.hindered(collision.pair, depthOf(collision))}</strong>}
+    </p>
+  );
 }
 
 // Which two things come nearest, and when; it leads there.
@@ -112,6 +119,11 @@ function sharesOf(shown: Planned | null, arm: Robot | null): readonly number[] {
   return toolSpeeds(shown.answer).map((speed) => speed / fastest);
 }
 
+// What is in the way where the arm would stand.
+function hindranceOf(reach: Reach | null): Pair | null {
+  return reach?.kind === 'reached' && reach.collision ? { names: reach.collision.pair, position: reach.position } : null;
+}
+
 function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import('../state/placed'), dragging: Dragging | undefined): () => void {
   stage.gizmo.onDrag = (pose) => dragging?.onDrag(pose);
   stage.gizmo.onDrop = (pose) => dragging?.onDrop(pose);
@@ -144,7 +156,8 @@ function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import
     effect(() => {
       theme.value; // drawn anew in other colours
       setting.value;
-      stage.setPair(shownPair.value, placedAtPair.value, links.value, problem.value !== null);
+      const hindrance = hindranceOf(dragging?.reach() ?? null);
+      stage.setPair(hindrance ?? shownPair.value, placedAtPair.value, links.value, hindrance !== null || problem.value !== null);
     }),
     effect(() => {
       theme.value; // drawn anew in other colours
@@ -161,7 +174,7 @@ function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import
     }),
     effect(() => {
       const found = dragging?.reach() ?? null;
-      stage.setReach(found?.position ?? null, found?.kind === 'reached');
+      stage.setReach(found?.position ?? null, found?.kind === 'reached' && !found.collision);
     }),
     effect(() => stage.setGhosts(request.peek(), compared.value, JOINT_COLOURS)),
     effect(() => {

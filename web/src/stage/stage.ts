@@ -203,9 +203,9 @@ export class Stage {
     this.replace('place', mark);
   }
 
-  // Shows where the arm would stand for a pose that is dragged: in red where it does not get there.
-  setReach(posture: readonly number[] | null, isReached: boolean): void {
-    this.replace('reach', posture ? this.ghost(posture, styleColour(isReached ? '--accent' : '--bad')) : undefined);
+  // Shows where the arm would stand for a pose that is dragged: in red where it may not, or does not get there.
+  setReach(posture: readonly number[] | null, isFree: boolean): void {
+    this.replace('reach', posture ? this.ghost(posture, styleColour(isFree ? '--accent' : '--bad')) : undefined);
   }
 
   // The handles at the chosen pose, with the tool that is to get there.

@@ -1,10 +1,9 @@
 // The ways in which the chosen pose can be reached, asked of the service when somebody wants to choose among them.
 import { computed, signal } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
-import { toolAt } from '../plan/tools';
-import { client, outcome } from '../service/client';
 import type { PlanRequest, Pose, Solution } from '../service/types';
-import { isStale, problem, request, selected, shownPlan } from './store';
+import { waysTo } from './inverse';
+import { isStale, problem, request, robot, selected, shownPlan } from './store';
 
 const found = signal<{ request: PlanRequest; index: number; solutions: readonly Solution[] } | null>(null);
 
@@ -28,11 +27,9 @@ export function poseInBase(asked: PlanRequest, index: number): Pose | null {
 export async function askSolutions(): Promise<void> {
   const [asked, index] = [request.value, selected.value];
   const pose = asked && poseInBase(asked, index);
-  if (!pose) return;
-  const reference = plannedPosture.value ?? undefined;
-  const body = { robot: asked.robot, poses: [pose], solutions: 'all' as const, reference, tool: toolAt(asked, index) };
-  const { answer, problem: refused } = await outcome(client.POST('/v1/kinematics/inverse', { body }));
+  if (!pose || robot.value?.id !== asked.robot) return;
+  const { answer, problem: refused } = await waysTo(pose, asked, index, robot.value, plannedPosture.value ?? undefined);
   if (request.value !== asked) return;
-  if (answer) found.value = { request: asked, index, solutions: answer.results[0]!.solutions };
+  if (answer) found.value = { request: asked, index, solutions: answer.solutions };
   else problem.value = refused;
 }

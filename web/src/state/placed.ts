@@ -1,6 +1,7 @@
 // Where things around the robot are as it is shown. It computes with three: the stage loads it, the first view does not.
 import { computed } from '@preact/signals';
-import { handledNames, placedAt, stretchesOf } from '../scene/carried';
+import { handledNames } from '../request/handled';
+import { placedAt, stretchesOf } from '../scene/carried';
 import { placedOf } from '../scene/objects';
 import type { Placed } from '../scene/objects';
 import { time } from './playback';

@@ -1,16 +1,16 @@
 // Whether a pose that is dragged can be reached, asked of the service while the hand moves.
 import { signal } from '@preact/signals';
 import { plannedWaypoint } from '../plan/samples';
-import { toolAt } from '../plan/tools';
-import type { Pose } from '../service/types';
-import { client, outcome } from '../service/client';
+import type { Pose, PostureCollision, Solution } from '../service/types';
+import { waysTo } from './inverse';
 import { request, robot, selected, shownPlan } from './store';
 
 const PAUSE = 40; // ms between two questions
 
-// Where the arm would stand, in how many ways; or how far away the nearest is, m.
+// Where the arm would stand, in how many ways, at how many of them nothing is in the way (null: nobody looked), and what is
+// in the way of this one; or how far away the nearest is, m.
 export type Reach =
-  | { kind: 'reached'; position: readonly number[]; solutions: number }
+  | { kind: 'reached'; position: readonly number[]; solutions: number; free: number | null; collision: PostureCollision | null }
   | { kind: 'missed'; position: readonly number[]; distance: number };
 
 export const reach = signal<Reach | null>(null);
@@ -24,9 +24,9 @@ export function askReach(pose: Pose): void {
   if (!isAsking) void ask();
 }
 
-// Shows one of so many ways to stand.
-export function showReach(position: readonly number[], solutions: number): void {
-  reach.value = { kind: 'reached', position, solutions };
+// Shows one of the ways to stand.
+export function showReach({ position, collision }: Solution, all: readonly Solution[]): void {
+  reach.value = { kind: 'reached', position, solutions: all.length, free: freeOf(all), collision: collision ?? null };
 }
 
 export function endReach(): void {
@@ -34,20 +34,23 @@ export function endReach(): void {
   reach.value = null;
 }
 
+// The number of ways at which nothing is in the way; null: nobody looked.
+export function freeOf(all: readonly Solution[]): number | null {
+  const looked = all.filter(({ collision }) => collision !== undefined);
+  return looked.length > 0 ? looked.filter(({ collision }) => collision === null).length : null;
+}
+
 async function ask(): Promise<void> {
   isAsking = true;
-  while (waiting && robot.value) {
+  while (waiting && request.value && robot.value) {
     const pose = waiting;
     waiting = null;
     const reference = shownPlan.value ? plannedWaypoint(shownPlan.value.answer, selected.value)?.position : undefined;
-    const tool = request.value && toolAt(request.value, selected.value);
-    const body = { robot: robot.value.id, poses: [pose], solutions: 'all' as const, reference, tool };
-    const { answer } = await outcome(client.POST('/v1/kinematics/inverse', { body }));
-    const result = answer?.results[0];
-    const [best] = result?.solutions ?? [];
-    if (result && best) reach.value = { kind: 'reached', position: best.position, solutions: result.solutions.length };
-    else if (result?.nearest) {
-      reach.value = { kind: 'missed', position: result.nearest.position, distance: result.nearest.position_error };
+    const { answer } = await waysTo(pose, request.value, selected.value, robot.value, reference);
+    const [best] = answer?.solutions ?? [];
+    if (answer && best) showReach(best, answer.solutions);
+    else if (answer?.nearest) {
+      reach.value = { kind: 'missed', position: answer.nearest.position, distance: answer.nearest.position_error };
     }
     await new Promise((resolve) => setTimeout(resolve, PAUSE));
   }

@@ -33,8 +33,8 @@ async function keptScene(id: string): Promise<void> {
 }
 
 // Each changes only when it does itself, so that another duration draws no scene anew.
-const [scene, frames, tool, mounting] = [
-  computed(() => (typeof request.value?.scene === 'string' ? kept.value : request.value?.scene)),
+export const scene = computed(() => (typeof request.value?.scene === 'string' ? kept.value : request.value?.scene));
+const [frames, tool, mounting] = [
   computed(() => request.value?.frames),
   computed(() => request.value?.tool),
   computed(() => request.value?.mounting),

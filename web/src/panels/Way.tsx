@@ -1,0 +1,70 @@
+// How the robot gets to the chosen waypoint and how it passes.
+import { scaled } from '../plan/units';
+import { motionOf, motionsOf } from '../request/motions';
+import type { Limits, PlanRequest, Transition } from '../service/types';
+import { texts } from '../texts';
+import { Choice, NumberField } from './fields';
+import { FreeFields } from './FreeFields';
+
+interface WayProps {
+  request: PlanRequest;
+  index: number;
+  change: (changes: object) => void;
+}
+
+export function Way({ request, index, change }: WayProps) {
+  const waypoint = request.waypoints[index]!;
+  const { motion, transition, limits } = waypoint;
+  const isLast = index === request.waypoints.length - 1;
+  const limit = (changes: Limits): void => {
+    const next = Object.entries<unknown>({ ...limits, ...changes }).filter(([, value]) => value !== undefined);
+    change({ limits: next.length > 0 ? Object.fromEntries(next) : undefined });
+  };
+  return (
+    <div class="way">
+      {index > 0 && (
+        <>
+          <Choice
+            label={texts.editor.motion}
+            value={motion?.kind ?? 'joint'}
+            options={motionsOf(request, index).map((kind) => [kind, texts.editor.motions[kind]] as const)}
+            onValue={(kind) => change({ motion: motionOf(kind) })}
+          />
+          {motion?.kind === 'free' && <FreeFields motion={motion} index={index} change={(changed) => change({ motion: changed })} />}
+          <NumberField label={texts.editor.duration} value={waypoint.duration ?? undefined} placeholder={texts.editor.fast} min={0} onValue={(duration) => change({ duration })} />
+          <NumberField
+            label={texts.editor.toolSpeed}
+            value={scaled(limits?.tcp_linear_velocity, 1000)}
+            placeholder={texts.editor.none}
+            min={0}
+            onValue={(value) => limit({ tcp_linear_velocity: value === undefined ? undefined : value / 1000 })}
+          />
+          <NumberField
+            label={texts.editor.velocityScale}
+            value={scaled(limits?.velocity_scale, 100)}
+            placeholder="100"
+            min={0}
+            max={100}
+            onValue={(value) => limit({ velocity_scale: value === undefined ? undefined : value / 100 })}
+          />
+        </>
+      )}
+      {index > 0 && !isLast && (
+        <Choice label={texts.editor.transition} value={transition?.kind ?? 'stop'} options={TRANSITIONS} onValue={(kind) => change({ transition: transitionOf(kind), ...(kind === 'stop' ? {} : { dwell: undefined }) })} />
+      )}
+      {transition?.kind === 'blend' && (
+        <NumberField label={texts.editor.radius} value={transition.radius * 1000} min={0} onValue={(radius) => radius && change({ transition: { kind: 'blend', radius: radius / 1000 } })} />
+      )}
+      {(transition?.kind ?? 'stop') === 'stop' && (
+        <NumberField label={texts.editor.dwell} value={waypoint.dwell ?? undefined} placeholder="0" min={0} onValue={(dwell) => change({ dwell })} />
+      )}
+    </div>
+  );
+}
+
+const TRANSITIONS = (['stop', 'through', 'blend'] as const).map((kind) => [kind, texts.editor.transitions[kind]] as const);
+
+function transitionOf(kind: Transition['kind']): Transition | undefined {
+  if (kind === 'stop') return undefined;
+  return kind === 'through' ? { kind } : { kind: 'blend', radius: 0.02 };
+}
