@@ -5,10 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from planner.certificate.clearance import certify_clearance
+from planner.certificate.speed_zones import certify_speed_zones
 from planner.errors import ClearanceUnproved, Collision
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.robots import Robot
     from planner.scene import CollisionChecker
+    from planner.speed_zones import SpeedZone
     from planner.trajectory import Trajectory
 
 
@@ -22,3 +27,10 @@ def clearance_answer(checker: CollisionChecker, motion: Trajectory, tolerance: f
         found["detail"] = refusal.message
         return {"free": False, "clearance": None, "collision": found}
     return {"free": True, "clearance": None if report is None else report.as_dict(), "collision": None}
+
+
+def speed_zones_answer(
+    zones: Sequence[SpeedZone], checker: CollisionChecker, robot: Robot, motion: Trajectory
+) -> list[dict[str, Any]]:
+    """Bound how fast a robot, with its tool and what is around it, is in each of its speed zones."""
+    return [check.as_dict() for check in certify_speed_zones(zones, [checker], [robot], motion)]

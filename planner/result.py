@@ -17,7 +17,7 @@ from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.passages import certify_passages
-from planner.certificate.speed_zones import certify_speed_zones
+from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_path import certify_tool_path
 from planner.durations import duration_error, in_asked_durations
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
@@ -249,12 +249,7 @@ def _speed_zones(problem: PlanningProblem, path: JointPath, trajectory: Trajecto
         return ()
     robots = [path.dynamics.robot_on(segment) for segment in range(max(1, len(path.durations)))]
     checks = certify_speed_zones(problem.speed_zones, segment_checkers(problem, path.positions), robots, trajectory)
-    for check in checks:
-        if not check.satisfied:
-            message = (
-                f"nearer than {check.clearance:g} m to objects, a point of the robot would move at {check.peak:.6g} m/s"
-            )
-            raise LimitsUnsatisfiable(message, value=check.peak, limit=check.limit, time=check.time)
+    refuse_too_fast(checks)
     return checks
 
 

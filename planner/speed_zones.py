@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem
-from planner.polynomials import PiecewisePolynomial
+from planner.polynomials import PiecewisePolynomial, horner
 from planner.scene.bodies import Bodies, Body
 from planner.scene.continuous import AT_ONCE, DEFAULT_BUDGET
 from planner.scene.excursions import excursions
 from planner.shapes import Sphere
-from planner.tolerances import ROUNDING
+from planner.tolerances import CONTINUITY_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -37,6 +37,9 @@ KNOWN_TO = 5e-3
 
 DECIDED_TO = 1e-4
 """The same where that decides whether a limit is kept."""
+
+FINEST = 1e-3
+"""Share of the time of a motion up to which it is told when the motion is too fast."""
 
 MOST_INTERVALS = 50_000
 """The most intervals on which speeds are bounded: beyond, what was found so far stands, which is a bound, too."""
@@ -191,15 +194,56 @@ def point_speeds(bodies: Bodies, positions: FloatArray, velocities: FloatArray) 
 
 def _speeds(bodies: Bodies, postures: Postures, velocities: FloatArray) -> FloatArray:
     """Return the bounds (N, bodies) of `point_speeds`."""
+    angular, linear = _twists(bodies, postures, velocities)
+    at_ends = np.linalg.norm(_at_ends(postures, angular, linear), axis=-1).max(axis=2)
+    speeds: FloatArray = at_ends + np.linalg.norm(angular, axis=-1) * bodies.radii
+    return speeds
+
+
+def _twists(bodies: Bodies, postures: Postures, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the angular velocities (N, bodies, 3), rad/s, and the velocities at the origin of the base, m/s."""
     axes, origins = postures.rotations[:, 1:, :, 2], postures.origins[:, 1:]
     turning = np.where(bodies.is_angle[:, None], axes, 0.0) * velocities[..., None]
     shifting = np.where(bodies.is_angle[:, None], np.cross(origins, axes), axes) * velocities[..., None]
     moved = bodies.is_moved.astype(np.float64)
-    angular, linear = moved @ turning, moved @ shifting
-    ends = postures.spheres[:, :, [0, -1]]
-    at_ends = np.linalg.norm(np.cross(angular[:, :, None], ends) + linear[:, :, None], axis=-1).max(axis=2)
-    speeds: FloatArray = at_ends + np.linalg.norm(angular, axis=-1) * bodies.radii
-    return speeds
+    return moved @ turning, moved @ shifting
+
+
+def _at_ends(postures: Postures, angular: FloatArray, linear: FloatArray) -> FloatArray:
+    """Return the velocities (N, bodies, 2, 3) of the ends of the axes of the capsules, m/s."""
+    velocities: FloatArray = np.cross(angular[:, :, None], postures.spheres[:, :, [0, -1]]) + linear[:, :, None]
+    return velocities
+
+
+def speed_reached(bodies: Bodies, motion: PiecewisePolynomial, time: float) -> tuple[float, str]:
+    """Find a point of the bodies that is fast, and no faster than some point is.
+
+    The speed of a point x along a unit vector u is u.v + (u x w).x for the velocity v at the origin and the angular
+    velocity w: the largest one of a body is known by the support of its shape. Along the ways that the ends of its
+    capsule go it is close to the largest of all.
+
+    Args:
+        bodies: What moves.
+        motion: What the joints do, rad or m.
+        time: When, s.
+
+    Returns:
+        A speed, m/s, that a point of a body reaches then, and the name of the body.
+    """
+    positions, velocities = motion.evaluate(np.array([time]), [0, 1])
+    postures = bodies.at(positions)
+    angular, linear = _twists(bodies, postures, velocities)
+    ways = _at_ends(postures, angular, linear)[0]
+    highest, name = 0.0, bodies.pieces[0].name
+    for k, piece in enumerate(bodies.pieces):
+        lengths = np.linalg.norm(ways[k], axis=1)
+        along = ways[k][lengths > 0.0] / lengths[lengths > 0.0, None]
+        turn, origin = postures.rotations[0, piece.joint], postures.origins[0, piece.joint]
+        at = linear[0, k] + np.cross(angular[0, k], origin + turn @ piece.translation)
+        reached = along @ at + piece.shape.support(np.cross(along, angular[0, k]) @ turn @ piece.rotation)
+        if reached.max(initial=0.0) > highest:
+            highest, name = float(reached.max()), piece.name
+    return highest, name
 
 
 def most_speed(
@@ -224,23 +268,16 @@ def most_speed(
     """
     rates = PiecewisePolynomial(motion.lengths, motion.derivative_coefficients(1))
     seen, time, bound, looked_at = 0.0, float(intervals[0, 0]), 0.0, 0
-    waiting = intervals
+    waiting = _without_jumps(rates, intervals)
     while len(waiting):
         now, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
         looked_at += len(now)
         starts, ends = now.T
-        middles = (starts + ends) / 2.0
-        positions, velocities = motion.evaluate(middles, [0, 1])
-        postures = bodies.at(positions)
-        speeds = _speeds(bodies, postures, velocities)
-        reach = excursions(motion, starts, ends, positions)
-        most = speeds + _speed_changes(
-            bodies, postures, np.abs(velocities), reach, excursions(rates, starts, ends, velocities)
-        )
-        most = most.max(axis=1, initial=0.0) * (1.0 + ROUNDING)
+        speeds, changes = _speeds_within(bodies, motion, rates, now)
+        most = (speeds + changes).max(axis=1, initial=0.0) * (1.0 + ROUNDING)
         fastest = int(speeds.max(axis=1).argmax())
         if (speed := float(speeds[fastest].max())) > seen:
-            seen, time = speed, float(middles[fastest])
+            seen, time = speed, float(starts[fastest] + ends[fastest]) / 2.0
         is_open = most > seen * (1.0 + KNOWN_TO)
         if seen <= limit:
             is_open |= most > max(limit, seen * (1.0 + DECIDED_TO))
@@ -249,6 +286,59 @@ def most_speed(
         bound = max(bound, float(most[~is_open].max(initial=0.0)))
         waiting = np.concatenate([waiting, _halved(now[is_open])])
     return bound, time
+
+
+def fast_intervals(bodies: Bodies, motion: PiecewisePolynomial, intervals: FloatArray, limit: float) -> FloatArray:
+    """Find the times outside of which, within intervals, no point of the bodies is faster than a limit.
+
+    Args:
+        bodies: What moves.
+        motion: What the joints do, rad or m.
+        intervals: (N, 2), s.
+        limit: The speed, m/s.
+
+    Returns:
+        Intervals (M, 2), s, ascending and apart from each other; at their ends up to `FINEST` of the motion too long.
+    """
+    rates = PiecewisePolynomial(motion.lengths, motion.derivative_coefficients(1))
+    waiting, fast, looked_at = _without_jumps(rates, intervals), [np.empty((0, 2))], 0
+    shortest = FINEST * float(motion.breakpoints[-1])
+    while len(waiting):
+        now, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
+        looked_at += len(now)
+        speeds, changes = _speeds_within(bodies, motion, rates, now)
+        may_be = (speeds + changes).max(axis=1, initial=0.0) * (1.0 + ROUNDING) > limit
+        is_fast = (speeds - changes).max(axis=1, initial=0.0) > limit
+        is_fast |= (now[:, 1] - now[:, 0] <= shortest) | (looked_at >= MOST_INTERVALS)
+        fast.append(now[may_be & is_fast])
+        waiting = np.concatenate([waiting, _halved(now[may_be & ~is_fast])])
+    found = np.concatenate(fast)
+    return _merged(found) if len(found) else found
+
+
+def _without_jumps(rates: PiecewisePolynomial, intervals: FloatArray) -> FloatArray:
+    """Cut intervals (N, 2), s, where the velocity of a joint jumps: no bound of its change is small across that."""
+    begin, end = rates.coefficients[:, :, 0], horner(rates.coefficients, rates.lengths[:, None])
+    jumps = np.abs(begin[1:] - end[:-1]).max(axis=1) > CONTINUITY_TOLERANCE * np.abs(begin).max()
+    at = rates.breakpoints[1:-1][jumps]
+    first, last = np.searchsorted(at, intervals[:, 0], side="right"), np.searchsorted(at, intervals[:, 1], side="left")
+    parts = [
+        np.concatenate([[start], at[i:k], [stop]])
+        for (start, stop), i, k in zip(intervals.tolist(), first.tolist(), last.tolist(), strict=True)
+    ]
+    return np.concatenate([np.column_stack([part[:-1], part[1:]]) for part in parts])
+
+
+def _speeds_within(
+    bodies: Bodies, motion: PiecewisePolynomial, rates: PiecewisePolynomial, intervals: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Bound the speeds (N, bodies) in the middles of intervals (N, 2), s, and how much they change within, m/s."""
+    starts, ends = intervals.T
+    positions, velocities = motion.evaluate((starts + ends) / 2.0, [0, 1])
+    postures = bodies.at(positions)
+    reach, faster = excursions(motion, starts, ends, positions), excursions(rates, starts, ends, velocities)
+    changes = _speed_changes(bodies, postures, np.abs(velocities), reach, faster)
+    return _speeds(bodies, postures, velocities), changes
 
 
 def _speed_changes(

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from planner.certificate.checks import Certificate, Check
     from planner.certificate.clearance import Clearance
+    from planner.certificate.speed_zones import SpeedZoneCheck
     from planner.kinematics import FloatArray
     from planner.result import Plan
     from planner.robots import Joint, Robot
@@ -237,6 +238,7 @@ def certificate_table(certificate: Certificate, robot: Robot) -> Table:
         parts = [_clearance(part) for part in (found.scene, found.itself) if part is not None]
         if found.contacts is not None:
             parts.append(f"where it takes things and puts them down {_clearance(found.contacts)}")
+        parts += [_speed_zone(check) for check in certificate.speed_zones]
         table.caption = "\n".join(parts)
         table.caption_justify = "left"
     return table
@@ -247,6 +249,15 @@ def _clearance(clearance: Clearance) -> str:
     pair = "" if clearance.pair is None else " between {} and {}".format(*clearance.pair)
     least = math.floor(clearance.lower * 1e4) / 10.0  # mm; no more than is proved
     return f"clear by {least} mm at all times{pair}{nearest}"
+
+
+def _speed_zone(check: SpeedZoneCheck) -> str:
+    objects = "objects" if check.objects is None else " or ".join(check.objects)
+    zone = f"nearer than {check.clearance:g} m to {objects}"
+    if check.time is None:
+        return f"never {zone}"
+    peak = math.ceil(check.peak * 1e3) / 1e3  # m/s; no less than is proved
+    return f"{zone} no faster than {peak} of {check.limit:g} m/s, at {check.time:.3f} s"
 
 
 def _unit(check: Check, robot: Robot) -> str:

@@ -8,7 +8,13 @@ from pydantic import Field
 
 from api.schemas.common import DEFAULT_DEADLINE, Answer, Deadline, FrameName, Pose, RobotId
 from api.schemas.requests import GivenTrajectory, Rows
-from api.schemas.scenes import ClearancesAnswer, CollisionAnswer, SceneOrId  # noqa: TC001 - pydantic evaluates the annotations
+from api.schemas.scenes import (  # noqa: TC001 - pydantic evaluates the annotations
+    ClearancesAnswer,
+    CollisionAnswer,
+    SceneOrId,
+    SpeedZoneAnswer,
+    SpeedZones,
+)
 
 
 class CollisionCheckRequest(GivenTrajectory):
@@ -23,6 +29,8 @@ class CollisionCheckRequest(GivenTrajectory):
     and no estimates."""
     positions: Annotated[Rows, Field(max_length=10_000)] | None = None
     """Postures, shape (postures, joints), rad or m; each is looked at by itself. In place of a trajectory."""
+    speed_zones: SpeedZones = Field(default_factory=list)
+    """The speeds that no point of the robot may exceed near objects of the `scene`; only beside a trajectory."""
     tolerance: Annotated[float, Field(ge=2e-4, le=0.1)] = 1e-3
     """How far apart the two bounds of a clearance may be, m."""
     tool: Pose | None = None
@@ -44,6 +52,9 @@ class CollisionResult(Answer):
     """How near the robot comes; null: it is not free, or there is nothing to be held against anything."""
     collision: CollisionAnswer | None
     """The pair that does not keep its margin; null: it is free."""
+    speed_zones: list[SpeedZoneAnswer] | None = None
+    """How fast the robot is near objects, in each of the zones that were asked, whether it is free or not; missing:
+    none were."""
 
 
 class CollisionCheckAnswer(Answer):

@@ -241,11 +241,21 @@ class SpeedZoneAnswer(Answer):
     """The speed allowed there, m/s."""
     ratio: float
     """The share of the limit that is used, without unit."""
+    satisfied: bool
+    """Whether the speed allowed is kept."""
     time: float | None
     """When the robot is about that fast, s; null: it never is in the zone."""
+    lower: float
+    """A point of the robot is that fast at this time, m/s: the highest speed is between this and `peak`."""
+    link: str | None
+    """The name of the link, or of the thing carried, that this is a point of; `tool`: the tool centre point; null: the
+    robot never moves in the zone."""
     intervals: list[Annotated[list[float], Field(min_length=2, max_length=2)]]
     """When the robot is in the zone, shape (intervals, 2), from and to, s; at all other times it is proved to be
     further away."""
+    exceeded: list[Annotated[list[float], Field(min_length=2, max_length=2)]]
+    """When a point of the robot may be faster than is allowed, shape (intervals, 2), from and to, s; at all other times
+    none is. Empty: the speed allowed is kept."""
     method: Literal["certified"]
     """How it is known: the bounds hold between all samples, too."""
 

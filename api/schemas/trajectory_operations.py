@@ -29,7 +29,7 @@ from api.schemas.common import (
     Schema,
 )
 from api.schemas.requests import MOST_ROWS, GivenTrajectory, default_backend
-from api.schemas.scenes import SceneOrId  # noqa: TC001
+from api.schemas.scenes import SceneOrId, SpeedZones  # noqa: TC001
 
 Quantity = TypeAliasType(
     "Quantity",
@@ -87,6 +87,10 @@ class OperationRequest(Schema):
     self_collision: bool | None = None
     """Whether the arm is proved not to meet itself. `true`: by all of its shapes, estimates too, without a scene as
     well; omitted: in a scene, as far as the shapes of its links are those of its description."""
+    speed_zones: SpeedZones = Field(default_factory=list)
+    """The speeds that no point of the robot exceeds near objects of the `scene`, with `speed_zones` in the certificate.
+    `retime` slows the motion there on its path; what another operation makes is proved to keep them, or refused. It is
+    no safety function."""
     include: Annotated[list[IncludeOfOperation], Field(max_length=16)] = Field(default_factory=list)
     """What else the answer should hold; each makes it larger."""
     deadline: Deadline = DEFAULT_DEADLINE

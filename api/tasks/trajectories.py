@@ -119,12 +119,11 @@ def validate_trajectory(work: Work) -> Reply:
 
 def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool) -> dict[str, Any]:
     """Hold the trajectory of a request against its scene: what of the answer that changes."""
-    from api.clearance_answers import clearance_answer
+    from api.clearance_answers import clearance_answer, speed_zones_answer
     from api.conversion import frames_in_world
     from api.given_trajectories import to_trajectory
     from api.scene_conversion import to_scene, to_speed_zones
     from planner.certificate.clearance import CLEARANCE_TOLERANCE
-    from planner.certificate.speed_zones import certify_speed_zones
     from planner.scene import CollisionChecker
     from planner.speed_zones import refuse_zone_faults
 
@@ -140,9 +139,8 @@ def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool
         "collision": found["collision"],
     }
     if zones:
-        checks = certify_speed_zones(zones, [checker], [robot], trajectory)
-        answer["speed_zones"] = [check.as_dict() for check in checks]
-        answer["satisfied"] = answer["satisfied"] and all(check.satisfied for check in checks)
+        answer["speed_zones"] = speed_zones_answer(zones, checker, robot, trajectory)
+        answer["satisfied"] &= all(check["satisfied"] for check in answer["speed_zones"])
     return answer
 
 

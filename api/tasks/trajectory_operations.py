@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from api.schemas import trajectory_operations as schemas
 from api.tasks.operation import BODY_CODES, Operation
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from api.tasks.work import Work
     from planner.operations import CertifiedTrajectory
     from planner.robots import Robot
-
-T = TypeVar("T", bound="CertifiedTrajectory")
 
 DEFAULT_PERIOD = 0.01
 """The time between two rows of an answer that asks for neither a period nor times, s."""
@@ -67,7 +65,7 @@ def join_trajectories(work: Work) -> Reply:
 
 def retime_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/retime."""
-    return _answer(work, schemas.RetimeRequest, _retime)
+    return _answer(work, schemas.RetimeRequest, _retime, is_kept_clear=True)
 
 
 def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory:
@@ -88,7 +86,9 @@ def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory
         even = np.linspace(0.0, trajectory.duration, POINTS_OF_POLYNOMIALS)
         (points,) = trajectory.evaluate(even if interpolation == "polynomials" else trajectory.breakpoints, [0])
     backend, limits = to_backend(request.backend), to_limits(request.limits)
-    return retime_trajectory(robot, points, backend, max_deviation=request.max_deviation, limits=limits)
+    return retime_trajectory(
+        robot, points, backend, max_deviation=request.max_deviation, limits=limits, **_surroundings(request, robot)
+    )
 
 
 def stop_trajectory(work: Work) -> Reply:
@@ -138,7 +138,7 @@ def resample_trajectory(work: Work) -> Reply:
     from api.given_trajectories import to_trajectory
     from planner.errors import InvalidProblem
     from planner.export.json import operation_as_dict
-    from planner.operations import resample_trajectory
+    from planner.operations import kept_clear, resample_trajectory
 
     with work.stage("validate"):
         request = work.request(schemas.ResampleRequest)
@@ -151,33 +151,44 @@ def resample_trajectory(work: Work) -> Reply:
             refuse_too_many_rows(trajectory.duration, period, robot.dof, work, "/period")
     with work.stage("plan"):
         done = resample_trajectory(robot, trajectory, request.times or period, **_kept(request))
-        done = _kept_clear(done, request)
+        done = kept_clear(done, **_surroundings(request, robot))
         answer = operation_as_dict(done, done.time, request.include)
     return work.reply(answer)
 
 
-def _answer(work: Work, schema: Any, run: Callable[[Any, Robot], CertifiedTrajectory]) -> Reply:
-    """Read the request, run an operation on it, and write its answer every `sample_period`."""
+def _answer(
+    work: Work, schema: Any, run: Callable[[Any, Robot], CertifiedTrajectory], *, is_kept_clear: bool = False
+) -> Reply:
+    """Read the request, run an operation on it, and write its answer every `sample_period`.
+
+    Args:
+        work: The task.
+        schema: That of the request.
+        run: The operation on a request and its robot.
+        is_kept_clear: Whether the operation proves clearances and speeds itself.
+    """
     from planner.export.json import operation_as_dict
+    from planner.operations import kept_clear
 
     with work.stage("validate"):
         request = work.request(schema)
         robot = _robot(work, request)
     with work.stage("plan"), acceptable_remedies(work, request, robot.dof):
-        done = _kept_clear(run(request, robot), request)
+        done = run(request, robot)
+        done = done if is_kept_clear else kept_clear(done, **_surroundings(request, robot))
         refuse_too_many_rows(done.trajectory.duration, request.sample_period, robot.dof, work)
         answer = operation_as_dict(done, done.trajectory.sample_times(request.sample_period), request.include)
     return work.reply(answer)
 
 
-def _kept_clear(done: T, request: schemas.OperationRequest) -> T:
-    """Prove that the answer keeps clear of the scene of its request, if there is one."""
+def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, Any]:
+    """Return what the answer has to keep clear of, and how fast it may be there."""
     from api.conversion import frames_in_world
-    from api.scene_conversion import to_scene
-    from planner.operations import kept_clear
+    from api.scene_conversion import to_scene, to_speed_zones
 
-    scene = None if request.scene is None else to_scene(request.scene, frames_in_world(done.robot, {}))
-    return kept_clear(done, scene, request.self_collision)
+    scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
+    zones = to_speed_zones(request.speed_zones)
+    return {"scene": scene, "self_collision": request.self_collision, "speed_zones": zones}
 
 
 def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
@@ -201,6 +212,13 @@ THERE = {
     "velocity": [[0.0, 0.0, 0.0], [0.15, 0.0, -0.15], [0.0, 0.0, 0.0]],
 }
 """Samples of a short motion of the arm with three joints."""
+
+POST = {
+    "id": "post",
+    "shape": {"kind": "cylinder", "radius": 0.05, "length": 0.5},
+    "pose": {"position": [0.45, 0.0, 0.0]},
+}
+"""A thing that stands beside its way."""
 
 BACK = {
     "time": [0.0, 1.0],
@@ -229,7 +247,7 @@ OPERATIONS = (
         tag="trajectories",
         summary="Put time on a dense list of joint positions, smoothed within a tolerance.",
         description="The points may come from any planner; the answer says how far a joint goes from them, and runs "
-        "from rest to rest.",
+        "from rest to rest. In `speed_zones` it is slowed.",
         run=retime_trajectory,
         request=schemas.RetimeRequest,
         answer=schemas.RetimeAnswer,
@@ -242,6 +260,15 @@ OPERATIONS = (
                 "backend": {"kind": "toppra"},
                 "max_deviation": 0.01,
                 "sample_period": 0.5,
+            },
+            "slow_beside_a_post": {
+                "robot": "three_dof_arm",
+                "points": [[-0.8, 0.2, 0.3], [0.0, 0.25, 0.25], [0.7, 0.3, 0.2]],
+                "scene": {"objects": [POST]},
+                "speed_zones": [{"clearance": 0.2, "speed": 0.1}],
+                "backend": {"kind": "quintic"},
+                "max_deviation": 0.01,
+                "sample_period": 1.0,
             },
         },
     ),

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from planner.errors import LimitsUnsatisfiable
 from planner.polynomials import PiecewisePolynomial
-from planner.speed_zones import most_speed, moving_bodies, near_intervals
+from planner.speed_zones import fast_intervals, most_speed, moving_bodies, near_intervals, speed_reached
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -18,9 +19,12 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.scene.bodies import Bodies
     from planner.scene.checker import CollisionChecker
-    from planner.spatial import FloatArray
     from planner.speed_zones import SpeedZone
     from planner.trajectory import Trajectory
+
+
+TIMES = ("intervals", "exceeded")
+"""Names of the attributes of a check that are times from and to."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,9 @@ class SpeedZoneCheck:
         time: When the robot is about that fast, s; None: it never is in the zone.
         intervals: When it is in the zone, from and to, s; at all other times it is proved to be further away.
         method: How it is known; the bounds hold between all samples.
+        lower: m/s: a point of the robot is that fast at this time; the highest speed is between this and the peak.
+        link: Name of the link, or of what is carried, that this is a point of; `tool`: the tool centre point.
+        exceeded: When a point may be faster than is allowed, from and to, s; at all other times none is.
 
     Examples:
         >>> import planner
@@ -51,6 +58,9 @@ class SpeedZoneCheck:
     time: float | None
     intervals: tuple[tuple[float, float], ...]
     method: Literal["certified"] = "certified"
+    lower: float = 0.0
+    link: str | None = None
+    exceeded: tuple[tuple[float, float], ...] = ()
 
     @property
     def satisfied(self) -> bool:
@@ -60,14 +70,16 @@ class SpeedZoneCheck:
     def as_dict(self) -> dict[str, Any]:
         """Return the check in plain values, ready for JSON."""
         objects = None if self.objects is None else list(self.objects)
-        return {**vars(self), "objects": objects, "intervals": [list(interval) for interval in self.intervals]}
+        times = {name: [list(interval) for interval in getattr(self, name)] for name in TIMES}
+        return {**vars(self), "objects": objects, **times, "satisfied": self.satisfied}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> SpeedZoneCheck:
         """Read what `as_dict` wrote."""
         objects = None if values["objects"] is None else tuple(values["objects"])
-        intervals = tuple((start, end) for start, end in values["intervals"])
-        return cls(**values | {"objects": objects, "intervals": intervals})
+        times = {name: tuple((start, end) for start, end in values.get(name, ())) for name in TIMES}
+        own = {name: value for name, value in values.items() if name != "satisfied"}
+        return cls(**own | {"objects": objects, **times})
 
 
 def certify_speed_zones(
@@ -85,6 +97,24 @@ def certify_speed_zones(
     return tuple(_check(zone, parts) for zone in zones)
 
 
+def refuse_too_fast(checks: Sequence[SpeedZoneCheck]) -> None:
+    """Refuse a trajectory that is too fast in a speed zone.
+
+    Raises:
+        LimitsUnsatisfiable: Naming the first of these zones, how fast the robot would be, and when.
+    """
+    for check in checks:
+        if not check.satisfied:
+            objects = "objects" if check.objects is None else " or ".join(check.objects)
+            raise LimitsUnsatisfiable(
+                f"nearer than {check.clearance:g} m to {objects}, a point of {check.link} would move at "
+                f"{check.peak:.6g} m/s, the limit there is {check.limit:g} m/s",
+                value=check.peak,
+                limit=check.limit,
+                time=check.time,
+            )
+
+
 _Part = tuple["CollisionChecker", "Bodies", PiecewisePolynomial, float]
 """A part of a trajectory on which nothing changes: what is around, what moves, the motion, when it begins, s."""
 
@@ -100,15 +130,33 @@ def _parts(checkers: Sequence[CollisionChecker], robots: Sequence[Robot], trajec
 
 
 def _check(zone: SpeedZone, parts: Sequence[_Part]) -> SpeedZoneCheck:
-    peak, time, found = 0.0, None, [np.empty((0, 2))]
+    peak, time, lower, link, found, exceeded = 0.0, None, 0.0, None, [np.empty((0, 2))], [np.empty((0, 2))]
     for checker, bodies, motion, begin in parts:
-        intervals: FloatArray = near_intervals(checker, motion, zone.clearance, zone.objects)
+        intervals = near_intervals(checker, motion, zone.clearance, zone.objects)
         if not len(intervals):
             continue
         found.append(intervals + begin)
         speed, at = most_speed(bodies, motion, intervals, zone.speed)
+        if speed > zone.speed * (1.0 + LIMIT_TOLERANCE):
+            fast = fast_intervals(bodies, motion, intervals, zone.speed)
+            exceeded.append(fast + begin)
+            speed = speed if len(fast) else zone.speed
         if time is None or speed > peak:
             peak, time = speed, begin + at
+            lower, link = speed_reached(bodies, motion, at)
     objects = None if zone.objects is None else tuple(zone.objects)
-    near = tuple((start, end) for start, end in np.concatenate(found).tolist())
-    return SpeedZoneCheck(zone.clearance, objects, peak, zone.speed, peak / zone.speed, time, near)
+    near, fast_at = (
+        tuple((start, end) for start, end in np.concatenate(times).tolist()) for times in (found, exceeded)
+    )
+    return SpeedZoneCheck(
+        zone.clearance,
+        objects,
+        peak,
+        zone.speed,
+        peak / zone.speed,
+        time,
+        near,
+        lower=lower,
+        link=link,
+        exceeded=fast_at,
+    )

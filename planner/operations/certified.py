@@ -10,6 +10,7 @@ import numpy as np
 from planner.certificate import certify
 from planner.certificate.clearance import certify_clearance
 from planner.certificate.limits import continuity
+from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.errors import InvalidProblem
 from planner.extrema import derivatives_on_unit_time
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
@@ -17,6 +18,7 @@ from planner.polynomials import differentiate, powers
 from planner.result import refuse_unless_satisfied
 from planner.sampled_peaks import DERIVATIVES
 from planner.scene import CollisionChecker
+from planner.speed_zones import refuse_zone_faults
 from planner.tolerances import CONTINUITY_TOLERANCE
 from planner.trajectory import PlanWarning
 
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.scene import Scene
     from planner.spatial import FloatArray
+    from planner.speed_zones import SpeedZone
     from planner.trajectory import Trajectory
 
 LEAST_CONTINUITY = {"torque": 1} | {
@@ -84,23 +87,31 @@ class CertifiedTrajectory:
         return JointState(*self.trajectory.evaluate(self.trajectory.duration))
 
 
-def kept_clear(done: T, scene: Scene | None, self_collision: bool | None = None) -> T:
-    """Return the answer of an operation with its clearance proved.
+def kept_clear(
+    done: T, scene: Scene | None, self_collision: bool | None = None, speed_zones: Sequence[SpeedZone] = ()
+) -> T:
+    """Return the answer of an operation with its clearance proved, and its speeds near objects.
 
     Args:
         done: What the operation made.
         scene: What is around its robot; None: nothing.
         self_collision: Whether the arm is held against itself; see `PlanningProblem.self_collision`.
+        speed_zones: Speeds that are allowed near objects of the scene.
 
     Raises:
-        InvalidProblem: The scene names a link that there is not, or uses a name twice.
+        InvalidProblem: The scene names a link that there is not, or uses a name twice; a speed zone cannot be.
         Collision: The robot would come too near to itself, or to something around it.
         ClearanceUnproved: That it does not could not be proved.
+        LimitsUnsatisfiable: A point of the robot would be too fast in a speed zone.
     """
+    refuse_zone_faults(scene, speed_zones)
     if scene is None and not self_collision:
         return done
-    report = certify_clearance(CollisionChecker(done.robot, scene, self_collision=self_collision), done.trajectory)
-    return replace(done, certificate=replace(done.certificate, clearance=report))
+    checker = CollisionChecker(done.robot, scene, self_collision=self_collision)
+    report = certify_clearance(checker, done.trajectory)
+    checks = certify_speed_zones(speed_zones, [checker], [done.robot], done.trajectory)
+    refuse_too_fast(checks)
+    return replace(done, certificate=replace(done.certificate, clearance=report, speed_zones=checks))
 
 
 def certified(

@@ -14,22 +14,27 @@ from planner.errors import InvalidProblem, JointPositionLimit
 from planner.fields import BACK_END, KIND
 from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions
 from planner.limits import Limits, counted_velocity
-from planner.operations.certified import CertifiedTrajectory, certified
+from planner.operations.certified import CertifiedTrajectory, certified, kept_clear
 from planner.operations.smoothing import smooth_curve_near
 from planner.paths import JointPath, solve_path
 from planner.paths.runs import Run
 from planner.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition
 from planner.problem_check import check_problem
+from planner.slowing import slowed
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.position_limits import first_beyond
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
 
     from planner.backends import BackEnd
     from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
+    from planner.scene import Scene
     from planner.spatial import FloatArray
+    from planner.speed_zones import SpeedZone
 
 MAX_DEVIATION = 1e-3
 """Distance of a joint from the points, rad or m, that is allowed unless another is asked: a millimetre at the end of an
@@ -65,11 +70,15 @@ def retime_trajectory(
     *,
     max_deviation: float = MAX_DEVIATION,
     limits: Limits = Limits(),
+    scene: Scene | None = None,
+    self_collision: bool | None = None,
+    speed_zones: Sequence[SpeedZone] = (),
 ) -> RetimedTrajectory:
     """Put time on a dense list of joint positions, from rest to rest.
 
     The points are smoothed first: the path is the stiffest curve found from which no joint is farther from the points,
-    and from the chords between them, than is allowed. Noise that is smaller vanishes, and corners are rounded.
+    and from the chords between them, than is allowed. Noise that is smaller vanishes, and corners are rounded. Where
+    the robot is too fast for a speed zone, it is slowed on this path.
 
     Args:
         robot: The robot, with its tool and payload; its limits hold, narrowed by `limits`.
@@ -77,24 +86,41 @@ def retime_trajectory(
         backend: What puts time on the path.
         max_deviation: How far a joint may be from the points and the chords between them, rad or m.
         limits: Limits that are asked besides, no wider than the robot's.
+        scene: What is around the robot, which the answer is proved to keep clear of; None: nothing.
+        self_collision: Whether the arm is held against itself; see `PlanningProblem.self_collision`.
+        speed_zones: Speeds that no point of the robot exceeds near objects of the scene.
 
     Raises:
         InvalidProblem: Points of another shape, numbers that are none, limits wider than the robot's, a back end that
-            does not keep to a curve.
+            does not keep to a curve; ramps of given times where a speed zone slows the motion; see also `kept_clear`.
         JointPositionLimit: A point, or the curve between points, is beyond a joint's position limits.
         LimitsUnsatisfiable: No duration keeps the limits.
+        Collision: The robot would come too near to itself, or to something around it.
+        ClearanceUnproved: That it does not could not be proved.
     """
-    path, deviation = _path(robot, np.asarray(points, dtype=np.float64), backend, max_deviation, limits)
+    asked = PlanningProblem(
+        robot,
+        (),
+        limits=limits,
+        start_tolerance=0.0,
+        scene=scene,
+        self_collision=self_collision,
+        speed_zones=speed_zones,
+    )
+    path, deviation = _path(asked, np.asarray(points, dtype=np.float64), backend, max_deviation)
     trajectory = backend.parametrize(path) if len(path.moving) else assemble(path, [])
+    trajectory = slowed(replace(asked, waypoints=_waypoints(path.positions)), backend, path, trajectory)
     done = certified(robot, replace(trajectory, warnings=()), limits, enforced(backend))
+    done = kept_clear(done, scene, self_collision, speed_zones)
     warnings = (*done.warnings, *trajectory.warnings)
     return RetimedTrajectory(**vars(done) | {"warnings": warnings}, backend=backend, deviation=deviation)
 
 
 def _path(
-    robot: Robot, points: np.ndarray, backend: BackEnd, max_deviation: float, limits: Limits
+    asked: PlanningProblem, points: np.ndarray, backend: BackEnd, max_deviation: float
 ) -> tuple[JointPath, float]:
-    """Return the path along a smooth curve near the points, and how far it is from them."""
+    """Return the path along a smooth curve near the points, and how far it is from them once it is timed."""
+    robot = asked.robot
     if points.ndim != 2 or len(points) < 1 or points.shape[1] != robot.dof:
         shape = " x ".join(map(str, points.shape))
         message = f"{shape} values: rows of the {robot.dof} joints of {robot.id} are needed"
@@ -103,8 +129,8 @@ def _path(
         raise InvalidProblem([(("points",), "not all of them are numbers")])
     if not 0.0 < max_deviation < np.inf:
         raise InvalidProblem([(("max_deviation",), "must be greater than 0")])
-    problem = PlanningProblem(robot, _waypoints(points[[0, -1]]), limits=limits, start_tolerance=0.0)
-    check_problem(problem, backend)
+    check_problem(replace(asked, waypoints=_waypoints(points[[0, -1]])), backend)
+    problem = replace(asked, waypoints=_waypoints(points[[0, -1]]), scene=None, self_collision=None, speed_zones=())
     _refuse_other_ways(backend, robot.dof)
     velocity = counted_velocity(problem.segment_limits().velocity[0])
     smooth = smooth_curve_near(points, velocity, max_deviation)
@@ -121,7 +147,8 @@ def _path(
         at = curve.evaluate(curve.breakpoints, [0])[0]
         knots = np.insert(knots, 1, int(np.abs(at - at[0]).max(axis=1).argmax()))
     solved = solve_path(replace(problem, waypoints=_waypoints(curve.evaluate(curve.breakpoints[knots], [0])[0])))
-    return _along(solved, curve, knots, timing), smooth.deviation + timing
+    steps = 2 if asked.speed_zones else 1  # the back end's, and that which slows its motion
+    return _along(solved, curve, knots, timing / steps), smooth.deviation + timing
 
 
 def _waypoints(positions: FloatArray) -> tuple[JointWaypoint, ...]:

@@ -39,7 +39,7 @@ def given(plan: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("file", sorted(OPERATIONS.glob("*.json")), ids=lambda file: file.stem)
 def test_examples_are_answered(service: RunningService, file: Any) -> None:
-    answer = post(service, file.stem, json.loads(file.read_text()))
+    answer = post(service, file.stem.partition("_")[0], json.loads(file.read_text()))
     assert answer["certificate"]["satisfied"]
     assert answer["samples"]["time"][-1] == answer["duration"]
 

@@ -217,6 +217,17 @@ def test_the_clearance_is_told_that_was_proved() -> None:
     assert list(told[1:]) == proved["pair"]
 
 
+def test_the_speeds_near_objects_are_told_that_were_proved() -> None:
+    result = planner("plan", EXAMPLES / "slow_beside_a_walkway.json", "-o", "-", "--format", "json")
+    assert result.exit_code == 0
+    proved = json.loads(result.stdout)["certificate"]["speed_zones"]
+    told = re.findall(r"nearer than ([\d.]+) m to walkway no faster than ([\d.]+) of ([\d.]+) m/s", result.stderr)
+    assert len(told) == len(proved) == 2
+    for (clearance, peak, limit), zone in zip(told, proved, strict=True):
+        assert (float(clearance), float(limit)) == (zone["clearance"], zone["limit"])
+        assert 0.0 <= float(peak) - zone["peak"] <= 1.1e-3
+
+
 def test_a_robot_of_a_file_is_planned_for(tmp_path: Path) -> None:
     """The catalogue's KUKA is a URDF file with limits of its own: the plan takes the same time with either."""
     urdf = tmp_path / "my arm (left).urdf"

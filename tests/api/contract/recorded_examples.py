@@ -235,9 +235,9 @@ OF_THE_MOMENT = {"id", "created", "ended", "rate", "remaining_time", "request_ha
 FOR_PEOPLE = {"detail", "message", "explanation"}
 """Fields whose words name the robots that are installed, or a time."""
 
-TIED = re.compile(r"/checks/\d+/(joint|time)$|^/workspace/.*/position/\d+$")
+TIED = re.compile(r"/checks/\d+/(joint|time)$|/speed_zones/\d+/(time|link|lower)$|^/workspace/.*/position/\d+$")
 """Where rounding decides, which is another on another processor: which of two joints, or instants, that use as much of
-a limit is named, and which of all joint positions at a reach."""
+a limit is named, when a motion that is slowed to a speed is fastest, and which of all joint positions at a reach."""
 
 
 def differences(shown: Any, answered: Any, where: str = "") -> list[str]:
@@ -274,7 +274,7 @@ def parsed(text: str) -> Any:
 def kept(shown: dict[str, Any], recorded: dict[str, Any]) -> dict[str, Any]:
     """The examples that are recorded, those that say the same as what is shown as they are shown."""
     return {
-        name: shown[name] if name in shown and not differences(value, shown[name]) else value
+        name: shown[name] if name in shown and not differences(value, shown[name], f"/{name}") else value
         for name, value in recorded.items()
     }
 

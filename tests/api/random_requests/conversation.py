@@ -18,7 +18,7 @@ from tests.api.random_requests.handled import is_handled
 from tests.api.random_requests.judged_goals import goals_hold
 from tests.api.random_requests.judged_limits import limits_hold
 from tests.api.random_requests.judged_refusals import is_precise, with_remedies
-from tests.api.random_requests.judged_scenes import check_holds, collides, is_free, validation_holds
+from tests.api.random_requests.judged_scenes import check_holds, collides, is_free, speeds_hold, validation_holds
 from tests.api.random_requests.judged_solutions import reachability_holds, solutions_hold
 from tests.api.random_requests.operations import Operations
 from tests.api.random_requests.poses import placement
@@ -158,6 +158,8 @@ class Conversation:
                 assert gain["last"] <= gain["first"]
         if body.get("scene") or body.get("self_collision"):
             is_free(robot, body, found, found["certificate"].get("clearance"))
+        speeds_hold(robot, body, found, checks := found["certificate"].get("speed_zones"))
+        assert all(check["satisfied"] for check in checks or [])
 
     def _mounted(self, body: dict[str, Any]) -> Robot:
         if not body.get("mounting"):

@@ -31,13 +31,14 @@ class Draws:
         handles: Whether things of a scene are taken and put down.
         compares: Whether back ends are compared.
         validates: Whether what was planned is validated.
+        slows: Whether operations in a scene, and checks of it, have speed zones.
     """
 
     def __init__(self, robot: Robot, random: np.random.Generator) -> None:
         """Begin; what is drawn apart leaves the requests as they are that have nothing of it."""
         self.robot, self.random = robot, random
-        apart = random.spawn(1)[0].random(3) < (0.5, 0.04, 0.1)
-        self.handles, self.compares, self.validates = apart.tolist()
+        apart = random.spawn(1)[0].random(4) < (0.5, 0.04, 0.1, 0.4)
+        self.handles, self.compares, self.validates, self.slows = apart.tolist()
 
     def chance(self, share: float) -> bool:
         return bool(self.random.random() < share)

@@ -21,21 +21,33 @@ CONTACT = 1.1e-5
 GENEROUS = 2e-3
 """Room beyond the margin from which on nothing may be refused, m."""
 
+ROUNDING = 1e-6
+"""Relative amount by which what is answered may differ from what it is by rounding."""
+
 ZONE_SAMPLES = 60
 """Number of times at which speeds near objects are looked at."""
 
 RESTING = [0.0, 1.0]
 
 
+def speeds_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any], checks: Any) -> None:
+    """Fail where what is said about the speeds of a trajectory near objects is not so at some sample."""
+    zones = request.get("speed_zones") or []
+    assert len(checks or []) == len(zones)
+    trajectory = Answered(answer["polynomials"])
+    for first, last, around in stages(robot, request, answer) if zones else []:
+        ends = np.clip([first, last], *trajectory.breakpoints[[0, -1]])
+        for zone, check in zip(zones, checks, strict=True):
+            speed_holds(around, zone, check, trajectory, ends)
+
+
 def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clearance: Any) -> None:
-    """Fail where a trajectory that is said to be free comes nearer to something than it may, or is too fast near it."""
+    """Fail where a trajectory that is said to be free comes nearer to something than it may."""
     if not request.get("scene") and not request.get("self_collision"):
         return
     trajectory = Answered(answer["polynomials"])
     for first, last, around in stages(robot, request, answer):
         ends = np.clip([first, last], *trajectory.breakpoints[[0, -1]])
-        for zone in request.get("speed_zones", []) if answer.get("satisfied", True) else []:
-            is_slow(around, zone, trajectory, ends)
         for kind, touching in (("scene", False), ("contacts", True)):
             excess, apart, pair = around.least_excess(trajectory, ends, touching=touching)
             assert excess >= -CONTACT, f"{pair} are {-excess} m too near"
@@ -51,8 +63,13 @@ def is_free(robot: Robot, request: dict[str, Any], answer: dict[str, Any], clear
         assert clearance["itself"]["lower"] <= apart + 1e-6, f"{pair} are {apart} m apart"
 
 
-def is_slow(around: Surroundings, zone: dict[str, Any], trajectory: Answered, ends: np.ndarray) -> None:
-    """Fail where a point of a body is too fast in a speed zone, at some times between two (2,), s."""
+def speed_holds(
+    around: Surroundings, zone: dict[str, Any], check: dict[str, Any], trajectory: Answered, ends: np.ndarray
+) -> None:
+    """Fail where a point of a body is faster in a speed zone than is said, at some times between two (2,), s."""
+    assert (check["clearance"], check["limit"]) == (zone["clearance"], zone["speed"])
+    assert check["lower"] <= check["peak"]
+    assert check["satisfied"] == (check["ratio"] <= 1.0 + ROUNDING) == (not check["exceeded"])
     times = np.linspace(*ends, ZONE_SAMPLES)
     positions, velocities = trajectory.at(times, 2)
     near = np.zeros(len(times), dtype=bool)
@@ -61,9 +78,18 @@ def is_slow(around: Surroundings, zone: dict[str, Any], trajectory: Answered, en
             counts = zone.get("objects") is None or thing.name in zone["objects"]
             if counts and frozenset((body.name, thing.name)) not in around.allowed:
                 near |= around.apart(body, thing, positions) < zone["clearance"] - CONTACT
-    if near.any():
-        fastest = around.fastest(positions[near], velocities[near])
-        assert fastest <= zone["speed"] * (1.0 + 1e-6), f"{fastest} m/s in a zone of {zone['speed']} m/s"
+    assert _within(times[near], check["intervals"]).all(), "the robot is near at other times, too"
+    speeds = around.speeds(positions[near], velocities[near])
+    assert speeds.max(initial=0.0) <= check["peak"] * (1.0 + ROUNDING), f"{speeds.max()} m/s, not {check['peak']}"
+    too_fast = speeds > zone["speed"] * (1.0 + ROUNDING)
+    assert _within(times[near][too_fast], check["exceeded"]).all(), "the robot is too fast at other times, too"
+
+
+def _within(times: np.ndarray, intervals: list[list[float]]) -> np.ndarray:
+    """Whether times (N,) are in any of some intervals, but for rounding."""
+    edges = np.array(intervals).reshape(-1, 2)
+    inside: np.ndarray = (times[:, None] >= edges[:, 0] - CONTACT) & (times[:, None] <= edges[:, 1] + CONTACT)
+    return inside.any(axis=1)
 
 
 def collides(robot: Robot, request: dict[str, Any], found: dict[str, Any], posture: np.ndarray | None) -> None:
@@ -103,6 +129,8 @@ def validation_holds(
         collides(robot, request, collision, posture)
     else:
         is_free(robot, request, polynomials, answer.get("clearance"))
+    speeds_hold(robot, request, polynomials, answer.get("speed_zones"))
+    assert answer["satisfied"] <= all(check["satisfied"] for check in answer.get("speed_zones") or [])
 
 
 def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> None:
@@ -118,6 +146,7 @@ def check_holds(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -
     assert len(results) == len(motions)
     for result, motion in zip(results, motions, strict=True):
         assert result["free"] == (result["collision"] is None)
+        speeds_hold(robot, request, {"polynomials": motion}, result.get("speed_zones"))
         if result["free"]:
             is_free(robot, request, {"polynomials": motion}, result["clearance"])
         else:

@@ -37,6 +37,8 @@ class Operations(Plans):
             asked |= {key: request[key] for key in ("frames",) if key in request}
             postures = [np.array(waypoint["position"]) for waypoint in planned["waypoints"]]
             asked["scene"] = self.scene(asked, postures)
+            if self.slows:
+                asked["speed_zones"] = self.speed_zones(asked["scene"])
         if name == "retime":
             asked.pop("enforced", None)
             asked |= {"backend": self.choice(BACKENDS), "max_deviation": self.between(1e-3, 0.05)}
@@ -75,6 +77,8 @@ class Operations(Plans):
             postures = [np.array(row) for row in rows["position"]]
         if not self.chance(0.1):
             asked["scene"] = self.scene(asked, postures)
+            if self.slows and "positions" not in asked:
+                asked["speed_zones"] = self.speed_zones(asked["scene"])
         return asked
 
     def solutions(self) -> tuple[str, dict[str, Any]]:

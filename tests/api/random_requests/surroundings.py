@@ -162,15 +162,15 @@ class Surroundings:
             time, step = float(times[apart.argmin()]), step / 10.0
         return least
 
-    def fastest(self, positions: np.ndarray, velocities: np.ndarray) -> float:
-        """The highest speed of any point of a body's core at postures and velocities (T, joints), m/s."""
-        highest = 0.0
-        for position, velocity in zip(positions, velocities, strict=True):
+    def speeds(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+        """The highest speeds (T,) of any point of a body's core at postures and velocities (T, joints), m/s."""
+        highest = np.zeros(len(positions))
+        for row, (position, velocity) in enumerate(zip(positions, velocities, strict=True)):
             pin.forwardKinematics(self.robot.model, self.data, position, velocity)
             for body in self.bodies:
                 twist = self.data.v[body.joint]  # in the joint's frame, of its origin
                 speeds = np.linalg.norm(twist.linear + np.cross(twist.angular, body.points), axis=1)
-                highest = max(highest, float(speeds.max()))
+                highest[row] = max(highest[row], float(speeds.max()))
         return highest
 
     def apart(self, body: Body, thing: Thing, positions: np.ndarray) -> np.ndarray:

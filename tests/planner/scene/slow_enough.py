@@ -20,18 +20,29 @@ from tests.sizes import NAME
 DIRECTIONS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
 """Directions in which points of a ball are looked at."""
 
+TURNS = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
+RING = np.concatenate(
+    [
+        [[np.cos(t) * np.cos(u), np.cos(t) * np.sin(u), np.sin(t)] for u in TURNS]
+        for t in np.linspace(-np.pi / 2.0, np.pi / 2.0, 101)
+    ]
+)
+"""Many more of them, of which one is within 2 degrees of any."""
+
 PERIOD = 5e-3 if NAME == "quick" else 1e-3
 """Time between two samples, s."""
 
 
-def speeds_over_time(robot: Robot, times: FloatArray, trajectory: Trajectory) -> FloatArray:
-    """The highest speed (times,) of points on the capsules of a robot, and of its tool, m/s."""
+def speeds_over_time(
+    robot: Robot, times: FloatArray, trajectory: Trajectory, directions: FloatArray = DIRECTIONS
+) -> FloatArray:
+    """The highest speed (times,) of points on the capsules of a robot, in directions (N, 3), and of its tool, m/s."""
     frame = robot.model.frames[robot.tool_frame_id]
     points = [(int(frame.parentJoint), frame.placement.translation[None])]
     for body in robot.collision_shapes:
         assert isinstance(body.shape, Capsule | Sphere)
         half = body.shape.length / 2.0 if isinstance(body.shape, Capsule) else 0.0
-        ball = body.shape.radius * DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1)[:, None]
+        ball = body.shape.radius * directions / np.linalg.norm(directions, axis=1)[:, None]
         end = np.array([0.0, 0.0, half])
         both = np.concatenate([ball + end, ball - end])
         points.append((body.joint, both @ body.placement.rotation.T + body.placement.translation))

@@ -10,6 +10,7 @@ import pytest
 
 import planner
 from planner.backends import BACKENDS
+from planner.certificate import SpeedZoneCheck, interpolated
 from planner.certificate.speed_zones import certify_speed_zones
 from planner.errors import InfeasibleDuration, InvalidProblem
 from planner.problem import BlendTransition, LinearMotion, ThroughTransition
@@ -18,11 +19,20 @@ from planner.saved_plan import load_plan, save_plan
 from planner.scene import CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
-from planner.speed_zones import KNOWN_TO, RESOLUTION, SpeedZone, most_speed, moving_bodies, near_intervals
+from planner.speed_zones import (
+    FINEST,
+    KNOWN_TO,
+    RESOLUTION,
+    SpeedZone,
+    most_speed,
+    moving_bodies,
+    near_intervals,
+    speed_reached,
+)
 from tests.planner.problems import backend_of
 from tests.planner.scene.brute_force import distances_over_time
 from tests.planner.scene.random_scenes import in_capsules, motion_between, random_scene
-from tests.planner.scene.slow_enough import assert_slow_enough, speeds_in_zone, speeds_over_time
+from tests.planner.scene.slow_enough import RING, assert_slow_enough, speeds_in_zone, speeds_over_time
 from tests.sizes import SIZE
 
 KUKA = load_robot("kuka_kr16_2")
@@ -230,6 +240,45 @@ def test_a_trajectory_of_another_origin_is_held_against_zones() -> None:
     truth = speeds_in_zone(KUKA, CELL, plain, ZONE.clearance, ZONE.objects).max()
     assert not check.satisfied
     assert truth <= check.peak <= 1.02 * truth
+    assert check.time is not None
+    there = speeds_over_time(KUKA, np.array([check.time]), plain, RING)[0]
+    assert 0.98 * there <= check.lower <= there * (1.0 + 1e-3), "some point is that fast, and hardly any faster"
+    assert check.exceeded == check.intervals, "it flies past"
+    assert check.link in {shape.link for shape in KUKA.collision_shapes}
+    assert SpeedZoneCheck.from_dict(check.as_dict()) == check
+
+
+@pytest.mark.parametrize("speed", [0.5, 2.0])
+def test_it_is_told_when_a_zone_is_broken(speed: float) -> None:
+    """Samples that are too fast are in what is told, and all of it is too fast but for its ends."""
+    plain = planner.plan(replace(PAST, speed_zones=()), planner.Quintic()).trajectory
+    zone = SpeedZone(5.0, speed)
+    (check,) = certify_speed_zones([zone], [CollisionChecker(KUKA, CELL)], [KUKA], plain)
+    assert not check.satisfied
+    times = plain.sample_times(2e-3)
+    speeds, edges = speeds_over_time(KUKA, times, plain), np.array(check.exceeded)
+    apart = FINEST * plain.duration
+    outer = ((times[:, None] >= edges[:, 0]) & (times[:, None] <= edges[:, 1])).any(axis=1)
+    inner = ((times[:, None] >= edges[:, 0] + apart) & (times[:, None] <= edges[:, 1] - apart)).any(axis=1)
+    assert outer[speeds > speed * (1.0 + 1e-9)].all()
+    assert inner.any()
+    assert (speeds[inner] > 0.95 * speed).all(), "bounds of capsules are a little higher than what samples see"
+    assert not outer.all()
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_velocities_that_jump_are_no_faster_than_they_are(share: float) -> None:
+    """A joint to and fro at a constant speed, as samples are interpolated linearly: it was taken for thrice as fast."""
+    start, turn = np.array([0.0, -1.2, 1.4, 0.0, 1.0, 0.0]), np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    times = np.arange(9.0)
+    to_and_fro = interpolated(KUKA, times, start + np.outer(times % 2.0, turn), interpolation="linear")
+    fastest = speeds_over_time(KUKA, np.array([0.3]), to_and_fro, RING)[0]
+    zone = SpeedZone(5.0, share * fastest)
+    (check,) = certify_speed_zones([zone], [CollisionChecker(KUKA, CELL)], [KUKA], to_and_fro)
+    assert check.satisfied == (share > 1.0)
+    assert check.peak == pytest.approx(fastest, rel=1e-2)
+    assert check.lower == pytest.approx(fastest, rel=1e-2)
+    assert check.exceeded == (() if check.satisfied else ((0.0, 8.0),))
 
 
 ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm")
@@ -256,6 +305,12 @@ def test_bounds_hold_on_random_motions(arm: str) -> None:
         truth = speeds_over_time(robot, times, motion).max()
         assert truth <= bound * (1.0 + 1e-9)
         assert bound <= 1.15 * truth * (1.0 + KNOWN_TO)
+        at = float(rng.uniform(0.0, motion.duration))
+        lower, _ = speed_reached(moving_bodies(robot, checker), motion, at)
+        there = speeds_over_time(robot, np.array([at]), motion, RING)[0]
+        assert 0.85 * there <= lower <= there * (1.0 + 5e-3), (
+            "no faster than some point, which may be off the directions"
+        )
 
 
 def random_postures(robot: Robot, rng: np.random.Generator) -> FloatArray:
