@@ -125,13 +125,14 @@ def collisions(
     problems: Annotated[int, typer.Option(help="Problems of each of the seven kinds of scenes.", min=1)] = 20,
     arm: Annotated[list[str] | None, typer.Option(help="Only these robots.")] = None,
     kind: Annotated[list[str] | None, typer.Option(help="Only these kinds of scenes.")] = None,
+    seconds: Annotated[float, typer.Option(help="Time in which a problem is to be solved, s.", min=0.1)] = 5.0,
 ) -> None:
     """Ways around obstacles beside the peers that are installed; takes half an hour with all 20."""
     from benchmarks.collisions.measure import ARMS, measure
     from benchmarks.collisions.report import print_json, print_table
     from benchmarks.collisions.scenes import KINDS
 
-    figures = measure(problems, arm or ARMS, kind or tuple(KINDS))
+    figures = measure(problems, arm or ARMS, kind or tuple(KINDS), seconds)
     print_json(figures) if json else print_table(figures)
 
 

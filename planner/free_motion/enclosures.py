@@ -2,8 +2,9 @@
 
 The ranges of the first joints are cut into cells. A cell is blocked where a ball inside of a link is too near to an
 object at its middle by more than these joints can move the center of the ball within the cell: then every posture in it
-collides, whatever the other joints do. If the cells that are not blocked do not lead from the start to a goal, no
-motion does (a cell decomposition, Latombe, Robot Motion Planning, 1991, chapter 6, of fewer joints than there are).
+collides, whatever the other joints do. Cells that are blocked in part are cut again. If what is left does not lead from
+the start to a goal, no motion does (an approximate cell decomposition, Latombe, Robot Motion Planning, 1991, chapter 6,
+of fewer joints than there are).
 """
 
 from __future__ import annotations
@@ -13,32 +14,34 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.free_motion.inner_balls import distance_bounds, faces, inner_balls
-from planner.scene import CONTACT_TOLERANCE
-from planner.shapes import ConvexHull, Shape
-from planner.tolerances import ROUNDING
+from planner.free_motion.blocked_cells import NO_OBJECT, BlockedCells
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from planner.robots import Robot
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
 
-ATTEMPTS = ((1, 0.05), (2, 0.1), (2, 0.05))
-"""How many joints are looked at and how wide the cells are, rad or m, one after the other: a third joint would take
-minutes."""
+ATTEMPTS = ((1, 8), (2, 3))
+"""How many joints are looked at, one after the other, and how often their cells are halved: a link that grazes an
+object as the first joint turns is held up by it within a few mrad. A third joint would take minutes."""
+
+WIDTH = 0.1
+"""How wide the cells are to begin with, rad or m."""
 
 FEW = 20.0
 """Number of objects up to which as many cells are looked at as may be; among more of them fewer are, since each takes
 longer: so a search that fails in a full scene ends in as much time as one in an empty one."""
 
-FACES_OF_ONE = 8.0
-"""The number of faces of a hull that take as long as a box does."""
+MOST_CELLS = 2**22
+"""The most cells that there may be in the end, some twenty bytes each: a robot that goes many metres has more."""
 
-AT_ONCE = 200_000
-"""The number of distances of balls from an object that are computed together: some MiB."""
+ROUNDED = 1e-6
+"""The share of a cell that may be beyond the last one: what it moves is less than what counts as contact."""
 
-MOST_CELLS = 2**24
-"""The most cells that there may be, one byte each: a robot that goes many metres has more."""
+TURN = 2.0 * np.pi
+"""Where everything is as it was, rad."""
 
 
 class Enclosure(NamedTuple):
@@ -68,161 +71,137 @@ def find_enclosure(
     Returns:
         What is in the way; None: nothing is proved.
     """
-    for count, width in ATTEMPTS:
+    for count, halvings in ATTEMPTS:
         if count > robot.dof:
             break
-        cells = _Cells.of(robot, count, width)
-        links = _Balls(robot, checker, count)
-        if cells is None or not len(links.radii) or links.is_far:
+        cells, blocked = _Cells.of(robot, count, halvings), BlockedCells(robot, checker, count)
+        if cells is None or blocked.is_empty:
             continue
-        most = int(most_cells * FEW / max(FEW, links.cost))
-        objects = _enclosing(cells, links, start[:count], goals[:, :count], most)
-        if objects is not None:
-            return Enclosure(count, objects)
+        most = int(most_cells * FEW / max(FEW, blocked.cost))
+        numbers = _enclosing(cells, blocked, start[None, :count], goals[:, :count], most)
+        if numbers is not None:
+            return Enclosure(count, blocked.names(numbers))
     return None
 
 
 class _Cells(NamedTuple):
-    """The ranges of the first joints in cells.
+    """The ranges of the first joints in cells, as small as they get.
 
     Attributes:
         lower: (joints,): where the ranges begin, rad or m.
         widths: (joints,): of a cell.
-        counts: Number of cells along each joint.
+        counts: (joints,): number of cells along each joint.
+        different: (joints,): number of them until all is as it was, a turn further; as many as there are, or fewer.
         turns: (joints,), bool: whether the last cell of a joint is beside its first.
+        coarsest: The number of cells along each joint that are looked at as one at first.
     """
 
     lower: FloatArray
     widths: FloatArray
-    counts: tuple[int, ...]
+    counts: np.ndarray
+    different: np.ndarray
     turns: np.ndarray
+    coarsest: int
 
     @classmethod
-    def of(cls, robot: Robot, count: int, width: float) -> _Cells | None:
-        """Cut the ranges of so many joints; None: one slides without end, or there would be too many cells."""
+    def of(cls, robot: Robot, count: int, halvings: int) -> _Cells | None:
+        """Cut the ranges of so many joints, and so often; None: one slides without end, or cells would be too many."""
         lower, upper = robot.limit("lower")[:count], robot.limit("upper")[:count]
-        turns = ~np.isfinite(upper - lower)
-        if (turns & ~robot.is_angle[:count]).any():
+        is_angle, turns = robot.is_angle[:count], ~np.isfinite(upper - lower)
+        if (turns & ~is_angle).any():
             return None
         lower, upper = np.where(turns, -np.pi, lower), np.where(turns, np.pi, upper)
-        counts = np.maximum(1.0, np.ceil((upper - lower) / width))
+        repeats = is_angle & (upper - lower >= TURN)
+        ranges = np.where(repeats, TURN, upper - lower)
+        coarsest = 2**halvings
+        coarse = np.maximum(1.0, np.ceil(ranges / WIDTH))
+        widths = np.where(ranges > 0.0, ranges, 1.0) / coarse / coarsest
+        counts = np.maximum(coarse * coarsest, np.where(turns, 0.0, np.ceil((upper - lower) / widths - ROUNDED)))
         if counts.prod() > MOST_CELLS:
             return None
-        return cls(lower, (upper - lower) / counts, tuple(counts.astype(int).tolist()), turns)
+        return cls(lower, widths, counts.astype(int), (coarse * coarsest).astype(int), turns, coarsest)
 
-    def containing(self, positions: FloatArray) -> np.ndarray:
-        """Return the cells (N, joints) that positions (N, joints) are in."""
-        since = np.where(self.turns, np.mod(positions - self.lower, 2.0 * np.pi), positions - self.lower)
-        counts = np.array(self.counts)
-        rows = np.floor(since / np.where(self.widths > 0.0, self.widths, 1.0)).astype(int)
-        return np.asarray(np.clip(rows, 0, counts - 1))
+    def containing(self, positions: FloatArray) -> tuple[np.ndarray, ...]:
+        """Return the cells that positions (N, joints) are in, as indices of each joint (N,)."""
+        since = np.where(self.turns, np.mod(positions - self.lower, TURN), positions - self.lower)
+        cells = np.clip(np.floor(since / self.widths).astype(int), 0, self.counts - 1)
+        return tuple(cells.T)
 
-    def middles(self, cells: np.ndarray) -> FloatArray:
-        """Return the middles (N, joints) of cells (N, joints), rad or m."""
-        return np.asarray(self.lower + (cells + 0.5) * self.widths, dtype=np.float64)
+    def unrolled(self, by: np.ndarray) -> np.ndarray:
+        """Return what is known of the different cells for all cells."""
+        numbers = [np.arange(count) % own for count, own in zip(self.counts, self.different, strict=True)]
+        return np.asarray(by[np.ix_(*numbers)])
 
-    def beside(self, cells: np.ndarray) -> np.ndarray:
-        """Return the cells that touch one of some cells (N, joints), with repetitions."""
-        steps = np.array([step for step in product((-1, 0, 1), repeat=len(self.counts)) if any(step)])
-        found = (cells[:, None] + steps).reshape(-1, len(self.counts))
-        counts = np.array(self.counts)
-        found = np.where(self.turns, found % counts, found)
-        return np.asarray(found[((found >= 0) & (found < counts)).all(axis=1)])
-
-
-class _Balls:
-    """Balls inside of all that the first joints move and no other joint does."""
-
-    def __init__(self, robot: Robot, checker: CollisionChecker, count: int) -> None:
-        bodies = checker.bodies
-        moved = [n for n, piece in enumerate(bodies.pieces) if piece.joint and not bodies.is_moved[n, count:].any()]
-        balls = [inner_balls(bodies.pieces[n].shape) for n in moved]
-        placed = [(bodies.pieces[n], centers) for n, (centers, _) in zip(moved, balls, strict=True)]
-        self._bodies, self._dof, self._count = bodies, robot.dof, count
-        self._objects = [
-            (obstacle, obstacle.shape, checker.margins[:, k])
-            for k, obstacle in enumerate(checker.obstacles.all)
-            if isinstance(obstacle.shape, Shape)
-        ]
-        self._of = np.repeat(np.array(moved, dtype=int), [len(radii) for _, radii in balls])
-        self._centers = np.concatenate(
-            [np.zeros((0, 3)), *(c @ piece.rotation.T + piece.translation for piece, c in placed)]
-        )
-        self.radii = np.concatenate([np.zeros(0), *(radii for _, radii in balls)])
-
-    @property
-    def cost(self) -> float:
-        """How many boxes take as long to be looked at as the objects."""
-        shapes = [shape for _, shape, _ in self._objects]
-        return sum(len(faces(s)) / FACES_OF_ONE if isinstance(s, ConvexHull) else 1.0 for s in shapes)
-
-    @property
-    def is_far(self) -> bool:
-        """Whether there is nothing to be held against."""
-        return not self._objects
-
-    def blocked(self, middles: FloatArray, widths: FloatArray) -> np.ndarray:
-        """Find the numbers of objects (N,) that all postures of cells collide with, -1 where none is known.
-
-        Args:
-            middles: Of the cells (N, joints), rad or m.
-            widths: Of every cell (joints,).
-        """
-        step = max(1, AT_ONCE // len(self.radii))
-        found = [self._blocked(middles[k : k + step], widths) for k in range(0, len(middles), step)]
-        return np.concatenate(found)
-
-    def names(self, numbers: np.ndarray) -> tuple[str, ...]:
-        """Return the names of objects, in alphabetical order."""
-        return tuple(sorted({self._objects[number][0].name for number in numbers.tolist()}))
-
-    def _blocked(self, middles: FloatArray, widths: FloatArray) -> np.ndarray:
-        positions = np.zeros((len(middles), self._dof))
-        positions[:, : self._count] = middles
-        rotations, origins = self._bodies.frames(positions)
-        joints = self._bodies.joints[self._of]
-        centers = np.einsum("nbxy,by->nbx", rotations[:, joints], self._centers) + origins[:, joints]
-        reach = self.radii - self._moved(rotations, origins, centers, widths) - ROUNDING * 10.0 - CONTACT_TOLERANCE
-        found = np.full(len(middles), -1)
-        for number, (obstacle, shape, margins) in enumerate(self._objects):
-            near = distance_bounds(shape, (centers - obstacle.translation) @ obstacle.rotation)
-            found[(near < reach + margins[self._of]).any(axis=1)] = number
-        return found
-
-    def _moved(self, rotations: FloatArray, origins: FloatArray, centers: FloatArray, widths: FloatArray) -> FloatArray:
-        """Bound how far the joints move the centers (N, balls, 3) within half a cell: (N, balls), m."""
-        moved = np.zeros(centers.shape[:2])
-        for joint, width in enumerate(widths.tolist()):
-            mine = self._bodies.is_moved[self._of, joint]
-            if not self._bodies.is_angle[joint]:
-                moved += np.where(mine, width / 2.0, 0.0)
-                continue
-            arm = centers - origins[:, joint + 1][:, None]
-            axis = rotations[:, joint + 1, :, 2][:, None]
-            along = (arm * axis).sum(axis=-1)
-            from_axis = np.sqrt(np.maximum((arm**2).sum(axis=-1) - along**2, 0.0))
-            moved += np.where(mine, 2.0 * np.sin(min(width / 2.0, np.pi) / 2.0) * from_axis, 0.0)
-        return moved
+    def with_edges(self, cells: np.ndarray, beyond: int) -> np.ndarray:
+        """Return cells with one more around them: those of the other end of joints that turn, and else a value."""
+        for axis, turns in enumerate(self.turns.tolist()):
+            sides = [(int(k == axis), int(k == axis)) for k in range(cells.ndim)]
+            cells = np.pad(cells, sides, mode="wrap") if turns else np.pad(cells, sides, constant_values=beyond)
+        return cells
 
 
-def _enclosing(cells: _Cells, links: _Balls, start: FloatArray, goals: FloatArray, most: int) -> tuple[str, ...] | None:
-    """Flood the cells from both sides; name what encloses one of them, if that is so before they meet."""
-    fronts = [cells.containing(start[None]), np.unique(cells.containing(goals), axis=0)]
-    seen = [np.zeros(cells.counts, dtype=bool) for _ in fronts]
-    sizes, blocking = [0, 0], [np.zeros(0, dtype=int), np.zeros(0, dtype=int)]
-    for side, front in enumerate(fronts):
-        seen[side][tuple(front.T)] = True
-    while sum(sizes) < most:
-        side = int(sizes[1] < sizes[0])
-        if seen[1 - side][tuple(fronts[side].T)].any():
-            return None  # what the other side has seen may be blocked: but then it is here, too
-        around = np.unique(cells.beside(fronts[side]), axis=0)
-        new = around[~seen[side][tuple(around.T)]]
-        seen[side][tuple(new.T)] = True
-        sizes[side] += len(new)
-        by = links.blocked(cells.middles(new), cells.widths) if len(new) else np.zeros(0, dtype=int)
-        blocking[side] = np.union1d(blocking[side], by[by >= 0])
-        fronts[side] = new[by < 0]
-        if not len(fronts[side]):
-            return links.names(blocking[side])
+def _enclosing(
+    cells: _Cells, blocked: BlockedCells, start: FloatArray, goals: FloatArray, most: int
+) -> np.ndarray | None:
+    """Look at cells until those that are blocked keep a start (1, joints) from the goals (goals, joints).
+
+    Returns:
+        The numbers of the objects that do; None: as many cells as may be, or all, have been looked at.
+    """
+    joints, size, looked_at = len(cells.counts), cells.coarsest, 0
+    by = np.full(cells.different, NO_OBJECT, dtype=np.int32)
+    left = np.stack(np.meshgrid(*(np.arange(0, n, size) for n in cells.different), indexing="ij"), axis=-1)
+    left = left.reshape(-1, joints)
+    while len(left) and looked_at + len(left) <= most:
+        looked_at += len(left)
+        found = blocked.look(cells.lower + (left + size / 2.0) * cells.widths, cells.widths * size)
+        proved = found.by != NO_OBJECT
+        by[tuple(_parts(left[proved], range(size)).T)] = found.by[proved].repeat(size**joints)
+        numbers = _surrounding(cells, cells.unrolled(by), start, goals)
+        if numbers is not None or size == 1:
+            return numbers
+        size //= 2
+        left = _parts(left[found.may_have_more], (0, size))
     return None
+
+
+def _parts(cells: np.ndarray, beyond: Iterable[int]) -> np.ndarray:
+    """Return parts (N * parts, joints) of cells (N, joints), which begin so many of the smallest ones further."""
+    offsets = np.array(list(product(beyond, repeat=cells.shape[1])))
+    return np.asarray((cells[:, None] + offsets).reshape(-1, cells.shape[1]))
+
+
+def _surrounding(cells: _Cells, by: np.ndarray, start: FloatArray, goals: FloatArray) -> np.ndarray | None:
+    """Return the numbers of the objects around the cells that lead from a start, or to the goals if these are fewer.
+
+    Args:
+        cells: The cells.
+        by: Of each cell the number of the object that blocks it.
+        start: (1, joints), rad or m.
+        goals: (goals, joints).
+
+    Returns:
+        The numbers; None: one of the goals can be reached through cells that are not blocked.
+    """
+    from scipy import ndimage  # here only: most processes never need it
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    ends = [cells.containing(positions) for positions in (start, goals)]
+    for end in ends:
+        by[end] = NO_OBJECT  # an end is free, on the edge of a cell, too
+    beside, inner = np.ones((3,) * by.ndim), (slice(1, -1),) * by.ndim
+    edged = cells.with_edges(by == NO_OBJECT, False)
+    labels, count = ndimage.label(edged, structure=beside)
+    same = cells.with_edges(labels[inner], 0)
+    turned = (
+        labels != same
+    )  # on the edges, where a cell of the other end has its own label and one of its neighbors here
+    graph = coo_array((np.ones(turned.sum()), (labels[turned], same[turned])), shape=(count + 1, count + 1))
+    regions = connected_components(graph, directed=False)[1][labels]
+    from_start, to_goals = (np.isin(regions, regions[inner][end]) for end in ends)
+    if (from_start & to_goals).any():
+        return None
+    enclosed = from_start if from_start.sum() < to_goals.sum() else to_goals
+    around = cells.with_edges(by, NO_OBJECT)[ndimage.binary_dilation(enclosed, structure=beside)]
+    return np.unique(around[around != NO_OBJECT])

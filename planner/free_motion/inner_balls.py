@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from planner.shapes import Shape
     from planner.spatial import FloatArray
 
-TRIED = 3000
-"""The number of points of a shape that are tried as centers of balls: every centimetre or so of a link's piece."""
+TRIED = 6000
+"""The number of points of a shape that are tried as centers of balls: every 8 mm or so of a link's piece."""
 
 LEAST_SHARE = 0.4
 """The least radius of a ball, as a share of the largest one in its shape: thinner ones block hardly anything."""
 
-APART = 0.7
-"""How far the centers of two balls are apart at least, as a share of the larger one's radius."""
+LEFT_OUT = 0.04
+"""By how much a ball may be beyond another one to be left out, as a share of the largest radius: some 2 mm."""
 
 AT_ONCE = 16
 """The number of faces of a hull that points are held against together: all of many would take hundreds of MiB."""
@@ -41,19 +41,20 @@ def inner_balls(shape: Shape) -> tuple[FloatArray, FloatArray]:
     low = np.minimum(capsule.start, capsule.end) - capsule.radius
     size = np.maximum(capsule.start, capsule.end) + capsule.radius - low
     pitch = float(size.prod() / TRIED) ** (1.0 / 3.0)
-    counts = np.maximum(1, np.round(size / pitch)).astype(int)
+    counts = 2 * np.round(size / pitch / 2.0).astype(int) + 1  # odd ones: in most shapes the largest balls are amidst
     axes = [a + s * (np.arange(n) + 0.5) / n for a, s, n in zip(low, size, counts.tolist(), strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    points = np.vstack([(capsule.start + capsule.end) / 2.0, points])
     radii = -distance_bounds(shape, points)
     order = np.argsort(-radii, kind="stable")
     order = order[radii[order] > max(0.0, LEAST_SHARE * float(radii.max()))]
     points, radii = points[order], radii[order]
-    left, kept = np.ones(len(points), dtype=bool), []
-    for k in range(len(points)):
-        if left[k]:
-            kept.append(k)
-            left &= np.linalg.norm(points - points[k], axis=1) >= APART * radii[k]
+    allowed = LEFT_OUT * float(radii.max(initial=0.0))
+    left, kept = np.arange(len(points)), []
+    while len(left):
+        largest = int(left[0])
+        kept.append(largest)
+        beyond = np.linalg.norm(points[left] - points[largest], axis=1) + radii[left] - radii[largest]
+        left = left[beyond > allowed]
     return points[kept], radii[kept]
 
 

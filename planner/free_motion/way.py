@@ -33,6 +33,9 @@ and stays free where its corners are cut."""
 SHARE_WITH_ROOM = 0.25
 """The share of the motions that are looked at for a way with that much room, before one with less will do."""
 
+CELLS_OF_A_CHECK = 2
+"""The number of cells that a proof that there is no way looks at for each motion that the search may look at."""
+
 WayStatus = Literal["found", "start_not_free", "no_goal_free", "enclosed", "budget_spent"]
 """Whether there is a way, or why there is none."""
 
@@ -76,7 +79,8 @@ def find_way(
         checker: The arm and what is around it.
         start: (joints,), rad or m, within the limits.
         goals: (goals, joints), within the limits: any of them will do.
-        most_checks: The most motions that are looked at; and then the most cells, to prove that there is no way.
+        most_checks: The most motions that are looked at; and then, to prove that there is no way, cells, see
+            `CELLS_OF_A_CHECK`.
         seed: Of the random positions; equal seeds give equal ways.
     """
     edges = FreeEdges(robot, checker, most_checks)
@@ -102,7 +106,7 @@ def find_way(
             return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
     left, row = trees.gap()
     far = trees.from_start.positions[trees.from_start.branch(row)[::-1]]
-    enclosure = find_enclosure(robot, checker, start, goals[free], most_checks)
+    enclosure = find_enclosure(robot, checker, start, goals[free], CELLS_OF_A_CHECK * most_checks)
     status: WayStatus = "budget_spent" if enclosure is None else "enclosed"
     return Way(status, far, free[0], left, edges.checked, enclosure)
 

@@ -49,7 +49,7 @@ def test_a_few_problems_become_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measure, "measure_proofs", lambda robot, count: {"nothing": _nothing(robot.dof * 0 + count)})
     figures = measure.measure(1, [ARM.id], ["box", "table_under"])
     row = figures["arms"][ARM.id]["solvers"][measure.OURS]
-    assert (row["asked"], row["solved"], row["touching"]) == (2, 2, 0.0)
+    assert (row["solvable"], row["solved"], row["wrong"], row["touching"]) == (2, 2, 0, 0.0)
     with redirect_stdout(io.StringIO()) as out:
         report.print_json(figures)
     assert orjson.loads(out.getvalue())["absent"] == figures["absent"]

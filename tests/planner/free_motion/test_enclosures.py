@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import planner
-from planner.free_motion.enclosures import _Balls, find_enclosure
+from planner.free_motion.blocked_cells import BlockedCells, Looked
+from planner.free_motion.enclosures import find_enclosure
 from planner.free_motion.inner_balls import distance_bounds, inner_balls
 from planner.polynomials import PiecewisePolynomial
 from planner.robots import Robot, load_robot
-from planner.scene import CollisionChecker, Scene, SceneObject
+from planner.scene import CollisionChecker, Scene, SceneObject, is_free
 from planner.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose
 from tests.planner.free_motion.cases import ARM, LEFT
@@ -72,7 +75,7 @@ def test_all_postures_of_a_blocked_cell_collide(arm: str) -> None:
         checker = CollisionChecker(robot, Scene([thing], margin=margin))
         widths = rng.uniform(0.01, 0.2, count)
         middles = postures[0, :count] + widths * rng.normal(size=(40, count))
-        blocked = np.flatnonzero(_Balls(robot, checker, count).blocked(middles, widths) >= 0)
+        blocked = np.flatnonzero(BlockedCells(robot, checker, count).look(middles, widths).by >= 0)
         seen += len(blocked)
         for cell in blocked[:2].tolist():
             corners = rng.choice([-0.5, 0.5], (20, count))
@@ -104,23 +107,73 @@ def test_walls_leave_no_way_or_one(arm: str, walls: list[SceneObject], proved: t
     assert find_enclosure(robot, checker, left, np.stack([right, left + 0.05]), 700) is None
 
 
+@pytest.mark.parametrize("gap", [0.0005, -0.0005])
+def test_a_link_that_grazes_an_object_is_held_up(gap: float) -> None:
+    """The furthest point of what the first joint turns goes along a circle, and a ball reaches into it by a hair."""
+    bodies = CollisionChecker(ARM).bodies
+    ends = bodies.at(np.zeros((1, ARM.dof))).spheres[0][bodies.joints == 1][:, [0, -1]]
+    reach = np.hypot(ends[..., 0], ends[..., 1]) + bodies.radii[bodies.joints == 1, None]
+    furthest = ends[np.unravel_index(np.argmax(reach), reach.shape)]
+    ball = SceneObject("ball", [Sphere(0.05)], Pose([reach.max() + 0.05 + gap, 0.0, furthest[2]]))
+    left, right = np.array([[1.5, *LEFT[1:]], [-1.5, *LEFT[1:]]])
+    found = find_enclosure(ARM, CollisionChecker(ARM, Scene([ball])), left, right[None], 4000)
+    assert found == (None if gap > 0.0 else (1, ("ball",)))
+
+
+def test_a_turn_further_the_same_walls_are_in_the_way() -> None:
+    """The second joint of a UR5 is beside the axis of the first, which turns twice: each time walls are in its way.
+
+    From the end of the range the last wall but one of these turns is in the way: the one on the side of x.
+    """
+    robot = load_robot("ur5")
+    walls = [SceneObject(f"wall {k}", [Box([0.6, 0.02, 2.0])], Pose([0.42 * k, 0.0, 0.0])) for k in (-1, 1)]
+    checker = CollisionChecker(robot, Scene(walls))
+    start, near, further = np.tile([0.0, -np.pi / 2.0, 0.0, 0.0, 0.0, 0.0], (3, 1))
+    near[0], further[0] = 0.02, 2.0 * np.pi - 0.02
+    assert is_free(checker, np.stack([start, near, further])).all()
+    assert find_enclosure(robot, checker, start, near[None], 20_000) is None
+    found = find_enclosure(robot, checker, start, further[None], 20_000)
+    assert found is not None
+    assert found.objects == ("wall 1",)
+
+
+@pytest.mark.sized
+@pytest.mark.parametrize("arm", ["kuka_kr16_2", "welding_arm", "date_sorting_arm"])
+def test_no_enclosure_where_there_is_a_way(arm: str) -> None:
+    """Things are put beside a straight motion, some of them within a hair of it."""
+    robot = load_robot(arm)
+    rng = np.random.default_rng(6)
+    lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
+    beside = 0
+    for _ in range(SIZE.examples // 3):
+        start, goal = rng.uniform(lower, upper, (2, robot.dof))
+        way = PiecewisePolynomial(np.ones(1), np.stack([start, goal - start], axis=-1)[None])
+        drawn = [replace(random_thing(rng, robot, rng.uniform(lower, upper)), id=f"thing {k}") for k in range(30)]
+        times = np.linspace(0.0, 1.0, 200)
+        apart = {k: distances_over_time(robot, Scene([one]), times, way) for k, one in enumerate(drawn)}  # type: ignore[arg-type]
+        things = [drawn[k] for k, distances in apart.items() if np.nanmin(distances) > 0.0]
+        beside += len(things)
+        assert find_enclosure(robot, CollisionChecker(robot, Scene(things)), start, goal[None], 4000) is None
+    assert beside > SIZE.examples
+
+
 @pytest.mark.parametrize("shape", [Box([0.1, 0.1, 0.1]), shape_of("hull", np.random.default_rng(5))])
 def test_among_many_objects_fewer_cells_are_looked_at(shape: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else a search that fails among a thousand of them would take minutes instead of seconds."""
     looked = []
-    blocked = _Balls.blocked
+    look = BlockedCells.look
 
-    def counting(self: _Balls, middles: FloatArray, widths: FloatArray) -> np.ndarray:
+    def counting(self: BlockedCells, middles: FloatArray, widths: FloatArray) -> Looked:
         looked.append(len(middles))
-        return blocked(self, middles, widths)
+        return look(self, middles, widths)
 
-    monkeypatch.setattr(_Balls, "blocked", counting)
+    monkeypatch.setattr(BlockedCells, "look", counting)
     things = [SceneObject(f"far {k}", [shape], Pose([20.0, 0.0, k])) for k in range(200)]
     left, right = np.zeros((2, ARM.dof))
     left[0], right[0] = 1.5, -1.5
     checker = CollisionChecker(ARM, Scene([BEHIND, *things]))
-    find_enclosure(ARM, checker, left, right[None], 500)
-    assert 0 < sum(looked) < 300  # some 1,100 otherwise
+    find_enclosure(ARM, checker, left, right[None], 3000)
+    assert 0 < sum(looked) < 300  # some 2,300 otherwise
 
 
 def test_a_refusal_says_that_there_is_no_way() -> None:
