@@ -24,7 +24,7 @@ AT_ONCE = 2048
 """The number of cells that are looked at together: some MiB."""
 
 NO_OBJECT = -1
-"""In the place of an object's number: there is none."""
+"""The number that stands for no object."""
 
 
 class Looked(NamedTuple):

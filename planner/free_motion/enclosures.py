@@ -41,7 +41,7 @@ ROUNDED = 1e-6
 """The share of a cell that may be beyond the last one: what it moves is less than what counts as contact."""
 
 TURN = 2.0 * np.pi
-"""Where everything is as it was, rad."""
+"""A full turn, rad, after which everything is as it was."""
 
 
 class Enclosure(NamedTuple):

@@ -25,7 +25,7 @@ LEAST_SHARE = 0.4
 """The least radius of a ball, as a share of the largest one in its shape: thinner ones block hardly anything."""
 
 LEFT_OUT = 0.04
-"""By how much a ball may be beyond another one to be left out, as a share of the largest radius: some 2 mm."""
+"""How far a ball may be beyond another one to be left out, as a share of the largest radius: some 2 mm."""
 
 AT_ONCE = 16
 """The number of faces of a hull that points are held against together: all of many would take hundreds of MiB."""

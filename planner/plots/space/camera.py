@@ -33,7 +33,7 @@ class Camera:
 
     @cached_property
     def eye(self) -> FloatArray:
-        """Where it looks from (4,), homogeneous: the last is 0 of parallel lines, which come from that direction.
+        """The point (4,) that it looks from, homogeneous: the last is 0 of parallel lines, coming from that direction.
 
         It is the one point that the matrix takes to nothing (Hartley and Zisserman, Multiple View Geometry in Computer
         Vision, section 6.2.4), by Cramer's rule.

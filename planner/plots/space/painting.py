@@ -47,7 +47,7 @@ SPECK = 0.004
 SAME_HEIGHT = 0.01
 """Share of the extent of a thing by which points of it are as high as its highest one."""
 
-SAME_PLACE = 0.03
+CLOSE_NAMES = 0.03
 """Share of the extent of a view up to which two things have their names on one line."""
 
 NEAR_END = 0.08
@@ -133,22 +133,22 @@ def _write_names(space: Space, solids: Sequence[Solid], plates: Sequence[Solid])
     """Write the names of what stands over it, and of planes in them, unless they are too many."""
     camera = space.camera()
     middle = camera.project(np.mean(space.limits(), axis=0)[None])[0]
-    places: dict[str, tuple[FloatArray, bool]] = {}
+    positions: dict[str, tuple[FloatArray, bool]] = {}
     for solid in (*solids, *plates):
         seen = camera.project(solid.vertices)
         highest = seen[:, 1].max()
         at = solid.vertices[seen[:, 1] >= highest - SAME_HEIGHT * np.ptp(seen)].mean(axis=0)
         is_under = solid in plates and highest > middle[1]
-        known = places.get(solid.name)
+        known = positions.get(solid.name)
         if known is None or camera.project(np.array([known[0], at]))[:, 1].argmax() == 1:
-            places[solid.name] = at, is_under
-    if len(places) > MOST_NAMED:
+            positions[solid.name] = at, is_under
+    if len(positions) > MOST_NAMED:
         return
     extent = np.linalg.norm(np.ptp(camera.project(np.array(space.limits())), axis=0))
     written: list[tuple[FloatArray, bool, list[str]]] = []
-    for name, (at, is_under) in places.items():
+    for name, (at, is_under) in positions.items():
         apart = [np.linalg.norm(np.subtract(*camera.project(np.array([at, other])))) for other, _, _ in written]
-        if apart and min(apart) < SAME_PLACE * extent:
+        if apart and min(apart) < CLOSE_NAMES * extent:
             written[int(np.argmin(apart))][2].append(name)
         else:
             written.append((at, is_under, [name]))
@@ -173,14 +173,14 @@ def _tell(space: Space, everything: Surroundings, near: Surroundings, plates: li
     """Tell the margins that are kept, and what is too far away to be shown."""
     shown = near.names(carried=False) | near.names(carried=True) | {plate.name for plate in plates}
     shown |= {name for name, _ in near.clouds}
-    told = {name: margin * MILLIMETRES for name, margin in everything.margins.items()}
+    margins = {name: margin * MILLIMETRES for name, margin in everything.margins.items()}
     handles: list[Artist] = []
     if shown - near.names(carried=True):
-        handles.append(Patch(facecolor=STANDING.fill, edgecolor=STANDING.edge, alpha=0.8, label=_margins(told)))
+        handles.append(Patch(facecolor=STANDING.fill, edgecolor=STANDING.edge, alpha=0.8, label=_margins(margins)))
     if carried := sorted(near.names(carried=True)):
         label = f"carried: {', '.join(carried)}" if len(carried) <= MOST_MARGINS else f"carried: {len(carried)} things"
         handles.append(Patch(facecolor=CARRIED.fill, edgecolor=CARRIED.edge, alpha=0.8, label=label))
-    if far := sorted(told.keys() - shown):
+    if far := sorted(margins.keys() - shown):
         label = ", ".join(far) if len(far) <= MOST_MARGINS else f"{len(far)} things"
         handles.append(Line2D([], [], linestyle="", label=f"out of the picture: {label}"))
     if handles:

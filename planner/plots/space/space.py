@@ -38,8 +38,17 @@ ZOOM = 0.92
 MOST_TICKS = 6
 """The most stretches between ticks of the axes of an isometric view, on which there is less room."""
 
-BEHIND, LINES, DOTS, TEXT = 1.6, 3.0, 4.0, 9.0
-"""What is drawn over what: things, over the grid, then the robot and the path of its tool, dots on them, names."""
+BEHIND = 1.6
+"""The layer (matplotlib's zorder) of things: over the grid, under the robot."""
+
+LINES = 3.0
+"""The layer of the robot and of the path of its tool."""
+
+DOTS = 4.0
+"""The layer of dots on them."""
+
+TEXT = 9.0
+"""The layer of names, over all else."""
 
 
 class Style(NamedTuple):
@@ -160,8 +169,8 @@ class Space:
 
     def legend(self, handles: list[Artist]) -> None:
         """Tell what is what, above the picture."""
-        place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": len(handles)}
-        self.axes.legend(handles=handles, frameon=False, fontsize=8, borderaxespad=0.2, handlelength=1.4, **place)
+        options = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": len(handles)}
+        self.axes.legend(handles=handles, frameon=False, fontsize=8, borderaxespad=0.2, handlelength=1.4, **options)
 
     def finish(self) -> None:
         """Give all axes the same scale, and name them."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 ROOM = 0.75
 """How much of its surroundings a view shows on each side of the robot and its path, as a share of their extent."""
 
-PLACES = 6
+POSE_DECIMALS = 6
 """Number of decimals, of m, by which two places of a thing are told apart."""
 
 PATCH_THICKNESS = 3e-4
@@ -75,8 +75,8 @@ def surroundings(plan: Planned) -> Surroundings:
     margins: dict[str, float] = {}
     for checker in dict.fromkeys(checkers):
         for piece in checker.obstacles.all:
-            place = np.round(np.append(piece.translation, piece.rotation), PLACES).tolist()
-            pieces.setdefault((id(piece.shape), *place), piece)
+            pose = np.round(np.append(piece.translation, piece.rotation), POSE_DECIMALS).tolist()
+            pieces.setdefault((id(piece.shape), *pose), piece)
             margins[piece.name] = plan.problem.scene.margin if piece.margin is None else piece.margin
     solids: list[Solid] = []
     planes: list[tuple[str, FloatArray, float]] = []
