@@ -335,18 +335,18 @@ def _planning_fields(error: PlanningError) -> dict[str, Any]:
     if isinstance(error, InvalidRobotModel):
         document["findings"] = [asdict(finding) for finding in error.findings[:MOST_FAULTS]]
     if error.nearest is not None:
-        from api.answers import nearest_answer
+        from api.answers.values import nearest_answer
 
         document["nearest"] = nearest_answer(error.nearest)
     if error.path_point is not None:
-        from api.answers import path_point_answer
+        from api.answers.values import path_point_answer
 
         document["place"] = path_point_answer(error.path_point)
     return document
 
 
 def _remedy(remedy: Remedy) -> dict[str, Any]:
-    from api.answers import value_answer
+    from api.answers.values import value_answer
 
     return {
         "change": pointer_of(remedy.field),

@@ -11,6 +11,7 @@ import orjson
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
+from api.answers.views import VIEWS
 from api.errors import MEDIA_TYPE, STATUS_OF_CODE
 from api.operations import OPERATIONS
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
@@ -19,16 +20,15 @@ from api.schemas.ros import RosJointTrajectory
 from api.size import CAPPED_LISTS
 from api.tasks.operation import ACCESS_CODES, CONNECTION_CODES
 from api.version import service_version
-from api.views import VIEWS
 from planner.export import FORMATS
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core.core_schema import FloatSchema, TaggedUnionSchema, WithDefaultSchema
 
-    from api.messages import Reply
     from api.tasks.operation import Operation
     from api.tasks.work import Work
+    from api.workers.messages import Reply
 
 TITLE = "Trajectory planner"
 """The name of the service in its documentation."""

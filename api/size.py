@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from api.errors import LONGEST_POINTER
 
 if TYPE_CHECKING:
-    from api.messages import Caps
+    from api.workers.messages import Caps
 
 MOST_FIELDS = 64
 """The most fields of one object in a request; the schema with the most has less than 20."""

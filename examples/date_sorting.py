@@ -14,12 +14,12 @@ from planner.dynamics import inverse_dynamics
 from planner.kinematics import FloatArray, Pose, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problem import PlanningProblem, PoseWaypoint
+from planner.problems.problem import PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 from planner.robots.payload import Payload
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 ROBOT = load_robot("date_sorting_arm")
 

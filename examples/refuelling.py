@@ -12,11 +12,11 @@ import numpy as np
 from planner.errors import UnreachableWaypoint
 from planner.kinematics import Pose
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
+from planner.problems.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 # Tables 3.2 and 3.3, degrees. Table 3.3 lost the sign of joint 5 at P3 and P4, which Table 4.9 has (E5).
 JOINT_TABLES = {

@@ -18,12 +18,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from planner.action_times import TimedAction as TimedAction
-    from planner.actions import AtDistance as AtDistance
-    from planner.actions import AtTime as AtTime
-    from planner.actions import AtWaypoint as AtWaypoint
-    from planner.actions import SetOutput as SetOutput
-    from planner.actions import Wait as Wait
     from planner.backends import BACKENDS as BACKENDS
     from planner.backends import Auto as Auto
     from planner.backends import BackEnd as BackEnd
@@ -91,7 +85,6 @@ if TYPE_CHECKING:
     from planner.kinematics import workspace as workspace
     from planner.kinematics.options import InverseKinematicsOptions as InverseKinematicsOptions
     from planner.limits import Limits as Limits
-    from planner.motion_around import FreeMotion as FreeMotion
     from planner.operations import CertifiedTrajectory as CertifiedTrajectory
     from planner.operations import JoinedTrajectory as JoinedTrajectory
     from planner.operations import JointState as JointState
@@ -107,30 +100,41 @@ if TYPE_CHECKING:
     from planner.operations import stop_on_path as stop_on_path
     from planner.paths import JointPath as JointPath
     from planner.planning import plan as plan
+    from planner.plans.result import Plan as Plan
+    from planner.plans.tool_lines import LinePolynomial as LinePolynomial
+    from planner.plans.tool_lines import line_polynomials as line_polynomials
+    from planner.plans.tool_speeds import SlowPart as SlowPart
+    from planner.plans.tool_speeds import ToolSpeedReport as ToolSpeedReport
+    from planner.plans.tool_speeds import tool_speed_reports as tool_speed_reports
     from planner.plots.animation import Animation as Animation
     from planner.plots.picture import Picture as Picture
     from planner.plots.picture import draw_plan as draw_plan
     from planner.plots.picture import draw_robot_at as draw_robot_at
     from planner.plots.picture import draw_workspace as draw_workspace
-    from planner.polar_moves import CylindricalMove as CylindricalMove
-    from planner.polar_moves import SphericalMove as SphericalMove
-    from planner.problem import BlendTransition as BlendTransition
-    from planner.problem import CartesianMove as CartesianMove
-    from planner.problem import CircularMotion as CircularMotion
-    from planner.problem import JointMotion as JointMotion
-    from planner.problem import JointWaypoint as JointWaypoint
-    from planner.problem import LinearMotion as LinearMotion
-    from planner.problem import PlanningProblem as PlanningProblem
-    from planner.problem import PolylineMotion as PolylineMotion
-    from planner.problem import PoseWaypoint as PoseWaypoint
-    from planner.problem import RelativeWaypoint as RelativeWaypoint
-    from planner.problem import SplineMotion as SplineMotion
-    from planner.problem import StopTransition as StopTransition
-    from planner.problem import ThroughTransition as ThroughTransition
-    from planner.problem import ViaWaypoint as ViaWaypoint
-    from planner.problem import Waypoint as Waypoint
-    from planner.regions import Region as Region
-    from planner.result import Plan as Plan
+    from planner.problems.actions import AtDistance as AtDistance
+    from planner.problems.actions import AtTime as AtTime
+    from planner.problems.actions import AtWaypoint as AtWaypoint
+    from planner.problems.actions import SetOutput as SetOutput
+    from planner.problems.actions import Wait as Wait
+    from planner.problems.motion_around import FreeMotion as FreeMotion
+    from planner.problems.polar_moves import CylindricalMove as CylindricalMove
+    from planner.problems.polar_moves import SphericalMove as SphericalMove
+    from planner.problems.problem import BlendTransition as BlendTransition
+    from planner.problems.problem import CartesianMove as CartesianMove
+    from planner.problems.problem import CircularMotion as CircularMotion
+    from planner.problems.problem import JointMotion as JointMotion
+    from planner.problems.problem import JointWaypoint as JointWaypoint
+    from planner.problems.problem import LinearMotion as LinearMotion
+    from planner.problems.problem import PlanningProblem as PlanningProblem
+    from planner.problems.problem import PolylineMotion as PolylineMotion
+    from planner.problems.problem import PoseWaypoint as PoseWaypoint
+    from planner.problems.problem import RelativeWaypoint as RelativeWaypoint
+    from planner.problems.problem import SplineMotion as SplineMotion
+    from planner.problems.problem import StopTransition as StopTransition
+    from planner.problems.problem import ThroughTransition as ThroughTransition
+    from planner.problems.problem import ViaWaypoint as ViaWaypoint
+    from planner.problems.problem import Waypoint as Waypoint
+    from planner.problems.regions import Region as Region
     from planner.robots import DHJoint as DHJoint
     from planner.robots import ExternalAxis as ExternalAxis
     from planner.robots import Joint as Joint
@@ -164,20 +168,16 @@ if TYPE_CHECKING:
     from planner.spatial import rotation_from_rpy as rotation_from_rpy
     from planner.spatial import rpy_from_rotations as rpy_from_rotations
     from planner.speed_zones import SpeedZone as SpeedZone
-    from planner.tool_lines import LinePolynomial as LinePolynomial
-    from planner.tool_lines import line_polynomials as line_polynomials
-    from planner.tool_speeds import SlowPart as SlowPart
-    from planner.tool_speeds import ToolSpeedReport as ToolSpeedReport
-    from planner.tool_speeds import tool_speed_reports as tool_speed_reports
-    from planner.trajectory import PlanWarning as PlanWarning
-    from planner.trajectory import Trajectory as Trajectory
+    from planner.timing.action_times import TimedAction as TimedAction
+    from planner.trajectories.trajectory import PlanWarning as PlanWarning
+    from planner.trajectories.trajectory import Trajectory as Trajectory
     from planner.waypoints.reachability import LimitMargin as LimitMargin
     from planner.waypoints.reachability import Reachability as Reachability
     from planner.waypoints.reachability import reachability as reachability
 
 _NAMES = {
-    "planner.action_times": ("TimedAction",),
-    "planner.actions": ("AtDistance", "AtTime", "AtWaypoint", "SetOutput", "Wait"),
+    "planner.timing.action_times": ("TimedAction",),
+    "planner.problems.actions": ("AtDistance", "AtTime", "AtWaypoint", "SetOutput", "Wait"),
     "planner.backends": (
         "BACKENDS",
         "Auto",
@@ -245,7 +245,7 @@ _NAMES = {
     ),
     "planner.kinematics.options": ("InverseKinematicsOptions",),
     "planner.limits": ("Limits",),
-    "planner.motion_around": ("FreeMotion",),
+    "planner.problems.motion_around": ("FreeMotion",),
     "planner.operations": (
         "CertifiedTrajectory",
         "JoinedTrajectory",
@@ -265,8 +265,8 @@ _NAMES = {
     "planner.planning": ("plan",),
     "planner.plots.animation": ("Animation",),
     "planner.plots.picture": ("Picture", "draw_plan", "draw_robot_at", "draw_workspace"),
-    "planner.polar_moves": ("CylindricalMove", "SphericalMove"),
-    "planner.problem": (
+    "planner.problems.polar_moves": ("CylindricalMove", "SphericalMove"),
+    "planner.problems.problem": (
         "BlendTransition",
         "CartesianMove",
         "CircularMotion",
@@ -283,8 +283,8 @@ _NAMES = {
         "ViaWaypoint",
         "Waypoint",
     ),
-    "planner.regions": ("Region",),
-    "planner.result": ("Plan",),
+    "planner.problems.regions": ("Region",),
+    "planner.plans.result": ("Plan",),
     "planner.robots": ("DHJoint", "ExternalAxis", "Joint", "Robot", "catalogue_ids", "load_robot"),
     "planner.robots.collision.geometry": ("LinkShape",),
     "planner.robots.collision.pairs": ("CollisionPair",),
@@ -313,9 +313,9 @@ _NAMES = {
     ),
     "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
     "planner.speed_zones": ("SpeedZone",),
-    "planner.tool_lines": ("LinePolynomial", "line_polynomials"),
-    "planner.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),
-    "planner.trajectory": ("PlanWarning", "Trajectory"),
+    "planner.plans.tool_lines": ("LinePolynomial", "line_polynomials"),
+    "planner.plans.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),
+    "planner.trajectories.trajectory": ("PlanWarning", "Trajectory"),
     "planner.waypoints.reachability": ("LimitMargin", "Reachability", "reachability"),
 }
 """Public names by the module that has them; the imports above say the same to type checkers and editors."""

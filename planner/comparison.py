@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import PlanningError
-from planner.extrema import derivatives_on_unit_time, largest_magnitude
-from planner.integrals import Nodes
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
+from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.trajectories.integrals import Nodes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from planner.backends.base import BackEnd
-    from planner.problem import PlanningProblem
-    from planner.result import Plan
+    from planner.plans.result import Plan
+    from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
     from planner.spatial import FloatArray
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.backends.splines.cubic import Cubic
-from planner.better_plans import plan_free_motions
 from planner.errors import (
     ClearanceUnproved,
     Collision,
@@ -16,15 +15,16 @@ from planner.errors import (
 )
 from planner.free_motion.ways import free_waypoints
 from planner.paths import solve_path
-from planner.problem_check import check_problem
+from planner.plans.better_plans import plan_free_motions
+from planner.plans.smaller_blends import plan_with_free_blends
+from planner.problems.check import check_problem
 from planner.remedies import remedies_for
 from planner.remedies.proved import proved
-from planner.smaller_blends import plan_with_free_blends
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
-    from planner.problem import PlanningProblem
-    from planner.result import Plan
+    from planner.plans.result import Plan
+    from planner.problems.problem import PlanningProblem
 
 
 def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from planner.dynamics import SegmentDynamics
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem
-from planner.polynomials import PiecewisePolynomial, horner
 from planner.scene.bodies import Bodies, Body
 from planner.scene.continuous import AT_ONCE, DEFAULT_BUDGET
 from planner.scene.excursions import excursions
 from planner.shapes import Sphere
 from planner.tolerances import CONTINUITY_TOLERANCE, ROUNDING
+from planner.trajectories.polynomials import PiecewisePolynomial, horner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

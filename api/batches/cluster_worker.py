@@ -22,8 +22,8 @@ from api.version import service_version
 
 if TYPE_CHECKING:
     from api.batches.planners import Chunk
-    from api.messages import Reply
     from api.settings import Settings
+    from api.workers.messages import Reply
 
 REJOINING = 1.0
 """The time before a worker whose scheduler is gone joins again, s."""

@@ -19,7 +19,7 @@ from api.database.batches import clean_up
 from api.database.claims import Claimed, Outcome
 from api.errors import MEDIA_TYPE, DatabaseUnavailable, InternalError, problem_document
 from api.failures import where_from
-from api.messages import Reply
+from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

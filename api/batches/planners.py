@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from api.batches.items import CHUNK_SECONDS, PLAN_ITEMS
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
-from api.messages import Reply, Task
 from api.server.costs import Kind
+from api.workers.messages import Reply, Task
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -120,7 +120,7 @@ def worker(
     from api.batches.cluster_worker import join
     from api.logs import configure_logs
     from api.settings import Settings
-    from api.worker_main import hide_main_module
+    from api.workers.main import hide_main_module
 
     settings = Settings(access="open", **({} if workers is None else {"workers": workers}))  # type: ignore[arg-type]
     configure_logs(settings.log_level)
@@ -219,7 +219,7 @@ def ik(
     from api.cli.terminal import solutions_table, terminal
     from planner.kinematics import all_solutions
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import PoseWaypoint
+    from planner.problems.problem import PoseWaypoint
     from planner.spatial import Pose, rotation_from_rpy
     from planner.waypoints.reachability import reachability
 

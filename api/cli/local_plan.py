@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 import orjson
 from pydantic import ValidationError
 
-from api.conversion import to_backend, to_planning_problem
-from api.digests import request_hash
+from api.answers.views import report
+from api.content.digests import request_hash
+from api.conversion.problems import to_backend, to_planning_problem
 from api.errors import invalid, invalid_request
 from api.schemas.requests import PlanRequest
-from api.views import report
 from planner.export import FORMATS, ExportOptions, Format
 from planner.planning import plan
 from planner.robots import Robot, load_robot
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 
 def read_request(text: bytes, backend: str | None = None, robot: str | None = None) -> PlanRequest:

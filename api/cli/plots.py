@@ -13,8 +13,8 @@ from api.cli.shared import read, refusals, robot_named, write
 
 if TYPE_CHECKING:
     from api.schemas.requests import PlanRequest
+    from planner.plans.result import Plan
     from planner.plots.picture import Picture
-    from planner.result import Plan
     from planner.robots import Robot
 
 SUFFIXES = (".png", ".svg", ".html")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from api.conversion import to_robot
-from api.digests import canonical
+from api.content.digests import canonical
+from api.conversion.problems import to_robot
 from api.errors import invalid
 from api.schemas.robots import UrdfModel
 from planner.robots import load_robot

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from planner.certificate.clearance import Clearance
     from planner.certificate.speed_zones import SpeedZoneCheck
     from planner.kinematics import FloatArray
-    from planner.result import Plan
+    from planner.plans.result import Plan
     from planner.robots import Joint, Robot
 
 NUMBERS = ("peak", "of limit", "share", "at (s)")

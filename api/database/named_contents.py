@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar
 
 from sqlalchemy import and_, delete, exists, func, insert, not_, or_, select, true, update
 
+from api.content.robots import RobotContent, with_id
+from api.content.scenes import SceneContent
 from api.database.locks import CONTENTS, exclusively
 from api.database.tables import items, robot_contents, robots, scene_contents, scenes
-from api.robot_content import RobotContent, with_id
-from api.scene_content import SceneContent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

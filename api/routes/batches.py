@@ -20,9 +20,9 @@ from api.batches.status import described, finished, listed, range_of_durations, 
 from api.database import batches, claims
 from api.database.batch_reports import report_figures, shown_results
 from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
-from api.messages import Task
 from api.routes.ordinary import client, page_limit, respond, run, service_of
 from api.server.costs import Kind
+from api.workers.messages import Task
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping, Sequence
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from api.database.batches import BatchRecord, Outcomes
-    from api.messages import Reply
     from api.server.service import Service
+    from api.workers.messages import Reply
 
 LINES = frozenset({"application/x-ndjson", "application/ndjson", "application/jsonl"})
 """The media types of bodies with one request a line."""

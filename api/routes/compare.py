@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
-from api.messages import Reply
 from api.routes.ordinary import is_known, look_at_body, not_modified, respond, run, service_of
 from api.schemas.answers import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS
 from api.server.traffic import Answer
+from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from fastapi import Request, Response

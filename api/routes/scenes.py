@@ -27,7 +27,7 @@ from api.routes.ordinary import (
 from api.server.traffic import Answer
 
 if TYPE_CHECKING:
-    from api.scene_content import SceneContent
+    from api.content.scenes import SceneContent
     from api.settings import Settings
 
 

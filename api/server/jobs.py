@@ -14,8 +14,8 @@ from api.server.costs import UNKNOWN
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from api.messages import Reply, Task
     from api.server.costs import Cost, Kind
+    from api.workers.messages import Reply, Task
 
 PRUDENCE = 1.5
 """The times by which a wait may turn out longer than expected. A shorter queue keeps the workers as busy as a long one,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 from api.logs import configure_logs
 from api.server.pool import WorkerPool
 from api.settings import Settings
-from api.worker_main import hide_main_module
+from api.workers.main import hide_main_module
 
 if TYPE_CHECKING:
     from types import FrameType

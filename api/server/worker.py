@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from api.errors import Overloaded
-from api.messages import HEADER, pack, unpack
-from api.worker_main import work
+from api.workers.main import work
+from api.workers.messages import HEADER, pack, unpack
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from api.messages import Caps, Reply, Task
     from api.server.jobs import Job
+    from api.workers.messages import Caps, Reply, Task
 
 READ_AHEAD = 2**22
 """The bytes of an answer that the event loop takes in before it makes the worker wait; most answers have less."""
@@ -41,7 +41,7 @@ PROCESSES = ThreadPoolExecutor(1, "processes")
 def start_template() -> None:
     """Start the process that workers are forked from; it gets warm while this process goes on."""
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # it inherits them
-    multiprocessing.set_forkserver_preload(["api.worker_template"])
+    multiprocessing.set_forkserver_preload(["api.workers.template"])
     with _signals_of_the_server_blocked():
         forkserver.ensure_running()
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.batches.items import PLANNED, decompressed
-from api.digests import request_hash
-from api.messages import Reply
+from api.content.digests import request_hash
 from api.tasks.batches import loaded_plan
 from api.tasks.operation import DATABASE_CODES, Operation
 from api.version import service_version
+from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from api.batches.items import Result
@@ -34,7 +34,7 @@ def report_batch(work: Work) -> Reply:
     program (`web/src/report/batch.ts`); `results`, the items that are shown, the worst first, each a `Result`;
     `definitions` of added robots and of scenes by their digests.
     """
-    from api.views import written_report
+    from api.answers.views import written_report
 
     with work.stage("serialise"):
         shown = {
@@ -68,7 +68,7 @@ def _shown_results(work: Work) -> dict[str, Any]:
 
 def _shown_plan(result: Result, work: Work) -> tuple[bytes, bytes]:
     """Write what is shown of a saved plan, and of its robot, as JSON."""
-    from api.views import shown_plan, shown_robot
+    from api.answers.views import shown_plan, shown_robot
 
     plan, request, definition = loaded_plan(result, work)
     asked = request.model_dump(mode="json", by_alias=True, exclude_unset=True)

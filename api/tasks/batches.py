@@ -12,7 +12,6 @@ import orjson
 
 from api.batches.items import PLANNED, NewItem, Result, compressed, decompressed
 from api.errors import invalid, problem_document
-from api.messages import Reply
 from api.schemas import batches as schemas
 from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.requests import PlanRequest
@@ -21,6 +20,7 @@ from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.remedies import acceptable_remedies
 from api.tasks.trajectories import TWO_JOINT_WAYPOINTS, export_options, figures_of, refuse_too_many_rows
 from api.tasks.work import in_scene, robot_of, validated
+from api.workers.messages import Reply
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from api.tasks.work import Work
     from planner.backends.base import BackEnd
     from planner.export import Format
-    from planner.problem import PlanningProblem
-    from planner.result import Plan
+    from planner.plans.result import Plan
+    from planner.problems.problem import PlanningProblem
 
 CHUNK = 500
 """The number of requests that go into the database at once."""
@@ -84,10 +84,10 @@ def item_steps(work: Work) -> Generator[None, None, Reply]:
     Returns:
         The reply; its body is the saved plan, its result the plan's duration and worst ratio.
     """
-    from api.time_budgets import within_deadline
+    from api.conversion.time_budgets import within_deadline
     from planner.export.base import sample
     from planner.planning import plan
-    from planner.saved_plan import save_plan
+    from planner.plans.saved_plan import save_plan
 
     definition = work.arguments.get("definition")
     with work.stage("validate"):
@@ -110,7 +110,7 @@ def item_steps(work: Work) -> Generator[None, None, Reply]:
 
 def _problem_of(request: PlanRequest, definition: bytes | None) -> tuple[PlanningProblem, BackEnd]:
     """Make a request, which may name an added robot with a definition, what the library plans."""
-    from api.conversion import to_backend, to_planning_problem
+    from api.conversion.problems import to_backend, to_planning_problem
 
     return to_planning_problem(request, robot_of(request.robot, definition)), to_backend(request.backend)
 
@@ -122,7 +122,7 @@ def render_results(work: Work) -> Reply:
     robots and of scenes by their digests; `shape`: `page`, with `next_cursor`, `lines`, one result a line, or `files`,
     a file for each plan or problem in place of a body; `last`: whether nothing comes behind them.
     """
-    from api.negotiation import negotiated
+    from api.answers.negotiation import negotiated
     from planner.export import FORMATS
 
     asked = work.arguments
@@ -209,7 +209,7 @@ class LoadedPlan(NamedTuple):
 
 def loaded_plan(result: Result, work: Work) -> LoadedPlan:
     """Read the saved plan of a result; the argument `definitions` has those of added robots and scenes, by digest."""
-    from planner.saved_plan import OF_THE_PATH, load_plan
+    from planner.plans.saved_plan import OF_THE_PATH, load_plan
 
     definition, scene = (work.arguments["definitions"].get(digest) for digest in (result.robot, result.scene))
     request: PlanRequest = in_scene(validated(PlanRequest, decompressed(result.request), work.caps), scene)

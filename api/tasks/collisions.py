@@ -9,18 +9,18 @@ from api.schemas import collisions as schemas
 from api.tasks.operation import BODY_CODES, Operation
 
 if TYPE_CHECKING:
-    from api.messages import Reply
     from api.tasks.work import Work
+    from api.workers.messages import Reply
 
 
 def check_collisions(work: Work) -> Reply:
     """Answer POST /v1/collisions/check."""
     import numpy as np
 
-    from api.clearance_answers import clearance_answer, speed_zones_answer
-    from api.conversion import frames_in_world, mounted, to_matrix, with_tool
-    from api.given_trajectories import to_trajectory
-    from api.scene_conversion import to_scene, to_speed_zones
+    from api.answers.clearances import clearance_answer, speed_zones_answer
+    from api.conversion.given_trajectories import to_trajectory
+    from api.conversion.problems import frames_in_world, mounted, to_matrix, with_tool
+    from api.conversion.scenes import to_scene, to_speed_zones
     from planner.certificate.clearance import at_rest
     from planner.scene import CollisionChecker
     from planner.speed_zones import refuse_zone_faults

@@ -9,15 +9,15 @@ from api.schemas import dynamics as schemas
 from api.tasks.operation import BODY_CODES, Operation
 
 if TYPE_CHECKING:
-    from api.messages import Reply
     from api.tasks.work import Work
+    from api.workers.messages import Reply
 
 
 def inverse_dynamics(work: Work) -> Reply:
     """Answer POST /v1/dynamics/inverse."""
     import numpy as np
 
-    from api.conversion import to_matrix, to_payload
+    from api.conversion.problems import to_matrix, to_payload
     from planner.dynamics import inverse_dynamics
 
     with work.stage("validate"):

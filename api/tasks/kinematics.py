@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from api.answers.negotiation import MediaType, negotiated
 from api.errors import invalid
-from api.messages import Reply
-from api.negotiation import MediaType, negotiated
 from api.schemas import kinematics as schemas
 from api.tasks.collisions import TABLE
 from api.tasks.operation import BODY_CODES, Operation
+from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from api.tasks.work import Work
@@ -27,7 +27,7 @@ MOST_SOLUTIONS = 64
 
 def forward_kinematics(work: Work) -> Reply:
     """Answer POST /v1/kinematics/forward."""
-    from api.conversion import to_matrix, with_tool
+    from api.conversion.problems import to_matrix, with_tool
     from planner.export.json import poses_as_dicts
     from planner.kinematics import forward_kinematics
 
@@ -44,10 +44,10 @@ def inverse_kinematics(work: Work) -> Reply:
     """Answer POST /v1/kinematics/inverse."""
     from functools import partial
 
-    from api.conversion import frames_in_world, mounted, to_vector, with_tool
-    from api.kinematics_answers import all_answer, best_answer
-    from api.pose_conversion import to_pose
-    from api.scene_conversion import to_scene
+    from api.answers.kinematics import all_answer, best_answer
+    from api.conversion.poses import to_pose
+    from api.conversion.problems import frames_in_world, mounted, to_vector, with_tool
+    from api.conversion.scenes import to_scene
     from planner.kinematics import free_first, inverse_kinematics_many, solutions_or_failure, with_whole_turns
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.scene import is_free
@@ -82,9 +82,9 @@ def inverse_kinematics(work: Work) -> Reply:
 
 def reachability(work: Work) -> Reply:
     """Answer POST /v1/kinematics/reachability."""
-    from api.conversion import frames_in_world, mounted, to_options, to_waypoints, with_tool
-    from api.kinematics_answers import reachability_answer
-    from api.scene_conversion import to_scene
+    from api.answers.kinematics import reachability_answer
+    from api.conversion.problems import frames_in_world, mounted, to_options, to_waypoints, with_tool
+    from api.conversion.scenes import to_scene
     from planner.waypoints.reachability import reachability
 
     with work.stage("validate"):
@@ -100,7 +100,7 @@ def reachability(work: Work) -> Reply:
 
 def jacobian(work: Work) -> Reply:
     """Answer POST /v1/kinematics/jacobian."""
-    from api.conversion import to_vector, with_tool
+    from api.conversion.problems import to_vector, with_tool
     from planner.kinematics import jacobian, manipulability, singular_values
 
     with work.stage("validate"):
@@ -118,7 +118,7 @@ def jacobian(work: Work) -> Reply:
 
 def workspace(work: Work) -> Reply:
     """Answer POST /v1/kinematics/workspace."""
-    from api.conversion import with_tool
+    from api.conversion.problems import with_tool
     from planner.kinematics import workspace
 
     form = negotiated(work.arguments["format"], work.arguments["accept"], FORMS_OF_WORKSPACE)

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from api.access.keys import Scope
-    from api.messages import Reply
     from api.tasks.work import Work
+    from api.workers.messages import Reply
 
 CONNECTION_CODES = ("malformed_request", "request_timeout", "too_many_requests", "header_too_large")
 """Codes of the problem documents that may be the answer to anything that arrives on a connection."""

@@ -74,7 +74,7 @@ def way_of(remedy: Remedy) -> str:
 
 def _fits(remedy: Remedy, work: Work, schema: Any) -> bool:
     """Tell whether the request with a change follows its schema."""
-    from api.answers import value_answer
+    from api.answers.values import value_answer
 
     document = orjson.loads(work.task.body)
     *way, last = pointer_of(remedy.field)[1:].split("/")

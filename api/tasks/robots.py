@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.digests import canonical, sha256
+from api.answers.negotiation import MediaType, negotiated
+from api.content.digests import canonical, sha256
+from api.content.mesh_archive import unpacked
+from api.content.robots import RobotContent
 from api.errors import CatalogueRobot, invalid
-from api.mesh_archive import unpacked
-from api.messages import Reply
-from api.negotiation import MediaType, negotiated
 from api.pages import first_page
-from api.robot_content import RobotContent
 from api.schemas import robots as schemas
 from api.schemas.robot_geometry import RobotGeometry
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.work import JSON, model_of, robot_of, to_json
+from api.workers.messages import Reply
 from planner.errors import UnknownRobot
 
 if TYPE_CHECKING:
@@ -69,8 +69,8 @@ def get_robot(work: Work) -> Reply:
 
 def add_robot(work: Work) -> Reply:
     """Answer POST /v1/robots: read the model. The server keeps the content that comes back in `result`."""
-    from api.conversion import to_robot
-    from api.kept_meshes import keep_meshes
+    from api.conversion.kept_meshes import keep_meshes
+    from api.conversion.problems import to_robot
     from planner.robots import catalogue_ids, describe
 
     with work.stage("validate"):

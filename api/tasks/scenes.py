@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from api.digests import canonical, sha256
+from api.content.digests import canonical, sha256
+from api.content.scenes import SceneContent
 from api.errors import invalid
-from api.messages import Reply
-from api.scene_content import SceneContent
 from api.schemas import stored_scenes as schemas
 from api.schemas.scenes import MOST_ATTACHED, MOST_OBJECTS, AttachedObject, Scene, SceneObject
 from api.tasks.collisions import TABLE
 from api.tasks.operation import BODY_CODES, DATABASE_CODES, Operation
 from api.tasks.work import JSON, scene_of, to_json
+from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -55,7 +55,7 @@ def _content(scene: Scene) -> SceneContent:
         InvalidRequest: Two things have the same name.
         InvalidProblem: A shape cannot be used.
     """
-    from api.scene_conversion import to_scene
+    from api.conversion.scenes import to_scene
     from planner.scene.scene import HERE
 
     seen: set[str] = set()

@@ -7,29 +7,29 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.digests import request_hash
+from api.content.digests import request_hash
 from api.errors import InvalidRequest, invalid, problem_document
-from api.messages import PlanFigures, Reply
 from api.schemas import answers, requests
 from api.size import rows_of
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
 from api.tasks.remedies import acceptable_remedies, at_back_end
+from api.workers.messages import PlanFigures, Reply
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
     from api.tasks.work import Work
     from planner.certificate.checks import Certificate
     from planner.export import ExportOptions
-    from planner.result import Plan
+    from planner.plans.result import Plan
     from planner.robots import Robot
 
 
 def plan_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories."""
-    from api.conversion import to_backend, to_planning_problem
-    from api.negotiation import negotiated
-    from api.time_budgets import within_deadline
-    from api.views import VIEWS, View
+    from api.answers.negotiation import negotiated
+    from api.answers.views import VIEWS, View
+    from api.conversion.problems import to_backend, to_planning_problem
+    from api.conversion.time_budgets import within_deadline
     from planner.export import FORMATS, Format
     from planner.planning import plan
     from planner.plots.quantities import joint_indices
@@ -67,7 +67,7 @@ def export_trajectory(work: Work) -> Reply:
     if name is None:
         raise invalid([{"pointer": "", "message": "the parameter format is missing"}])
     reply = plan_trajectory(work)
-    from api.views import VIEWS
+    from api.answers.views import VIEWS
     from planner.export import FORMATS
 
     suffix = FORMATS[name].suffix if name in FORMATS else VIEWS[name].suffix
@@ -77,8 +77,8 @@ def export_trajectory(work: Work) -> Reply:
 
 def compare_backend(work: Work) -> Reply:
     """Answer for one back end of POST /v1/trajectories/compare, the one at the argument `index`."""
-    from api.conversion import to_backend, to_planning_problem
-    from api.time_budgets import within_deadline
+    from api.conversion.problems import to_backend, to_planning_problem
+    from api.conversion.time_budgets import within_deadline
     from planner.comparison import figures
     from planner.export.json import as_dict
     from planner.planning import plan
@@ -119,10 +119,10 @@ def validate_trajectory(work: Work) -> Reply:
 
 def _kept_clear(request: requests.ValidateRequest, robot: Robot, satisfied: bool) -> dict[str, Any]:
     """Hold the trajectory of a request against its scene: what of the answer that changes."""
-    from api.clearance_answers import clearance_answer, speed_zones_answer
-    from api.conversion import frames_in_world
-    from api.given_trajectories import to_trajectory
-    from api.scene_conversion import to_scene, to_speed_zones
+    from api.answers.clearances import clearance_answer, speed_zones_answer
+    from api.conversion.given_trajectories import to_trajectory
+    from api.conversion.problems import frames_in_world
+    from api.conversion.scenes import to_scene, to_speed_zones
     from planner.certificate.clearance import CLEARANCE_TOLERANCE
     from planner.scene import CollisionChecker
     from planner.speed_zones import refuse_zone_faults
@@ -150,8 +150,8 @@ def certified(request: requests.ValidateRequest, robot: Robot) -> tuple[requests
     Raises:
         InvalidProblem: It lacks what is to be checked, or the samples or polynomials make no trajectory of the robot.
     """
-    from api.conversion import to_end_states, to_limits
-    from api.given_trajectories import to_trajectory
+    from api.conversion.given_trajectories import to_trajectory
+    from api.conversion.problems import to_end_states, to_limits
     from planner.certificate.samples import certify_interpolation
     from planner.certificate.trajectories import certify_polynomials
 

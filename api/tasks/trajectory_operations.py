@@ -12,8 +12,8 @@ from api.tasks.trajectories import refuse_too_many_rows
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from api.messages import Reply
     from api.tasks.work import Work
+    from api.workers.messages import Reply
     from planner.operations import CertifiedTrajectory
     from planner.robots import Robot
 
@@ -27,7 +27,7 @@ POINTS_OF_POLYNOMIALS = 2000
 
 def reverse_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/reverse."""
-    from api.given_trajectories import to_trajectory
+    from api.conversion.given_trajectories import to_trajectory
     from planner.operations import reverse_trajectory
 
     def run(request: Any, robot: Robot) -> CertifiedTrajectory:
@@ -39,7 +39,7 @@ def reverse_trajectory(work: Work) -> Reply:
 
 def slice_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/slice."""
-    from api.given_trajectories import to_trajectory
+    from api.conversion.given_trajectories import to_trajectory
     from planner.operations import slice_trajectory
 
     def run(request: Any, robot: Robot) -> CertifiedTrajectory:
@@ -51,7 +51,7 @@ def slice_trajectory(work: Work) -> Reply:
 
 def join_trajectories(work: Work) -> Reply:
     """Answer POST /v1/trajectories/join."""
-    from api.given_trajectories import to_trajectory
+    from api.conversion.given_trajectories import to_trajectory
     from planner.operations import join_trajectories
 
     def run(request: Any, robot: Robot) -> CertifiedTrajectory:
@@ -72,8 +72,8 @@ def _retime(request: schemas.RetimeRequest, robot: Robot) -> CertifiedTrajectory
     """Put time on points, or on the positions of a trajectory."""
     import numpy as np
 
-    from api.conversion import to_backend, to_limits, to_matrix
-    from api.given_trajectories import to_trajectory
+    from api.conversion.given_trajectories import to_trajectory
+    from api.conversion.problems import to_backend, to_limits, to_matrix
     from planner.errors import InvalidProblem
     from planner.operations import retime_trajectory
 
@@ -100,8 +100,8 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
     """Stop on the path of a trajectory, or joint by joint."""
     import numpy as np
 
-    from api.conversion import to_vector
-    from api.given_trajectories import to_trajectory
+    from api.conversion.given_trajectories import to_trajectory
+    from api.conversion.problems import to_vector
     from planner.errors import InvalidProblem
     from planner.operations import JointState, stop_joints, stop_on_path
     from planner.operations.certified import bounded_quantities
@@ -135,7 +135,7 @@ def _stop(request: schemas.StopRequest, robot: Robot) -> CertifiedTrajectory:
 
 def resample_trajectory(work: Work) -> Reply:
     """Answer POST /v1/trajectories/resample."""
-    from api.given_trajectories import to_trajectory
+    from api.conversion.given_trajectories import to_trajectory
     from planner.errors import InvalidProblem
     from planner.export.json import operation_as_dict
     from planner.operations import kept_clear, resample_trajectory
@@ -183,8 +183,8 @@ def _answer(
 
 def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, Any]:
     """Return what the answer has to keep clear of, and how fast it may be there."""
-    from api.conversion import frames_in_world
-    from api.scene_conversion import to_scene, to_speed_zones
+    from api.conversion.problems import frames_in_world
+    from api.conversion.scenes import to_scene, to_speed_zones
 
     scene = None if request.scene is None else to_scene(request.scene, frames_in_world(robot, {}))
     zones = to_speed_zones(request.speed_zones)
@@ -193,7 +193,7 @@ def _surroundings(request: schemas.OperationRequest, robot: Robot) -> dict[str, 
 
 def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
     """Return the robot of a request, with its tool, its mounting and what it carries."""
-    from api.conversion import mounted, to_payload, with_tool
+    from api.conversion.problems import mounted, to_payload, with_tool
 
     robot = mounted(with_tool(work.robot(request), request.tool), request.mounting)
     return robot if request.payload is None else robot.with_payload(to_payload(request.payload))
@@ -201,7 +201,7 @@ def _robot(work: Work, request: schemas.OperationRequest) -> Robot:
 
 def _kept(request: schemas.EditRequest) -> dict[str, Any]:
     """Return what the answer has to keep."""
-    from api.conversion import to_limits
+    from api.conversion.problems import to_limits
 
     return {"limits": to_limits(request.limits), "enforced": request.enforced}
 

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import orjson
 from pydantic import TypeAdapter, ValidationError
 
-from api.digests import sha256
+from api.content.digests import sha256
 from api.errors import UnknownScene, invalid, invalid_request
-from api.messages import Reply
 from api.schemas.robots import RobotModel
 from api.schemas.scenes import Scene
 from api.size import size_faults
+from api.workers.messages import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from api.messages import Caps, Task
+    from api.workers.messages import Caps, Task
     from planner.robots import Robot
 
 JSON = "application/json"
@@ -157,6 +157,6 @@ def _named(definition: bytes, robot_id: str) -> Robot:
 @lru_cache(maxsize=CACHED_ROBOTS)
 def _built(definition: bytes) -> Robot:
     """Make the robot of a definition. It is kept by the definition itself: no id brings back another robot's model."""
-    from api.conversion import to_robot
+    from api.conversion.problems import to_robot
 
     return to_robot(model_of(definition), sha256(definition))

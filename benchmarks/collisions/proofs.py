@@ -15,7 +15,7 @@ from planner.spatial import Pose
 if TYPE_CHECKING:
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 MOTIONS = 5
 """Number of motions for each problem of a kind that is asked for."""

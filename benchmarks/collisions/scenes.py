@@ -8,10 +8,10 @@ import numpy as np
 
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
-from planner.polynomials import PiecewisePolynomial
 from planner.scene import CollisionChecker, Scene, SceneObject, clearances
 from planner.shapes import Box, Cylinder
 from planner.spatial import Pose, rotation_from_rpy
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

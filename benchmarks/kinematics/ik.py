@@ -31,7 +31,7 @@ from planner.kinematics import (
 )
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.seeds import seed_table
-from planner.problem import PoseWaypoint
+from planner.problems.problem import PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.waypoints.solve import solve_waypoints
 

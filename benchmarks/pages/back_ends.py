@@ -16,12 +16,12 @@ from api.cli.local_plan import plan_request, read_request
 from planner.backends import BACKENDS
 from planner.comparison import Figures, figures
 from planner.errors import PlanningError
-from planner.polynomials import differentiate, horner
+from planner.trajectories.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 VARIANTS: dict[str, tuple[dict[str, Any], ...]] = {

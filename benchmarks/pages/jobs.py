@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from mpl_toolkits.mplot3d import Axes3D
 
-    from planner.result import Plan
+    from planner.plans.result import Plan
     from planner.robots import Robot
     from planner.spatial import FloatArray
 

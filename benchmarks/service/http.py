@@ -14,7 +14,7 @@ import orjson
 import psutil
 
 from api.cli.local_service import local_service
-from api.conversion import to_backend, to_planning_problem
+from api.conversion.problems import to_backend, to_planning_problem
 from api.schemas.requests import PlanRequest
 from benchmarks.machine import machine
 from benchmarks.service.clients import Connection

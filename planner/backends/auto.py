@@ -12,14 +12,14 @@ from planner.backends.splines.quintic import Quintic
 from planner.backends.toppra.toppra import Toppra
 from planner.errors import InfeasibleDuration, PlanningError
 from planner.guarantees import ALL_HARD, Guarantee
-from planner.trajectory import PlanWarning
+from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from planner.backends.base import BackEnd
     from planner.paths import JointPath
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.paths import JointPath
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 
 class BackEnd(Protocol):

@@ -13,12 +13,12 @@ from planner.scene.carried import segment_scenes
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
 from planner.scene.continuous import Nearest, clearances
 from planner.scene.postures import edge
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.problem import PlanningProblem
+    from planner.problems.problem import PlanningProblem
     from planner.scene.checker import CollisionChecker
     from planner.scene.continuous import Clearances
     from planner.spatial import FloatArray

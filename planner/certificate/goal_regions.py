@@ -9,7 +9,7 @@ import numpy as np
 from planner.certificate.lines_and_circles import angles_of
 
 if TYPE_CHECKING:
-    from planner.regions import Region
+    from planner.problems.regions import Region
     from planner.spatial import FloatArray
 
 NAMES = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")

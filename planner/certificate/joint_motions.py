@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.certificate.checks import Check
-from planner.problem import JointMotion, StopTransition
+from planner.problems.problem import JointMotion, StopTransition
 from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
 
 if TYPE_CHECKING:
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
     from planner.dynamics import SegmentDynamics
     from planner.guarantees import LeavesStraightMotions
-    from planner.problem import AnyWaypoint
+    from planner.problems.problem import AnyWaypoint
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 TOOL_DEVIATION = "tool_deviation"
 """The quantity of the check of the tool."""

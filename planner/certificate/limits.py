@@ -17,11 +17,11 @@ import numpy as np
 
 from planner.certificate.checks import Certificate, Check
 from planner.dynamics import SegmentDynamics, inverse_dynamics
-from planner.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates, Guarantee
 from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, bend_bounds, tool_rates_on
-from planner.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
+from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
+from planner.trajectories.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 MOST_CONTINUOUS = 4
 """Order of the highest derivative whose continuity is looked into, less than `DERIVATIVES`."""

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 LOOKS = 64
 """Number of chords that stand for each piece of a curve until the parameters are refined."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 PASSING_VELOCITY = "passing_velocity_error"
 """The quantity of the check: how far a joint's velocity is from the one that is asked, rad/s or m/s."""

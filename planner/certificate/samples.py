@@ -11,9 +11,9 @@ from planner.certificate.limits import certificate_of
 from planner.errors import InvalidProblem
 from planner.guarantees import JERKS, QUANTITIES, TCP_ORDERS, Guarantee
 from planner.limits import Limits, segment_limits
-from planner.polynomials import quintic_hermite
-from planner.problem_check import limit_faults, refuse_unknown_torques
-from planner.trajectory import Trajectory
+from planner.problems.check import limit_faults, refuse_unknown_torques
+from planner.trajectories.polynomials import quintic_hermite
+from planner.trajectories.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -9,8 +9,8 @@ import numpy as np
 
 from planner.certificate.limits import certificate_of
 from planner.certificate.samples import INTERPOLATIONS, guarantees_of, interpolant
-from planner.polynomials import shifted
 from planner.tolerances import NEGLIGIBLE_SHARE
+from planner.trajectories.polynomials import shifted
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planner.guarantees import EndStates
     from planner.limits import SegmentLimits
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 OVERSHOOT = 0.01
 """Share of a limit by which a controller may exceed it between samples before a plan's answer warns: drives track no

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from planner.errors import LimitsUnsatisfiable
-from planner.polynomials import PiecewisePolynomial
 from planner.speed_zones import fast_intervals, most_speed, moving_bodies, near_intervals, speed_reached
 from planner.tolerances import LIMIT_TOLERANCE
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from planner.scene.bodies import Bodies
     from planner.scene.checker import CollisionChecker
     from planner.speed_zones import SpeedZone
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 
 TIMES = ("intervals", "exceeded")

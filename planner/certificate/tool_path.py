@@ -18,8 +18,8 @@ from planner.certificate.lines_and_circles import Circle, Line, angles_of, rotat
 from planner.certificate.on_curve import parameters_on
 from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import tool_poses_on
-from planner.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
-from planner.regions import region_of
+from planner.problems.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
+from planner.problems.regions import region_of
 from planner.spatial import Pose
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
@@ -27,10 +27,10 @@ from planner.tool_motions.pose_splines import PoseSpline
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from planner.problem import AnyWaypoint
+    from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
 
 STEPS = 2

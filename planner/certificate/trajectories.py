@@ -11,7 +11,7 @@ from planner.certificate.limits import certificate_of
 from planner.errors import InvalidProblem
 from planner.guarantees import JERKS, QUANTITIES, Guarantee
 from planner.limits import Limits, segment_limits
-from planner.problem_check import limit_faults, refuse_unknown_torques
+from planner.problems.check import limit_faults, refuse_unknown_torques
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from planner.certificate.checks import Certificate
     from planner.guarantees import EndStates
     from planner.robots import Robot
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 
 def certify(

@@ -8,7 +8,7 @@ from planner.export import csv, fanuc, json, krl, mcap, msgpack, npz, rapid, ros
 from planner.export.base import INCLUDABLE, ExportOptions, Format
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 FORMATS: dict[str, Format] = {
     form.name: form

@@ -11,7 +11,7 @@ from planner.samples import sample_at
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.result import Plan
+    from planner.plans.result import Plan
     from planner.samples import Samples
 
 INCLUDABLE = (

@@ -11,7 +11,7 @@ from planner.export.base import ExportOptions, Format, refuse_actions, sample
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:

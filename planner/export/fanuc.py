@@ -9,9 +9,9 @@ from planner.export.base import ExportOptions, Format
 from planner.export.programs import JOINTS, moves, name_of, numbers, units_of
 
 if TYPE_CHECKING:
-    from planner.actions import SetOutput
     from planner.kinematics import FloatArray
-    from planner.result import Plan
+    from planner.plans.result import Plan
+    from planner.problems.actions import SetOutput
 
 MILLISECOND = 1e-3
 """The unit of the times of motions, s."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
-from planner.actions import SetOutput
 from planner.certificate.sampling import certify_sampling, worst_overshoot
 from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
@@ -17,25 +16,26 @@ from planner.kinematics import configurations, manipulability
 from planner.limits import segment_limits
 from planner.operations import JoinedTrajectory, RetimedTrajectory
 from planner.operations.certified import own_ends
-from planner.problem import PoseWaypoint, ViaWaypoint
-from planner.regions import region_of
+from planner.plans.tool_lines import line_polynomials
+from planner.plans.tool_speeds import tool_speed_reports
+from planner.problems.actions import SetOutput
+from planner.problems.problem import PoseWaypoint, ViaWaypoint
+from planner.problems.regions import region_of
 from planner.samples import sample_at
 from planner.spatial import quaternion
-from planner.tool_lines import line_polynomials
-from planner.tool_speeds import tool_speed_reports
-from planner.trajectory import PlanWarning
+from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
-    from planner.action_times import TimedAction
     from planner.operations import CertifiedTrajectory
-    from planner.problem import AnyWaypoint
-    from planner.result import Plan
+    from planner.plans.result import Plan
+    from planner.plans.tool_lines import LinePolynomial
+    from planner.problems.problem import AnyWaypoint
     from planner.samples import Samples
     from planner.spatial import FloatArray, Pose
-    from planner.tool_lines import LinePolynomial
-    from planner.trajectory import Trajectory
+    from planner.timing.action_times import TimedAction
+    from planner.trajectories.trajectory import Trajectory
 
 
 def poses_as_dicts(poses: Sequence[Pose]) -> list[dict[str, Any]]:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.export.programs import Move
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 MOST_EXTERNAL = 6
 """The most external axes that KRL has, E1 to E6."""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from mcap_ros2.writer import Writer
 
-from planner.actions import SetOutput
 from planner.export.base import ExportOptions, Format, sample
+from planner.problems.actions import SetOutput
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 NANOSECONDS = 1_000_000_000
 """Number of nanoseconds in a second."""

@@ -10,7 +10,7 @@ from planner.export.base import ExportOptions, Format
 from planner.export.json import as_dict
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:

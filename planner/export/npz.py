@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.actions import SetOutput
 from planner.export.base import ExportOptions, Format, sample
+from planner.problems.actions import SetOutput
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.actions import SetOutput
 from planner.errors import UnsupportedFormat
+from planner.problems.actions import SetOutput
 from planner.tolerances import NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.action_times import TimedAction
     from planner.kinematics import FloatArray
-    from planner.result import Plan
+    from planner.plans.result import Plan
     from planner.robots import Robot
+    from planner.timing.action_times import TimedAction
 
 JOINTS = 6
 """The number of joints of the arms that these programs move."""

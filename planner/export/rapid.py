@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from planner.export.programs import Move
     from planner.kinematics import FloatArray
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 MOST_EXTERNAL = 6
 """The most external axes that RAPID has, eax_a to eax_f."""

@@ -9,7 +9,7 @@ import orjson
 from planner.export.base import ExportOptions, Format, refuse_actions, sample
 
 if TYPE_CHECKING:
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 NANOSECONDS = 1_000_000_000
 """Number of nanoseconds in a second."""

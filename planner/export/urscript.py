@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.actions import SetOutput
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format, sample
 from planner.export.programs import APPROACH, AT_START, JOINTS, name_of, stops
+from planner.problems.actions import SetOutput
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
-    from planner.result import Plan
+    from planner.plans.result import Plan
 
 LOOKAHEAD = 0.03
 """The time by which the controller smooths what it is sent, s: the least that it takes."""

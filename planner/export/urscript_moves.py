@@ -12,13 +12,13 @@ from planner.export.base import ExportOptions, Format
 from planner.export.programs import moves
 from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.guarantees import leaves_straight_motions
-from planner.problem import JointMotion, LinearMotion, StopTransition
+from planner.problems.problem import JointMotion, LinearMotion, StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.export.programs import Move
-    from planner.result import Plan
+    from planner.plans.result import Plan
     from planner.spatial import Pose
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.free_motion.quick_check import QuickCheck
-from planner.polynomials import PiecewisePolynomial
 from planner.scene import Budget, clearances
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from planner.robots import Robot

@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.free_motion.shortcuts import lengths
-from planner.integrals import Nodes
+from planner.trajectories.integrals import Nodes
 
 if TYPE_CHECKING:
     from planner.dynamics import SegmentDynamics
     from planner.limits import SegmentLimits
-    from planner.motion_around import Objective
     from planner.paths import JointPath
+    from planner.problems.motion_around import Objective
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 LEAST_TIME = 1e-3
 """The time that a radian or a metre takes at least, s: joints without a limit of their velocity are that fast."""
 
 
 def value_of(objective: Objective, path: JointPath, trajectory: Trajectory) -> float:
-    """Compute the value of a trajectory, see `planner.motion_around.Objective`.
+    """Compute the value of a trajectory, see `planner.problems.motion_around.Objective`.
 
     Args:
         objective: What is computed.

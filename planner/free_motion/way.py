@@ -11,7 +11,7 @@ from planner.free_motion.edges import FreeEdges
 from planner.free_motion.enclosures import find_enclosure
 from planner.free_motion.rrt_connect import Trees
 from planner.free_motion.shortcuts import shortened
-from planner.motion_around import MOST_CHECKS
+from planner.problems.motion_around import MOST_CHECKS
 from planner.scene import is_free
 
 if TYPE_CHECKING:

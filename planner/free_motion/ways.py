@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.actions import AtWaypoint
 from planner.certificate.clearance import refuse_collision_at, segment_checkers
 from planner.errors import InvalidProblem, NoPathFound, PathPoint
 from planner.free_motion.way import find_way
 from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
-from planner.motion_around import FreeMotion
 from planner.paths import solved_waypoints
-from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
+from planner.problems.actions import AtWaypoint
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
 from planner.waypoints.pinned import pinned_robots
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.actions import Action
     from planner.free_motion.way import Way
-    from planner.motion_around import Objective
-    from planner.problem import AnyWaypoint, PlanningProblem, Transition
+    from planner.problems.actions import Action
+    from planner.problems.motion_around import Objective
+    from planner.problems.problem import AnyWaypoint, PlanningProblem, Transition
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
     from planner.waypoints.solve import SolvedWaypoint
@@ -44,7 +44,7 @@ class Gain:
 
     Attributes:
         objective: What the way was made better by.
-        first: Its value with the first way, see `planner.motion_around.Objective`.
+        first: Its value with the first way, see `planner.problems.motion_around.Objective`.
         last: Its value with the best way, no larger.
         candidates: The number of other ways that were timed.
         checks: The number of motions that were looked at for them.

@@ -12,15 +12,15 @@ from planner.certificate.clearance import certify_clearance
 from planner.certificate.limits import continuity
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.errors import InvalidProblem
-from planner.extrema import derivatives_on_unit_time
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
-from planner.polynomials import differentiate, powers
-from planner.result import refuse_unless_satisfied
-from planner.sampled_peaks import DERIVATIVES
+from planner.plans.result import refuse_unless_satisfied
 from planner.scene import CollisionChecker
 from planner.speed_zones import refuse_zone_faults
 from planner.tolerances import CONTINUITY_TOLERANCE
-from planner.trajectory import PlanWarning
+from planner.trajectories.extrema import derivatives_on_unit_time
+from planner.trajectories.polynomials import differentiate, powers
+from planner.trajectories.sampled_peaks import DERIVATIVES
+from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from planner.scene import Scene
     from planner.spatial import FloatArray
     from planner.speed_zones import SpeedZone
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 LEAST_CONTINUITY = {"torque": 1} | {
     quantity: order - 1 for quantity, order in (*zip(JOINT_DERIVATIVES, range(4), strict=True), *TCP_ORDERS.items())

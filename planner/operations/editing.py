@@ -17,8 +17,8 @@ from planner.operations.certified import (
     own_ends,
     refuse_other_joints,
 )
-from planner.polynomials import joined, shifted
 from planner.tolerances import CONTINUITY_TOLERANCE, NEGLIGIBLE_SHARE
+from planner.trajectories.polynomials import joined, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 MEETING_TOLERANCE = 1e-6
 """Distance of a joint, rad or m, up to which trajectories are joined unless another is asked: a micrometre at the end

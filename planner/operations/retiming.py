@@ -18,9 +18,9 @@ from planner.operations.certified import CertifiedTrajectory, certified, kept_cl
 from planner.operations.smoothing import smooth_curve_near
 from planner.paths import JointPath, solve_path
 from planner.paths.runs import Run
-from planner.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition
-from planner.problem_check import check_problem
-from planner.slowing import slowed
+from planner.problems.check import check_problem
+from planner.problems.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition
+from planner.timing.slowing import slowed
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.position_limits import first_beyond
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from planner.backends import BackEnd
-    from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
     from planner.scene import Scene
     from planner.spatial import FloatArray
     from planner.speed_zones import SpeedZone
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 MAX_DEVIATION = 1e-3
 """Distance of a joint from the points, rad or m, that is allowed unless another is asked: a millimetre at the end of an

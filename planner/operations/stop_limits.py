@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 INTERVALS = 20
 """Number of intervals of time on which the highest derivative is constant: on straight lines with jerk limits, which

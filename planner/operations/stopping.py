@@ -13,9 +13,9 @@ from planner.guarantees import QUANTITIES, EndStates
 from planner.limits import Limits, segment_limits
 from planner.operations.certified import CertifiedTrajectory, JointState, certified
 from planner.paths.joint_path import SHORTEST_REST
-from planner.problem_check import limit_faults
+from planner.problems.check import limit_faults
 from planner.tolerances import LIMIT_TOLERANCE, NEGLIGIBLE_SHARE
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from planner.limits import SegmentLimits
     from planner.operations.certified import JointState
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 OFF_LINE = 1e-9
 """Distance from the straight line, rad or m, or share of an acceleration across it, that counts as rounding."""

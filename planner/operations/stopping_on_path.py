@@ -37,8 +37,8 @@ from planner.operations.editing import slice_trajectory
 from planner.operations.stop_limits import INTERVALS, PROBES, Law, StopLimits
 from planner.operations.stopping_on_line import stop_on_line
 from planner.paths.runs import JOINT_TOLERANCE, Run
-from planner.polynomials import PiecewisePolynomial
-from planner.trajectory import PlanWarning, Trajectory
+from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Collection

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.kinematics.forward import tool_poses
-from planner.polynomials import SegmentedPolynomial, horner, quintic_hermite, shifted
 from planner.tolerances import NEGLIGIBLE_SHARE
+from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite, shifted
 
 if TYPE_CHECKING:
     from planner.robots import Robot

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.forward import tool_poses
-from planner.polynomials import PiecewisePolynomial, quintic_hermite
 from planner.spatial import rotation_vectors
+from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 
 if TYPE_CHECKING:
     from planner.robots import Robot

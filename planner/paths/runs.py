@@ -12,15 +12,15 @@ from planner.limits import counted_velocity
 from planner.paths.blends import Corners, cut_corners
 from planner.paths.easing import eased
 from planner.paths.errors import passing_error
-from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
-from planner.problem import BlendTransition, CartesianMotion, JointMotion, StopTransition, ThroughTransition
+from planner.problems.problem import BlendTransition, CartesianMotion, JointMotion, StopTransition, ThroughTransition
 from planner.tool_motions.position_limits import first_beyond
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.limits import SegmentLimits
-    from planner.problem import AnyWaypoint, Transition
+    from planner.problems.problem import AnyWaypoint, Transition
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.waypoints.solve import SolvedWaypoint

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.errors import LimitsUnsatisfiable, Remedy
     from planner.paths import JointPath
-    from planner.problem import PlanningProblem
+    from planner.problems.problem import PlanningProblem
 
 
 def remedies_for(

@@ -11,8 +11,8 @@ import numpy as np
 from planner.certificate.clearance import CLEARANCE_TOLERANCE
 from planner.errors import Collision, PlanningError, Remedy, StartInCollision
 from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
-from planner.motion_around import FreeMotion
-from planner.problem import (
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import (
     BlendTransition,
     JointMotion,
     PolylineMotion,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.errors import ClearanceUnproved
     from planner.paths import JointPath
-    from planner.problem import PlanningProblem
+    from planner.problems.problem import PlanningProblem
 
 HEIGHTS = (0.1, 0.25, 0.5)
 """Heights above the higher end of a motion by which the tool is led over what is in its way, m."""

@@ -10,16 +10,16 @@ import numpy as np
 
 from planner.backends.base import enforced
 from planner.backends.shared.assembly import sampled
-from planner.durations import durations_sharing
 from planner.dynamics import inverse_dynamics
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
-from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.kinematics.forward import tool_rates_on
 from planner.limits import Limits
 from planner.remedies.higher_limits import higher_limits, limit_of
 from planner.remedies.lighter_payload import lighter_payload
 from planner.remedies.proved import first_proved, of_plan, plan_with
+from planner.timing.durations import durations_sharing
+from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
-    from planner.polynomials import SegmentedPolynomial
-    from planner.problem import PlanningProblem
+    from planner.plans.result import Plan
+    from planner.problems.problem import PlanningProblem
     from planner.remedies.higher_limits import Change, Needs
-    from planner.result import Plan
     from planner.robots import Robot
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.polynomials import SegmentedPolynomial
+    from planner.trajectories.trajectory import Trajectory
 
 SHARES = (1.0 - 1e-9, 0.995, 0.95)
 """Shares of the limits that the motion may take; the first is offered with which the back end finds a motion."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from planner.fields import FieldPath
     from planner.limits import Limits, SegmentLimits
-    from planner.problem import PlanningProblem
+    from planner.problems.problem import PlanningProblem
 
 Needs = dict[tuple[str, int, int], float]
 """The value that a limit must have, by quantity, segment and joint (of the tool's speeds: 0)."""

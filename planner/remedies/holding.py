@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.errors import Remedy
     from planner.paths import JointPath
-    from planner.problem import PlanningProblem
+    from planner.problems.problem import PlanningProblem
     from planner.remedies.higher_limits import Needs
     from planner.robots import Robot
     from planner.spatial import FloatArray

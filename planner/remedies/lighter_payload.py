@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from planner.fields import FieldPath
-    from planner.problem import PlanningProblem
+    from planner.problems.problem import PlanningProblem
     from planner.remedies.higher_limits import Change
     from planner.robots import Robot
     from planner.robots.payload import Payload

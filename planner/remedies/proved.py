@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 from planner.backends.base import Searching
 from planner.errors import PlanningError
 from planner.free_motion.ways import free_waypoints
-from planner.free_planning import plan_around
 from planner.paths import solve_path
-from planner.problem_check import check_problem
-from planner.result import certified_plan
+from planner.plans.free_planning import plan_around
+from planner.plans.result import certified_plan
+from planner.problems.check import check_problem
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from planner.backends.base import BackEnd
     from planner.errors import Remedy
-    from planner.problem import PlanningProblem
+    from planner.plans.result import Plan
+    from planner.problems.problem import PlanningProblem
     from planner.remedies.higher_limits import Change
-    from planner.result import Plan
 
 
 def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> Plan:

@@ -21,8 +21,8 @@ GOAL_FRAME = "goal"
 def with_freedoms(robot: Robot, ranges: dict[str, tuple[float, float]]) -> Robot:
     """Return a robot whose last joints are freedoms of a pose, each within its range.
 
-    Where the tool is at T D, D the offset of `planner.regions.Region`, this robot's tip frame is at T = (T D) D^-1: a
-    freedom is a joint along or about the negative axis, the last one of D the first behind the tool.
+    Where the tool is at T D, D the offset of `planner.problems.regions.Region`, this robot's tip frame is at
+    T = (T D) D^-1: a freedom is a joint along or about the negative axis, the last one of D the first behind the tool.
 
     Args:
         robot: The robot, with its tool.

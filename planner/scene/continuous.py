@@ -17,11 +17,11 @@ from planner.scene.excursions import excursions
 from planner.scene.planes import normals_at, plane_bounds
 
 if TYPE_CHECKING:
-    from planner.polynomials import PiecewisePolynomial
     from planner.scene.bodies import Postures
     from planner.scene.checker import CollisionChecker
     from planner.scene.separations import Separation
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 ARC_OF_PART = 0.15
 """How far the fastest joint goes in one of the intervals that a motion is cut into at first, rad or m."""

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import bernstein_matrix, powers, shifted
 from planner.tolerances import ROUNDING
+from planner.trajectories.polynomials import bernstein_matrix, powers, shifted
 
 if TYPE_CHECKING:
-    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 
 def excursions(curve: PiecewisePolynomial, starts: FloatArray, ends: FloatArray, positions: FloatArray) -> FloatArray:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import PiecewisePolynomial
 from planner.scene.checker import CONTACT_TOLERANCE, Items
 from planner.scene.continuous import DEFAULT_BUDGET, clearances
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from planner.scene.bodies import Postures

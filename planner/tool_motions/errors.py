@@ -13,7 +13,7 @@ from planner.tool_motions.follow import STEEP, STEEPEST
 
 if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import Singularity
+    from planner.problems.problem import Singularity
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.follow import Lost

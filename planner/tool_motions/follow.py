@@ -10,7 +10,6 @@ import pinocchio as pin
 
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import pose_errors
-from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.inverse_jacobian import (
     NEAR_SINGULARITY,
@@ -20,6 +19,7 @@ from planner.tool_motions.inverse_jacobian import (
     kept_motions,
     null_space,
 )
+from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
     from collections.abc import Collection

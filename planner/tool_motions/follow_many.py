@@ -10,7 +10,6 @@ import pinocchio as pin
 
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.screws import screws_of
-from planner.polynomials import PiecewisePolynomial, horner, quintic_hermite
 from planner.spatial import rotation_vectors, rotations_from_vectors
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.follow import (
@@ -22,6 +21,7 @@ from planner.tool_motions.follow import (
     SOLVED,
 )
 from planner.tool_motions.inverse_jacobian import NEAR_SINGULARITY, kept_motions
+from planner.trajectories.polynomials import PiecewisePolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

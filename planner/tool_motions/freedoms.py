@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.search import STEADY, Search
-from planner.polynomials import PiecewisePolynomial, quintic_hermite
-from planner.regions import TURNS
+from planner.problems.regions import TURNS
 from planner.robots.freedoms import with_freedoms
 from planner.tool_motions.least_cost import least_cost
+from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 
 if TYPE_CHECKING:
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.regions import Region
+    from planner.problems.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
     from planner.tool_motions.pose_paths import PosePath

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import PiecewisePolynomial, differentiate, horner
 from planner.spatial import Pose, quaternion, rotations_from_quaternions
 from planner.tool_motions.pose_paths import NoPath
 from planner.tool_motions.via_poses import via_poses
+from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,11 +11,11 @@ from planner.tool_motions.inverse_jacobian import null_space
 from planner.tool_motions.position_limits import shares_of_range
 
 if TYPE_CHECKING:
-    from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.follow import Lost
     from planner.tool_motions.pose_paths import PosePath
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 NEAR_LIMIT = 0.8
 """The share of half its range from where on a joint is moved away from its position limit."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from planner.problem import CartesianMotion, CircularMotion, LinearMotion, PolylineMotion, SplineMotion
+from planner.problems.problem import CartesianMotion, CircularMotion, LinearMotion, PolylineMotion, SplineMotion
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import Arc, Line
 from planner.tool_motions.pose_splines import PoseSpline

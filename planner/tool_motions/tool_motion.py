@@ -20,9 +20,8 @@ from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.kinematics.search import pose_errors
 from planner.kinematics.turns import TURN
-from planner.polynomials import PiecewisePolynomial, joined
-from planner.problem import CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
-from planner.regions import region_of
+from planner.problems.problem import CartesianMotion, JointWaypoint, LinearMotion, PoseWaypoint
+from planner.problems.regions import region_of
 from planner.robots.freedoms import with_freedoms
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_CONFIGURATION
@@ -35,7 +34,8 @@ from planner.tool_motions.pose_paths import Line, NoPath, Reversed
 from planner.tool_motions.position_limits import first_beyond
 from planner.tool_motions.self_motions import follow_by_self_motions
 from planner.tool_motions.shapes import SHAPES
-from planner.trajectory import PlanWarning
+from planner.trajectories.polynomials import PiecewisePolynomial, joined
+from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import AnyWaypoint
-    from planner.regions import Region
+    from planner.problems.problem import AnyWaypoint
+    from planner.problems.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath

@@ -11,9 +11,9 @@ from planner.kinematics.forward import tool_poses
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 CHORDS = 512
 """Number of chords that stand for a way of the tool: of a turn of an arm of 1 m they are 12 mm long and off by 0.02 mm,

@@ -10,8 +10,8 @@ import numpy as np
 from planner.kinematics.configurations import configurations
 from planner.kinematics.inverse import inverse_kinematics, solution_layers
 from planner.kinematics.search import QUICK, Search
-from planner.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
-from planner.regions import region_of
+from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.regions import region_of
 from planner.robots.freedoms import with_freedoms
 from planner.robots.tools import with_tools
 from planner.tool_motions.least_cost import least_cost
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import AnyWaypoint
-    from planner.regions import Region
+    from planner.problems.problem import AnyWaypoint
+    from planner.problems.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
 

@@ -11,7 +11,7 @@ from planner.errors import ConfigurationChange, Remedy, SingularPath, Unreachabl
 from planner.kinematics.configurations import configurations
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
-from planner.problem import JointMotion, JointWaypoint, PoseWaypoint
+from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.pose_paths import Line
 from planner.tool_motions.tool_motion import ToolMotion, follow_path
@@ -20,7 +20,7 @@ from planner.waypoints.targets import pose_remedy
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from planner.problem import AnyWaypoint, Singularity
+    from planner.problems.problem import AnyWaypoint, Singularity
     from planner.spatial import FloatArray
     from planner.tool_motions.tool_motion import RefusedMotion
 

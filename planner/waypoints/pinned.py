@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.errors import Remedy
 from planner.kinematics.inverse import inverse_kinematics
-from planner.problem import PoseWaypoint
+from planner.problems.problem import PoseWaypoint
 from planner.robots.derived.changes import with_locked
 from planner.robots.findings import Findings, shown
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from planner.kinematics.inverse import InverseKinematicsResult
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import AnyWaypoint
+    from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
 

@@ -12,8 +12,8 @@ from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
 from planner.kinematics.search import Search, is_isolated, wide_spread
-from planner.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
-from planner.problem_check import waypoint_faults
+from planner.problems.check import waypoint_faults
+from planner.problems.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.robots.tools import with_tools
 from planner.scene import Handling, PostureCollision, collisions_at
 from planner.scene.carried import checker_at_waypoints
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from planner.errors import PlanningError
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import AnyWaypoint
+    from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.scene import CollisionChecker, Scene
     from planner.spatial import FloatArray

@@ -14,7 +14,7 @@ from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, inverse_kinematics, solution_layers
 from planner.kinematics.search import Search, is_isolated, pose_errors, wide_spread
 from planner.kinematics.turns import TURN
-from planner.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
+from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
 from planner.robots.tools import with_tools
 from planner.spatial import FloatArray, Pose
 from planner.tolerances import POSITION_TOLERANCE, SAME_SOLUTION
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from planner.kinematics.inverse import IsFree
     from planner.kinematics.options import InverseKinematicsOptions
-    from planner.problem import AnyWaypoint
+    from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.tool_motions.tool_motion import ToolMotion
     from planner.waypoints.choice import Follow, Passage

@@ -8,13 +8,13 @@ import numpy as np
 
 from planner.errors import Remedy
 from planner.kinematics.forward import tool_pose
-from planner.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.problem import AnyWaypoint
+    from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
 
 

@@ -65,7 +65,7 @@ def test_a_circle_would_be_seen() -> None:
 def test_only_the_server_knows_the_web_framework() -> None:
     know_it = {module for module in FILES if any(name.split(".")[0] in WEB for name in imports(module))}
     assert know_it
-    assert not know_it & needed("api.worker_main", "api.execution")
+    assert not know_it & needed("api.workers.main", "api.workers.execution")
 
 
 def loaded(code: str) -> set[str]:
@@ -90,11 +90,11 @@ def test_the_server_loads_no_robotics() -> None:
 
 
 def test_a_worker_loads_no_web_framework_and_no_database() -> None:
-    modules = loaded("from api.execution import RUN\nassert RUN")
+    modules = loaded("from api.workers.execution import RUN\nassert RUN")
     assert not modules & {*WEB, "sqlalchemy"}
     assert "planner.export" in modules
 
 
-@pytest.mark.parametrize("module", ["api.worker_main", "api.messages"])
+@pytest.mark.parametrize("module", ["api.workers.main", "api.workers.messages"])
 def test_what_a_worker_imports_before_its_limits_are_set_is_light(module: str) -> None:
     assert not loaded(f"import {module}") & {*ROBOTICS, *WEB, "pydantic"}

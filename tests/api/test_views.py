@@ -11,7 +11,7 @@ import numpy as np
 import orjson
 import pytest
 
-from api import views
+from api.answers import views
 from api.cli.local_plan import plan_request, read_request, report_of
 from api.errors import NotAcceptable
 from tests.api import requests

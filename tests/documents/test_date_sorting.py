@@ -24,11 +24,11 @@ from planner.kinematics import (
 )
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.plans.tool_lines import line_polynomials
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
-from planner.tool_lines import line_polynomials
 from tests.documents.published import angle_between, document, gantry, homogeneous, matrix
 from tests.locations import ROOT
 

@@ -14,9 +14,9 @@ from pydantic import TypeAdapter
 
 from api.cli.local_plan import plan_request, read_request
 from api.cli.local_service import local_service
-from api.conversion import to_robot
-from api.kept_meshes import keep_meshes
-from api.mesh_archive import unpacked
+from api.content.mesh_archive import unpacked
+from api.conversion.kept_meshes import keep_meshes
+from api.conversion.problems import to_robot
 from api.schemas.robots import Changes, DerivedModel, RobotDefinition, UrdfModel
 from planner.errors import Collision
 from tests.locations import ROOT

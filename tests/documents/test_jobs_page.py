@@ -13,7 +13,7 @@ import pytest
 from api.cli.local_plan import plan_request, read_request
 from benchmarks.pages.jobs import IMAGES, PAGE, document
 from planner.kinematics import tool_velocities
-from planner.result import Plan
+from planner.plans.result import Plan
 from tests.locations import ROOT
 
 FOLDER = ROOT / "examples/jobs"

@@ -11,10 +11,17 @@ from planner.errors import UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problem import AnyWaypoint, CartesianMove, JointWaypoint, PlanningProblem, PoseWaypoint, RelativeWaypoint
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import (
+    AnyWaypoint,
+    CartesianMove,
+    JointWaypoint,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.robots import load_robot
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 from tests.documents.published import angle_between, document, homogeneous, matrix, standard_dh
 
 CASES = document("ngv_refuelling")["cases"]

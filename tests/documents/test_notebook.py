@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from benchmarks.pages.notebook import FORMS, NOTEBOOK, as_markdown
+from planner.plans.result import Plan
 from planner.plots.animation import Animation
 from planner.plots.picture import Picture
-from planner.result import Plan
 
 CELLS: list[dict[str, Any]] = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
 

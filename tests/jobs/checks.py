@@ -8,7 +8,8 @@ import numpy as np
 import pinocchio as pin
 from scipy.interpolate import CubicSpline
 
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     BlendTransition,
     CircularMotion,
     JointWaypoint,
@@ -18,8 +19,7 @@ from planner.problem import (
     SplineMotion,
     ThroughTransition,
 )
-from planner.regions import Region
-from planner.result import Plan
+from planner.problems.regions import Region
 from planner.spatial import FloatArray, Pose
 from tests.jobs.job import Job, Law
 from tests.jobs.tracing import circle, tool_at

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.backends import Auto, BackEnd, Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.planning import plan
-from planner.result import Plan
+from planner.plans.result import Plan
 from tests.jobs import contours, degenerate, features, handling, seams
 from tests.jobs.arms import ARMS, INSTALLED, places
 from tests.jobs.checks import SLOW

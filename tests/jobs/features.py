@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.actions import AtDistance, AtWaypoint, SetOutput, Wait
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.problem import LinearMotion, PoseWaypoint, ThroughTransition
-from planner.regions import Free, Region
+from planner.problems.actions import AtDistance, AtWaypoint, SetOutput, Wait
+from planner.problems.problem import LinearMotion, PoseWaypoint, ThroughTransition
+from planner.problems.regions import Free, Region
 from planner.robots import ExternalAxis
 from planner.spatial import FloatArray, Pose, rotation_x, rotation_z
 from tests.jobs.arms import Place

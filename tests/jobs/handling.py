@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from planner.limits import Limits
-from planner.problem import CartesianMove, LinearMotion, RelativeWaypoint
+from planner.problems.problem import CartesianMove, LinearMotion, RelativeWaypoint
 from planner.spatial import rotation_x, rotation_y, rotation_z
 from tests.jobs.arms import DOWN, Place
 from tests.jobs.job import Draft

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.limits import Limits
-from planner.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from planner.actions import Action
 from planner.limits import Limits
-from planner.problem import PlanningProblem
+from planner.problems.actions import Action
+from planner.problems.problem import PlanningProblem
 from planner.spatial import FloatArray
 from tests.jobs.programme import Programme
 

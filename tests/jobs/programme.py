@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.problem import (
+from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
     CircularMotion,

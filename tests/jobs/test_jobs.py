@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from planner.errors import PlanningError
-from planner.problem import JointWaypoint, PoseWaypoint
+from planner.problems.problem import JointWaypoint, PoseWaypoint
 from planner.robots import Robot
 from tests.jobs import features
 from tests.jobs.arms import INSTALLED, places

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from planner.actions import AtWaypoint
 from planner.backends import Guarantee
 from planner.backends.base import enforced
 from planner.kinematics import tool_speeds
-from planner.polynomials import differentiate, horner
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.actions import AtWaypoint
 from planner.robots import Robot
 from planner.spatial import FloatArray
+from planner.trajectories.polynomials import differentiate, horner
 
 JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 

@@ -9,7 +9,7 @@ from planner.backends import Cubic, MinEffort, Quintic, Trapezoidal
 from planner.comparison import compare, figures
 from planner.errors import MissingDynamics
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 
 

@@ -16,12 +16,12 @@ from planner.errors import InvalidProblem
 from planner.guarantees import QUANTITIES, Guarantee
 from planner.limits import Limits, segment_limits
 from planner.planning import plan
-from planner.polynomials import quintic_hermite
-from planner.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition, Transition
+from planner.problems.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.robots.payload import Payload
-from planner.sampled_peaks import EASY_TRAVEL, MOST_TRAVEL
-from planner.trajectory import Trajectory
+from planner.trajectories.polynomials import quintic_hermite
+from planner.trajectories.sampled_peaks import EASY_TRAVEL, MOST_TRAVEL
+from planner.trajectories.trajectory import Trajectory
 from tests.planner.backends.toppra.toppra_problems import KUKA
 from tests.planner.promises import keeps_sampled_limits
 

@@ -15,7 +15,8 @@ from planner.backends import BACKENDS, BackEnd, Guarantee, Toppra
 from planner.errors import ConfigurationChange, InvalidProblem, JointPositionLimit, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, forward_kinematics
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     BlendTransition,
     CircularMotion,
     JointMotion,
@@ -24,9 +25,8 @@ from planner.problem import (
     PoseWaypoint,
     SplineMotion,
 )
-from planner.regions import Region
-from planner.result import Plan
-from tests.planner.problems import PARTS, REQUESTS, backend_of, path_problems, try_on_random
+from planner.problems.regions import Region
+from tests.planner.problems_of_tests import PARTS, REQUESTS, backend_of, path_problems, try_on_random
 from tests.planner.promises import (
     is_continuous,
     keeps_joint_limits,

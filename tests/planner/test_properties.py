@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from planner.backends import BACKENDS, BackEnd
 from planner.export import FORMATS, ExportOptions
 from planner.planning import plan
-from planner.problem import PlanningProblem
-from tests.planner.problems import PARTS, REQUESTS, backend_of, problems, try_on_random
+from planner.problems.problem import PlanningProblem
+from tests.planner.problems_of_tests import PARTS, REQUESTS, backend_of, problems, try_on_random
 from tests.planner.promises import (
     is_continuous,
     keeps_joint_limits,

@@ -16,9 +16,9 @@ from planner.backends.splines.interpolation import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.spatial import FloatArray
-from tests.planner.problems import ARMS, problem_of
+from tests.planner.problems_of_tests import ARMS, problem_of
 from tests.planner.promises import keeps_joint_limits
 from tests.planner.tool_problems import ROBOT, START
 

@@ -25,7 +25,6 @@ MOST_FILES = 14
 
 LARGER_FOLDERS = {
     "planner/tool_motions": "a module for each kind of path, and for each way in which the joints follow it",
-    "planner": "the modules that are no part of a group: problem, plan, result, trajectory, and what all others share",
 }
 """Folders with more modules, and why."""
 

@@ -11,8 +11,8 @@ from planner.backends import BACKENDS
 from planner.errors import InfeasibleDuration
 from planner.kinematics import Pose, forward_kinematics
 from planner.planning import plan
-from planner.problem import JointMotion, JointWaypoint, LinearMotion, Motion, PlanningProblem, PoseWaypoint
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import JointMotion, JointWaypoint, LinearMotion, Motion, PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 from planner.tolerances import DURATION_TOLERANCE, LIMIT_TOLERANCE
 

@@ -13,7 +13,8 @@ from planner.errors import InfeasibleDuration
 from planner.kinematics import forward_kinematics, tool_accelerations
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     CartesianMove,
     CircularMotion,
     JointWaypoint,
@@ -22,11 +23,10 @@ from planner.problem import (
     PoseWaypoint,
     RelativeWaypoint,
 )
-from planner.result import Plan
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
-from planner.trajectory import Trajectory
-from tests.planner.problems import backend_of
+from planner.trajectories.trajectory import Trajectory
+from tests.planner.problems_of_tests import backend_of
 from tests.planner.tool_problems import CORNER, JOINTS, LINE, ROBOT, START
 
 LIMITS = Limits(tcp_linear_acceleration=1.5, tcp_angular_acceleration=2.0, tcp_centripetal_acceleration=0.8)

@@ -12,11 +12,11 @@ from planner.guarantees import TCP_ORDERS, Guarantee
 from planner.kinematics import tool_accelerations, tool_jerks
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.spatial import FloatArray
 from planner.tolerances import LIMIT_TOLERANCE
-from tests.planner.problems import backend_of
+from tests.planner.problems_of_tests import backend_of
 from tests.planner.tool_problems import CORNER, JOINTS, LINE, ROBOT, START
 
 LIMITS = Limits(tcp_linear_jerk=8.0, tcp_angular_jerk=12.0)

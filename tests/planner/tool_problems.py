@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planner.problem import (
+from planner.problems.problem import (
     BlendTransition,
     CartesianMove,
     JointWaypoint,

@@ -10,8 +10,8 @@ from planner.backends.shared.rest_to_rest import unit_laws
 from planner.tolerances import LIMIT_TOLERANCE, ROUNDING
 
 if TYPE_CHECKING:
-    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 
 BISECTIONS = 60

@@ -13,7 +13,7 @@ from planner.guarantees import JOINT_DERIVATIVES
 
 if TYPE_CHECKING:
     from planner.paths import StraightMotions
-    from planner.polynomials import SegmentedPolynomial
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 
 ROUNDED_UP = 1.0 + 1e-10

@@ -10,7 +10,7 @@ from planner.backends.shared.smooth_curve import smoothed
 
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run
-    from planner.polynomials import SegmentedPolynomial
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 
 def time_through_waypoints(path: JointPath, run: Run) -> SegmentedPolynomial:

@@ -16,14 +16,14 @@ from planner.backends.shared.tool_jerks import jerk_rows
 from planner.dynamics import path_dynamics
 from planner.guarantees import QUANTITIES, TCP_ORDERS
 from planner.kinematics.forward import ACCELERATIONS, JERKS, OF_PATH_SPEED, tool_rates
-from planner.polynomials import (
+from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
     differentiate,
     horner,
     quintic_hermite,
 )
-from planner.sampled_peaks import MOST_TRAVEL
+from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits

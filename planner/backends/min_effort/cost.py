@@ -8,13 +8,13 @@ import numpy as np
 
 from planner.backends.shared.assembly import extreme_velocities, sampled
 from planner.dynamics import inverse_dynamics
-from planner.polynomials import differentiate, horner
+from planner.trajectories.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits
-    from planner.polynomials import SegmentedPolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 Objective = Literal["effort", "mechanical_work", "jerk"]
 

@@ -10,13 +10,13 @@ from planner.backends.min_effort.options import LEAST_DEVIATION, MinEffortOption
 from planner.backends.shared.assembly import assemble
 from planner.errors import Fault, InvalidProblem, MissingDynamics
 from planner.guarantees import ALL_HARD, Guarantee
-from planner.trajectory import PlanWarning
+from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.paths import JointPath
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 MOST_SEGMENTS = 100
 """Segments from stop to stop, at most: with six joints they take 0.5 s an iteration and 200 MB, 300 more than 1 GB.
@@ -43,7 +43,7 @@ class MinEffort(MinEffortOptions):
     minimises cost + `time_weight` x duration.
 
     In a scene the motion that is found may collide where the one that the search begins with does not: then it is held
-    nearer to that one, or is that one (`planner.result.certified_plan`).
+    nearer to that one, or is that one (`planner.plans.result.certified_plan`).
 
     Where accelerations of the tool are limited, no way between waypoints is searched for: the quintic is the answer,
     with a warning. Along a given way the law is found within them. The same goes for joints that turn so often that the

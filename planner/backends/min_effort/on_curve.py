@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from planner.backends.jerk_limited.linear_limits import LinearLimits
     from planner.backends.min_effort.cost import Cost
     from planner.paths import JointPath, Run
-    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 ROUNDS = (1e-2, 1e-4)
 """Rounds of the search: the gap to the optimum, relative to the cost, that may be left after each of them."""

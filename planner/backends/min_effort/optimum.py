@@ -22,8 +22,8 @@ from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS
-from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     import casadi as ca
 
     from planner.backends.min_effort.way import Way
-    from planner.polynomials import PiecewisePolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 INSIDE = 1.0 - 1e-7
 """Share of a limit that the solver may use, so that its own tolerance stays within the limit."""

@@ -13,9 +13,9 @@ from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
-    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.robots import Robot
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 JOINTS_SHARE = 1e-3
 """Share of a radian in the measure of lengths, beside what it moves the tool; it counts where the tool hardly moves."""

@@ -20,13 +20,13 @@ from planner.backends.shared.straight_lines import time_lines
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
 from planner.guarantees import ALL_HARD, EndStates, Guarantee, end_states
 from planner.limits import counted_velocity
-from planner.polynomials import SegmentedPolynomial, joined
+from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.paths import JointPath, Run, StraightMotions
-    from planner.trajectory import Trajectory
+    from planner.trajectories.trajectory import Trajectory
 
 FEW_SEGMENTS = 20
 """Number of segments up to which the joints' own laws are always tried; their search takes 1 s for 50 dense ones."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.backends.ruckig.state_to_state import Passage, Passages, Rates, ShortestTimes, cubic_pieces
 from planner.backends.ruckig.via_problem import LATE, OUTSIDE, ViaMotion, ViaProblem
-from planner.polynomials import SegmentedPolynomial, joined
 from planner.tolerances import LIMIT_TOLERANCE
+from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray

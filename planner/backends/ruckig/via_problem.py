@@ -12,8 +12,8 @@ from planner.backends.ruckig.state_to_state import Rates
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
-    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 LATE = 30.0
 """Weight of the time beyond an asked duration, against the duration."""

@@ -19,8 +19,8 @@ from planner.backends.shared.time_scaling import time_scalings
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, TCP_ORDERS
-from planner.polynomials import SegmentedPolynomial, joined
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
+from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization

@@ -6,8 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.polynomials import SegmentedPolynomial, cumulative_sums, differentiate, horner, joined, summing_to
-from planner.trajectory import Trajectory
+from planner.trajectories.polynomials import (
+    SegmentedPolynomial,
+    cumulative_sums,
+    differentiate,
+    horner,
+    joined,
+    summing_to,
+)
+from planner.trajectories.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,8 +15,8 @@ import numpy as np
 
 from planner.backends.shared.refusals import RAMPS, BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
-from planner.polynomials import SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Callable

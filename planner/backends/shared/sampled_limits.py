@@ -9,10 +9,10 @@ import numpy as np
 
 from planner.backends.shared.refusals import BindingLimit, refuse_what_gravity_exceeds
 from planner.errors import InvalidProblem
-from planner.extrema import derivatives_on_unit_time
 from planner.guarantees import TCP_ORDERS
 from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, bend_bounds, tool_rates_on
-from planner.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL, parts_of, sampled_peaks
+from planner.trajectories.extrema import derivatives_on_unit_time
+from planner.trajectories.sampled_peaks import DERIVATIVES, EASY_TRAVEL, MOST_TRAVEL, parts_of, sampled_peaks
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from planner.dynamics import SegmentDynamics
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
-    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 TOO_OFTEN = (
     "joint {joint} travels {own:.6g} rad or m from waypoint {segment} to here, but limits of torque and of the tool "

@@ -11,8 +11,8 @@ from planner.tool_motions.position_limits import first_beyond
 
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run
-    from planner.polynomials import SegmentedPolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 SHARES = (1.0, 0.5, 0.25, 0.0)
 """Shares of the spline in a joint's curve; the first one is taken with which it keeps its position limits."""

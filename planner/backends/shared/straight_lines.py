@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from planner.paths import JointPath, Run, StraightMotions
-    from planner.polynomials import SegmentedPolynomial
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 NOTICED = 1.01
 """Factor on a duration that is worth another way."""

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.kinematics.forward import shares_of_path_speed
-from planner.polynomials import (
+from planner.tolerances import ROUNDING
+from planner.trajectories.polynomials import (
     PiecewisePolynomial,
     SegmentedPolynomial,
     differentiate,
@@ -15,7 +16,6 @@ from planner.polynomials import (
     quintic_hermite,
     shifted,
 )
-from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.paths import JointPath, Run

@@ -8,15 +8,15 @@ import numpy as np
 
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
-from planner.extrema import derivatives_on_unit_time, largest_magnitudes
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.tolerances import DURATION_TOLERANCE
+from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from planner.paths import JointPath, Run
-    from planner.polynomials import SegmentedPolynomial
+    from planner.trajectories.polynomials import SegmentedPolynomial
 
 
 class TimeScaling(NamedTuple):

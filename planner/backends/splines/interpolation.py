@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from planner.polynomials import PiecewisePolynomial, stretched
+from planner.trajectories.polynomials import PiecewisePolynomial, stretched
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray

@@ -18,8 +18,8 @@ from planner.backends.splines.spline_limits import DurationsTooShort, PositionOv
 from planner.backends.splines.timed_spline import NothingLimits, timed_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.paths.errors import passing_error
-from planner.polynomials import SegmentedPolynomial, differentiate, horner
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
+from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
 
 if TYPE_CHECKING:
     from planner.backends.splines.interpolation import Degree

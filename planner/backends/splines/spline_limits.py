@@ -10,8 +10,8 @@ import numpy as np
 
 from planner.backends.splines.shortest_durations import LinearisedLimits
 from planner.guarantees import JOINT_DERIVATIVES
-from planner.polynomials import bernstein_matrix, differentiate, horner
 from planner.tolerances import DURATION_TOLERANCE, LIMIT_TOLERANCE
+from planner.trajectories.polynomials import bernstein_matrix, differentiate, horner
 
 if TYPE_CHECKING:
     from planner.backends.splines.interpolation import InterpolatingSpline

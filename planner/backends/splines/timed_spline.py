@@ -16,8 +16,8 @@ from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits
-    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 
 class NothingLimits(Exception):

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.limits import counted_velocity
-from planner.polynomials import differentiate, horner, shifted
 from planner.tolerances import ROUNDING
+from planner.trajectories.polynomials import differentiate, horner, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.paths import Run
-    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 TURN = 0.25
 """Largest turn of a curve's direction on one interval, rad, joints measured by their velocity limits. With 0.3 random

@@ -11,8 +11,8 @@ import numpy as np
 from planner.backends.shared.time_laws import MOST_HALVINGS
 from planner.backends.toppra.intervals import PROBES, shares_between
 from planner.backends.toppra.path_limits import path_limits
-from planner.polynomials import SegmentedPolynomial, horner, quintic_hermite
 from planner.tolerances import ROUNDING
+from planner.trajectories.polynomials import SegmentedPolynomial, horner, quintic_hermite
 
 if TYPE_CHECKING:
     from planner.backends.toppra.intervals import Intervals

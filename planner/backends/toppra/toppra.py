@@ -22,9 +22,9 @@ from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fast
 from planner.backends.toppra.solver_failed import SolverFailed
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
 from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Guarantee
-from planner.polynomials import joined
 from planner.tolerances import DURATION_TOLERANCE
-from planner.trajectory import PlanWarning
+from planner.trajectories.polynomials import joined
+from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from planner.backends.shared.time_scaling import TimeScaling
     from planner.backends.toppra.profile import Profile
     from planner.paths import JointPath, Run, StraightMotions
-    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
+    from planner.trajectories.trajectory import Trajectory
 
 FEW_INTERVALS = 12
 """Least number of intervals between waypoints for a first look at how fast another curve is."""

@@ -15,8 +15,8 @@ from planner.backends.shared.refusals import (
 )
 from planner.backends.shared.time_laws import ToolSpeeds, follow_curve, split_at_knots
 from planner.backends.shared.time_scaling import TimeScaling, scaled_to_duration, slowest, time_scalings
-from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
 from planner.tolerances import DURATION_TOLERANCE, NEGLIGIBLE_SHARE
+from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
 if TYPE_CHECKING:
     from collections.abc import Callable

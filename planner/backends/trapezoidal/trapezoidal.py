@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from planner.paths import JointPath, StraightMotions
-    from planner.polynomials import PiecewisePolynomial, SegmentedPolynomial
     from planner.spatial import FloatArray
-    from planner.trajectory import Trajectory
+    from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
+    from planner.trajectories.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

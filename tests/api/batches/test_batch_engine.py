@@ -17,9 +17,9 @@ from api.database.batches import BatchBounds, append_items, begin_batch, cancel_
 from api.database.claims import results_behind
 from api.database.database import Database, sqlite_url
 from api.errors import DatabaseUnavailable, DeadlineExceeded
-from api.messages import Reply, Task
 from api.settings import Settings
 from api.telemetry.metrics import Metrics
+from api.workers.messages import Reply, Task
 from tests.api.database.databases import PostgresServer, postgres
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from api.errors import ServiceError
-from api.messages import Caps, Task
 from api.tasks.batch_bodies import of_document
 from api.tasks.work import Work
+from api.workers.messages import Caps, Task
 
 CAPS = Caps(max_deadline=60.0, max_waypoints=1000, max_samples=1_000_000, memory_mib=0)
 

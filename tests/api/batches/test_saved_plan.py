@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from api.conversion import to_backend, to_planning_problem
+from api.conversion.problems import to_backend, to_planning_problem
 from api.schemas.requests import PlanRequest
 from planner.export import FORMATS, INCLUDABLE, ExportOptions
 from planner.planning import plan
+from planner.plans.saved_plan import OF_THE_PATH, load_plan, save_plan
 from planner.robots import load_robot
-from planner.saved_plan import OF_THE_PATH, load_plan, save_plan
 from tests.locations import ROOT
 
 CASES = {

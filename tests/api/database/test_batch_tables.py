@@ -10,6 +10,7 @@ import pytest
 from sqlalchemy import delete, func, select, update
 
 from api.batches.items import PLANNED, NewItem
+from api.content.robots import RobotContent
 from api.database.batches import (
     Arrival,
     BatchBounds,
@@ -27,7 +28,6 @@ from api.database.batches import (
 from api.database.claims import MOST_BYTES, Outcome, beat, claim, definition_of, ended, leave, results_behind, settle
 from api.database.named_contents import ROBOTS, Bounds
 from api.database.tables import batches, engines, items, robot_contents, robots
-from api.robot_content import RobotContent
 from tests.api.database.databases import engine, postgres
 
 if TYPE_CHECKING:

@@ -22,18 +22,18 @@ from typer.testing import CliRunner
 from api.access.access import Client
 from api.access.keys import KeyRecord
 from api.cli import app
+from api.content.robots import RobotContent
+from api.content.scenes import SceneContent
 from api.database.database import Database, make_engine, sqlite_url
 from api.database.keys import add_key, all_keys, find_key, revoke_key
 from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.database.named_contents import ROBOTS, SCENES, Bounds
 from api.database.tables import metadata, robot_contents, robots, scene_contents
 from api.errors import DatabaseUnavailable
-from api.messages import Reply
-from api.robot_content import RobotContent
 from api.routes.ordinary import run_with_body
-from api.scene_content import SceneContent
 from api.server.traffic import Traffic
 from api.settings import Settings
+from api.workers.messages import Reply
 from tests.api.database.databases import PostgresServer, engine, postgres
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from api.execution import RUN
+from api.workers.execution import RUN
 from tests.api.made_up_service import made_up_service
 from tests.api.random_requests.conversation import Conversation
 from tests.sizes import OVER_FIELDS

@@ -32,11 +32,11 @@ def test_warnings_of_numpy_are_lines_of_the_log_without_paths() -> None:
 
 WORKER_THAT_WARNS = """
 import socket, sys, warnings
-import api.execution
-from api.messages import Caps, Task, pack
-from api.worker_main import work
+import api.workers.execution
+from api.workers.messages import Caps, Task, pack
+from api.workers.main import work
 
-api.execution.execute = lambda task, caps: warnings.warn("of a library")
+api.workers.execution.execute = lambda task, caps: warnings.warn("of a library")
 server, worker = socket.socketpair()
 server.sendall(b"".join(pack(Task("plan_trajectory", "", 0.0, 0.0))))
 server.shutdown(socket.SHUT_WR)

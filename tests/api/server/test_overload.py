@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from api.errors import ServiceError
-from api.messages import Reply, Task
 from api.server import jobs as jobs_module
 from api.server import pool as pool_module
 from api.server.costs import Kind
 from api.server.pool import WorkerPool
 from api.settings import Settings
+from api.workers.messages import Reply, Task
 from tests.api.server.made_up_workers import MadeUpWorker
 
 if TYPE_CHECKING:

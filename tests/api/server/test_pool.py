@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from api.errors import DeadlineExceeded, InternalError, Overloaded
-from api.messages import Reply, Task
 from api.server import pool as pool_module
 from api.server.costs import CHEAP, Cost, Costs, Kind, kind_of
 from api.server.pool import WorkerPool
 from api.settings import Settings
+from api.workers.messages import Reply, Task
 from tests.api.server.made_up_workers import MadeUpWorker
 
 if TYPE_CHECKING:

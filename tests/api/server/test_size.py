@@ -9,12 +9,12 @@ import orjson
 import pytest
 
 from api.errors import InvalidRequest
-from api.messages import Caps
 from api.schemas.kinematics import ForwardKinematicsRequest, InverseKinematicsRequest
 from api.schemas.requests import CompareRequest, PlanRequest, ValidateRequest
 from api.schemas.robots import RobotDefinition
 from api.size import has_too_many_rows, size_faults
 from api.tasks import work
+from api.workers.messages import Caps
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, validate_request
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from api.messages import Caps
 from api.server.worker import Worker
+from api.workers.messages import Caps
 from tests.api.conftest import free_port
 from tests.locations import ROOT
 
@@ -63,11 +63,11 @@ def test_what_nobody_wants_is_not_started() -> None:
 
 WORKER_THAT_TELLS = """
 import os, socket
-import api.execution
-from api.messages import HEADER, Caps, Reply, Task, pack, unpack
-from api.worker_main import work
+import api.workers.execution
+from api.workers.messages import HEADER, Caps, Reply, Task, pack, unpack
+from api.workers.main import work
 
-api.execution.execute = lambda task, caps: Reply(200, "", b"", result=os.sched_getscheduler(0))
+api.workers.execution.execute = lambda task, caps: Reply(200, "", b"", result=os.sched_getscheduler(0))
 server, worker = socket.socketpair()
 for stands_back in (True, False, True):
     server.sendall(b"".join(pack(Task("", "", 0.0, 0.0, stands_back=stands_back))))

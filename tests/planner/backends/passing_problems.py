@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot
 
 ROBOT = load_robot("ngv_refuelling_arm")

@@ -14,12 +14,12 @@ from planner.errors import InfeasibleDuration, LimitsUnsatisfiable, MissingDynam
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import Joint, load_robot
 from planner.robots.payload import Payload
-from planner.trajectory import Trajectory
-from tests.planner.problems import ARMS, problem_of
+from planner.trajectories.trajectory import Trajectory
+from tests.planner.problems_of_tests import ARMS, problem_of
 
 KINDS = ("cubic", "quintic", "trapezoidal")
 

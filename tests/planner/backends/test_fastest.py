@@ -13,7 +13,7 @@ from planner.backends.shared.smooth_curve import smoothed
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.spatial import FloatArray
 from tests.planner.backends.ruckig.ruckig_problems import passing

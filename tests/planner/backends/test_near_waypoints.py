@@ -10,8 +10,8 @@ import pytest
 from planner.backends import BackEnd, Cubic, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
-from planner.polar_moves import CylindricalMove
-from planner.problem import (
+from planner.problems.polar_moves import CylindricalMove
+from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
     JointWaypoint,

@@ -12,7 +12,7 @@ from planner.errors import ConfigurationChange, JointPositionLimit, SingularPath
 from planner.kinematics import Pose, forward_kinematics
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     BlendTransition,
     CircularMotion,
     LinearMotion,

@@ -15,7 +15,7 @@ from planner.limits import Limits
 from planner.planning import plan
 from planner.robots import load_robot
 from planner.robots.payload import Payload
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 
 
 def check_of(certificate: Certificate, quantity: str) -> Check:

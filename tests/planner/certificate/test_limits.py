@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from planner.backends import QUANTITIES, Guarantee
 from planner.certificate.limits import certificate_of
-from planner.extrema import derivatives_on_unit_time, largest_magnitude
 from planner.limits import Limits, segment_limits
-from planner.polynomials import PiecewisePolynomial, cumulative_sums
 from planner.robots import load_robot
-from planner.trajectory import Trajectory
+from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitude
+from planner.trajectories.polynomials import PiecewisePolynomial, cumulative_sums
+from planner.trajectories.trajectory import Trajectory
 
 HARD = dict.fromkeys(QUANTITIES, Guarantee.HARD)
 

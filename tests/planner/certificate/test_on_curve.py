@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.certificate.on_curve import parameters_on
-from planner.polynomials import PiecewisePolynomial, quintic_hermite
+from planner.trajectories.polynomials import PiecewisePolynomial, quintic_hermite
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -20,10 +20,10 @@ from planner.errors import PlanningError
 from planner.guarantees import end_states
 from planner.limits import TCP_QUANTITIES, Limits
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
-from tests.planner.problems import backend_of, path_problems, problem_of, problems
+from tests.planner.problems_of_tests import backend_of, path_problems, problem_of, problems
 
 SAMPLED = {"torque", *TCP_QUANTITIES}
 """The quantities whose peaks are sampled: in other places where pieces are cut at the segments."""

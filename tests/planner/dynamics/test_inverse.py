@@ -12,7 +12,7 @@ from planner.kinematics import FloatArray, Pose
 from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import rotation_x
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 G = 9.81
 

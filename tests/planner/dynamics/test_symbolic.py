@@ -12,7 +12,7 @@ from planner.kinematics import Pose, tool_speeds
 from planner.robots import DHJoint, Robot, catalogue_ids, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import rotation_x
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 PAYLOAD = Payload(4.0, (0.05, -0.02, 0.12), (0.02, 0.03, 0.04))
 

@@ -17,12 +17,12 @@ from planner.backends import Quintic
 from planner.errors import MissingDynamics, UnsupportedFormat
 from planner.export import FORMATS, INCLUDABLE, ExportOptions, render
 from planner.planning import plan
-from planner.problem import LinearMotion, PlanningProblem, PoseWaypoint
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 
 
 @pytest.fixture(scope="module")

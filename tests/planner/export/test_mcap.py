@@ -11,7 +11,7 @@ from mcap_ros2.decoder import DecoderFactory
 from planner.backends import Quintic
 from planner.export import ExportOptions, render
 from planner.planning import plan
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 
 
 def test_a_recording_has_the_trajectory_and_the_joint_states_at_their_times() -> None:

@@ -12,7 +12,8 @@ from planner.backends import Cubic, MinEffort, Quintic, Ruckig
 from planner.errors import UnsupportedFormat
 from planner.export import ExportOptions, render
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     BlendTransition,
     CircularMotion,
     JointWaypoint,
@@ -21,10 +22,9 @@ from planner.problem import (
     PoseWaypoint,
     ThroughTransition,
 )
-from planner.result import Plan
 from planner.robots import ExternalAxis, load_robot
 from planner.spatial import Pose
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 
 NUMBER = r"-?\d+(?:\.\d+)?"
 PERIOD = 0.05

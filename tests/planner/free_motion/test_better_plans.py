@@ -13,11 +13,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 import planner
-from planner import better_plans
 from planner.comparison import figures
-from planner.motion_around import Objective
+from planner.plans import better_plans
+from planner.plans.saved_plan import load_plan, save_plan
+from planner.problems.motion_around import Objective
 from planner.robots import Robot
-from planner.saved_plan import load_plan, save_plan
 from planner.spatial import FloatArray
 from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
 from tests.planner.scene.brute_force import least_distance

@@ -12,11 +12,11 @@ import planner
 from planner.free_motion.blocked_cells import BlockedCells, Looked
 from planner.free_motion.enclosures import find_enclosure
 from planner.free_motion.inner_balls import distance_bounds, inner_balls
-from planner.polynomials import PiecewisePolynomial
 from planner.robots import Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject, is_free
 from planner.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose
+from planner.trajectories.polynomials import PiecewisePolynomial
 from tests.planner.free_motion.cases import ARM, LEFT
 from tests.planner.scene.brute_force import distances_over_time
 from tests.planner.shapes.solids import KINDS, shape_of

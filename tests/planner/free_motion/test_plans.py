@@ -13,8 +13,8 @@ from planner.backends import BACKENDS
 from planner.export.base import ExportOptions
 from planner.export.json import as_dict
 from planner.paths import solve_path
-from planner.result import certified_plan
-from planner.saved_plan import load_plan, save_plan
+from planner.plans.result import certified_plan
+from planner.plans.saved_plan import load_plan, save_plan
 from planner.spatial import FloatArray
 from tests.planner.free_motion.cases import ARM, LEFT, RIGHT, WALL
 from tests.planner.scene.brute_force import least_distance

@@ -36,7 +36,7 @@ from tests.planner.kinematics.dh_arms import (
     trans,
     turn_and_slides,
 )
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 if TYPE_CHECKING:
     from collections.abc import Callable

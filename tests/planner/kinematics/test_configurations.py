@@ -27,7 +27,7 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.robots import Robot, catalogue_ids, load_robot
 from tests.documents.published import document, standard_dh
 from tests.planner.kinematics.dh_arms import Row, arm_of, spherical_wrist, three_parallel, turn_and_slides
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 if TYPE_CHECKING:
     from collections.abc import Callable

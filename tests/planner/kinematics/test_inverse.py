@@ -20,12 +20,12 @@ from planner.kinematics import (
 )
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
+from planner.problems.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import DHJoint, Robot, load_robot
 from planner.robots.description import JointKind
 from planner.waypoints.solve import solve_waypoints
 from tests.planner.kinematics.dh_arms import ngv_product, rot
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 OPTIONS = InverseKinematicsOptions()
 SIX_AXES = ("ngv_refuelling_arm", "welding_arm", "date_sorting_arm", "kuka_kr16_l6_2", "kuka_kr16_2")

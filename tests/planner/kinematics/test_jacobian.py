@@ -8,7 +8,7 @@ import pytest
 from planner.kinematics import FloatArray, Pose, forward_kinematics, jacobian, manipulability, singular_values
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
-from tests.planner.problems import ARMS, random_position
+from tests.planner.problems_of_tests import ARMS, random_position
 
 TOOL = Pose(np.array([0.1, -0.2, 0.3]), rotation_from_rpy(0.4, -0.5, 0.6))
 

@@ -23,7 +23,7 @@ from planner.robots import Robot, load_robot
 from tests.documents.published import homogeneous
 from tests.locations import DATA
 from tests.planner.kinematics.dh_arms import apart, ngv_product
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 OPTIONS = InverseKinematicsOptions()
 BRANCHES = json.loads((DATA / "inverse_kinematics_branches.json").read_text())["robots"]

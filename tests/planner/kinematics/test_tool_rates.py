@@ -9,7 +9,7 @@ import pytest
 from planner.kinematics import FloatArray, Pose, tool_accelerations, tool_jerks, tool_speeds, tool_velocities
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
-from tests.planner.problems import ARMS, random_position
+from tests.planner.problems_of_tests import ARMS, random_position
 
 TOOL = Pose(np.array([0.1, -0.2, 0.3]), rotation_from_rpy(0.4, -0.5, 0.6))
 AXES = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED

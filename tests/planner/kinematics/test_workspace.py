@@ -10,7 +10,7 @@ from planner.kinematics import FloatArray, Pose, Workspace, forward_kinematics, 
 from planner.kinematics.workspace import Objective, _derivatives
 from planner.robots import DHJoint, Robot, load_robot
 from tests.documents.published import gantry
-from tests.planner.problems import ARMS, random_position
+from tests.planner.problems_of_tests import ARMS, random_position
 
 RADII = ("minimum_radius", "maximum_radius", "radius_at_maximum_height")
 HEIGHTS = ("minimum_height", "maximum_height")

@@ -11,10 +11,10 @@ from scipy.interpolate import PPoly
 from planner.backends import BACKENDS
 from planner.operations import JointState
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 KUKA = "kuka_kr16_2"
 

@@ -13,7 +13,7 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.operations import join_trajectories, resample_trajectory, reverse_trajectory, slice_trajectory
 from planner.spatial import FloatArray
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 from tests.planner.operations.curves import by_scipy, inner_times, kuka, planned
 
 KINDS = ("cubic", "quintic", "trapezoidal", "ruckig", "toppra")

@@ -15,9 +15,9 @@ from planner.errors import InvalidProblem, JointPositionLimit, LimitsUnsatisfiab
 from planner.limits import Limits
 from planner.operations import retime_trajectory
 from planner.operations.smoothing import smooth_curve_near
-from planner.polynomials import PiecewisePolynomial
 from planner.spatial import FloatArray
-from planner.trajectory import Trajectory
+from planner.trajectories.polynomials import PiecewisePolynomial
+from planner.trajectories.trajectory import Trajectory
 from tests.planner.operations.curves import by_scipy, kuka
 
 HOME = np.array([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])

@@ -18,8 +18,8 @@ from planner.scene import Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
 from planner.speed_zones import SpeedZone
-from planner.trajectory import Trajectory
-from tests.planner.problems import backend_of
+from planner.trajectories.trajectory import Trajectory
+from tests.planner.problems_of_tests import backend_of
 from tests.planner.scene.brute_force import distances_over_time
 from tests.planner.scene.random_scenes import in_capsules, random_scene
 from tests.planner.scene.slow_enough import assert_slow_enough, speeds_in_zone

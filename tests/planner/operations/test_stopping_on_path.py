@@ -11,9 +11,9 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.operations import JointState, slice_trajectory, stop_joints, stop_on_path
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.spatial import FloatArray
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 from tests.planner.operations.curves import by_scipy, inner_times, kuka, planned
 from tests.planner.tool_problems import CORNER
 

@@ -9,7 +9,8 @@ from planner.backends import BackEnd, Cubic, Ruckig, Toppra, Trapezoidal
 from planner.errors import InvalidProblem
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     CircularMotion,
     JointWaypoint,
     LinearMotion,
@@ -19,7 +20,6 @@ from planner.problem import (
     ThroughTransition,
     Transition,
 )
-from planner.result import Plan
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
 from tests.jobs.tracing import tool_at

@@ -23,7 +23,8 @@ from planner.kinematics import FloatArray, Pose, all_solutions
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
     CartesianMove,
@@ -38,7 +39,6 @@ from planner.problem import (
     StopTransition,
     ThroughTransition,
 )
-from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
 from tests.jobs.tracing import reach

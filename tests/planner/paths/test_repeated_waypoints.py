@@ -16,7 +16,8 @@ from planner.export.base import ExportOptions
 from planner.export.json import as_dict
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
     CartesianMove,
@@ -29,10 +30,9 @@ from planner.problem import (
     ThroughTransition,
     Transition,
 )
-from planner.result import Plan
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
-from tests.planner.problems import backend_of
+from tests.planner.problems_of_tests import backend_of
 
 ROBOT = load_robot("kuka_kr16_2")
 HOME = np.array([0.1, -1.2, 1.4, 0.2, 0.6, -0.3])

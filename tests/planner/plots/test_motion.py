@@ -10,8 +10,8 @@ import pytest
 
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from tests.documents.published import homogeneous, modified_dh
 from tests.documents.read_pictures import graphs_of

@@ -12,9 +12,9 @@ from planner.backends import Trapezoidal
 from planner.errors import InvalidProblem
 from planner.limits import Limits
 from planner.planning import plan
+from planner.plans.result import Plan
 from planner.plots.stick_model import stick_model
-from planner.problem import JointWaypoint, PlanningProblem
-from planner.result import Plan
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import catalogue_ids, load_robot
 from tests.documents.read_pictures import graphs_of
 

@@ -17,7 +17,7 @@ from planner.backends.min_effort.program import Program
 from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError, Remedy
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     CartesianMove,
     JointWaypoint,
     LinearMotion,
@@ -29,7 +29,7 @@ from planner.problem import (
 )
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
-from tests.planner.problems import backend_of, problem_of
+from tests.planner.problems_of_tests import backend_of, problem_of
 from tests.planner.tool_problems import JOINTS, ROBOT
 
 START, END = (0.0, -1.2, 1.2, 0.0, 0.5, 0.0), (1.0, -0.4, 0.9, 0.3, 0.4, 0.2)

@@ -12,7 +12,7 @@ from planner.backends import BACKENDS, Quintic
 from planner.errors import LimitsUnsatisfiable, Remedy
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     CartesianMove,
     JointWaypoint,
     LinearMotion,

@@ -10,7 +10,7 @@ from planner.backends.splines.cubic import Cubic
 from planner.errors import JointPositionLimit, PlanningError, UnreachableWaypoint
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     AnyWaypoint,
     CartesianMove,
     JointMotion,
@@ -22,7 +22,7 @@ from planner.problem import (
 )
 from planner.robots import load_robot
 from planner.spatial import Pose
-from tests.planner.problems import ARMS
+from tests.planner.problems_of_tests import ARMS
 from tests.sizes import SIZE
 
 LISTS = min(100, SIZE.examples // 8)

@@ -11,7 +11,7 @@ from planner.robots import Robot
 from planner.scene import PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 """Share of an interval that each step of the search leaves."""

@@ -11,7 +11,7 @@ from planner.robots import Robot
 from planner.scene import PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose, rotation_with_z_along
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 
 POINTS = 150
 """Number of points of a random cloud: three leaves of its tree."""

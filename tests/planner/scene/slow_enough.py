@@ -13,7 +13,7 @@ from planner.scene import Scene
 from planner.shapes import Capsule, Sphere
 from planner.spatial import FloatArray
 from planner.speed_zones import SpeedZone
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 from tests.planner.scene.brute_force import distances_over_time
 from tests.sizes import NAME
 

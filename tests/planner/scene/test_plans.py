@@ -12,14 +12,14 @@ from planner.backends import BACKENDS
 from planner.certificate.clearance import certify_clearance
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.paths import solve_path
-from planner.problem import BlendTransition, PolylineMotion
+from planner.plans.saved_plan import load_plan, save_plan
+from planner.problems.problem import BlendTransition, PolylineMotion
 from planner.remedies.collisions import collision_remedies
 from planner.robots import load_robot
-from planner.saved_plan import load_plan, save_plan
 from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import Pose
-from tests.planner.problems import backend_of
+from tests.planner.problems_of_tests import backend_of
 from tests.planner.scene.brute_force import distances_over_time, least_distance
 from tests.sizes import SIZE
 

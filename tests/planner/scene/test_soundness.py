@@ -12,7 +12,7 @@ from planner.robots import load_robot
 from planner.scene import CONTACT_TOLERANCE, Budget, CollisionChecker, Scene, SceneObject, clearances
 from planner.shapes import Box, Capsule, HalfSpace, Sphere
 from planner.spatial import Pose
-from planner.trajectory import Trajectory
+from planner.trajectories.trajectory import Trajectory
 from tests.planner.scene.brute_force import least_distance
 from tests.planner.scene.random_scenes import in_capsules, motion_between, random_scene
 from tests.sizes import SIZE

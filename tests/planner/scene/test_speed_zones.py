@@ -13,9 +13,9 @@ from planner.backends import BACKENDS
 from planner.certificate import SpeedZoneCheck, interpolated
 from planner.certificate.speed_zones import certify_speed_zones
 from planner.errors import InfeasibleDuration, InvalidProblem
-from planner.problem import BlendTransition, LinearMotion, ThroughTransition
+from planner.plans.saved_plan import load_plan, save_plan
+from planner.problems.problem import BlendTransition, LinearMotion, ThroughTransition
 from planner.robots import Robot, load_robot
-from planner.saved_plan import load_plan, save_plan
 from planner.scene import CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
@@ -29,7 +29,7 @@ from planner.speed_zones import (
     near_intervals,
     speed_reached,
 )
-from tests.planner.problems import backend_of
+from tests.planner.problems_of_tests import backend_of
 from tests.planner.scene.brute_force import distances_over_time
 from tests.planner.scene.random_scenes import in_capsules, motion_between, random_scene
 from tests.planner.scene.slow_enough import RING, assert_slow_enough, speeds_in_zone, speeds_over_time

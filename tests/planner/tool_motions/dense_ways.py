@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner.kinematics import FloatArray, forward_kinematics
-from planner.polynomials import PiecewisePolynomial
 from planner.robots import Robot
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 DENSE = np.linspace(0.0, 1.0, 20_001)
 """Shares of a motion at which the brute force looks."""

@@ -10,13 +10,13 @@ import pytest
 from planner.errors import JointPositionLimit
 from planner.kinematics.forward import tool_pose
 from planner.paths import solve_path
-from planner.polynomials import PiecewisePolynomial
-from planner.problem import BlendTransition, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import BlendTransition, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from planner.tool_motions.follow import STEEP, follow
 from planner.tool_motions.follow_many import follow_lines
 from planner.tool_motions.pose_paths import Line
+from planner.trajectories.polynomials import PiecewisePolynomial
 
 ARMS = {
     "kuka_kr16_2": [0.2, -1.5, 1.4, 0.3, 1.0, 0.1],

@@ -16,7 +16,7 @@ from planner.kinematics.inverse import solution_layers
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     CartesianMotion,
     CircularMotion,
     JointWaypoint,
@@ -26,7 +26,7 @@ from planner.problem import (
     PoseWaypoint,
     SplineMotion,
 )
-from planner.regions import Region
+from planner.problems.regions import Region
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_x, rotation_y, rotation_z
 from tests.jobs.tracing import tool_at

@@ -18,8 +18,15 @@ from planner.errors import SingularPath
 from planner.kinematics import forward_kinematics
 from planner.kinematics.search import pose_errors
 from planner.planning import plan
-from planner.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, Singularity
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import (
+    CircularMotion,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    Singularity,
+)
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.jobs.tracing import reach, tool_at, trace

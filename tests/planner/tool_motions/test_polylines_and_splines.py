@@ -18,7 +18,8 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
     CartesianMotion,
@@ -29,7 +30,6 @@ from planner.problem import (
     PoseWaypoint,
     SplineMotion,
 )
-from planner.result import Plan
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from planner.tool_motions.polylines import Polyline

@@ -7,7 +7,7 @@ import pytest
 
 from planner.errors import PlanningError
 from planner.paths.joint_path import solve_path
-from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.jobs.tracing import on_line, tool_at, trace

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.paths.joint_path import solve_path
-from planner.problem import AnyWaypoint, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import AnyWaypoint, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose
 from planner.tool_motions.follow import STEEP, Lost, follow

@@ -14,7 +14,7 @@ import pytest
 from planner.backends import Cubic
 from planner.errors import SingularPath, UnreachableWaypoint
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     CartesianMove,
     CircularMotion,
     JointWaypoint,
@@ -32,7 +32,7 @@ from tests.jobs.tracing import on_circle, on_line, reach, tool_at, trace
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.problem import AnyWaypoint, Frame
+    from planner.problems.problem import AnyWaypoint, Frame
     from planner.robots import Robot
     from planner.tool_motions.tool_motion import ToolMotion
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.polynomials import PiecewisePolynomial
 from planner.robots import load_robot
 from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
-from tests.planner.problems import ARMS, random_position
+from planner.trajectories.polynomials import PiecewisePolynomial
+from tests.planner.problems_of_tests import ARMS, random_position
 from tests.planner.tool_motions.dense_ways import StraightPostures, StraightWay
 
 

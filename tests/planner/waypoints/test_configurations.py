@@ -18,10 +18,10 @@ from planner.errors import (
 from planner.kinematics import Configuration, FloatArray, Pose, all_solutions, configurations, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.waypoints.reachability import reachability
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 OPTIONS = InverseKinematicsOptions()
 KUKA = load_robot("kuka_kr16_l6_2")

@@ -10,7 +10,7 @@ import pytest
 from planner.backends import Cubic, Ruckig, Toppra
 from planner.kinematics import FloatArray, forward_kinematics
 from planner.planning import plan
-from planner.problem import JointMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, Turns
+from planner.problems.problem import JointMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, Turns
 from planner.robots import DHJoint, Robot
 from planner.spatial import Pose
 

@@ -12,13 +12,13 @@ from planner.backends import BACKENDS
 from planner.errors import InvalidProblem, UnreachableWaypoint
 from planner.kinematics import all_solutions, configurations, forward_kinematics, inverse_kinematics, named_parts
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.motion_around import FreeMotion
 from planner.planning import plan
-from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import ExternalAxis, Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy, rotation_z
 from planner.waypoints.reachability import reachability
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 from tests.sizes import NAME
 
 if TYPE_CHECKING:

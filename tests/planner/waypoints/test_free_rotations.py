@@ -11,7 +11,14 @@ from planner.kinematics.inverse import solution_layers
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, RelativeWaypoint
+from planner.problems.problem import (
+    CartesianMove,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_z
 from planner.waypoints.reachability import reachability

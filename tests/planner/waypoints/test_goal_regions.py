@@ -14,8 +14,8 @@ from planner.kinematics.inverse import solution_layers
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
-from planner.regions import Region
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.regions import Region
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.robots.freedoms import with_freedoms
 from planner.spatial import FloatArray, Pose, rotation_from_rpy

@@ -13,8 +13,7 @@ import pytest
 from planner.errors import ConfigurationChange, PathPoint, PlanningError, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.polynomials import PiecewisePolynomial
-from planner.problem import (
+from planner.problems.problem import (
     AnyWaypoint,
     CartesianMove,
     JointMotion,
@@ -25,8 +24,9 @@ from planner.problem import (
 )
 from planner.robots import DHJoint, Robot, load_robot
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion
+from planner.trajectories.polynomials import PiecewisePolynomial
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints
-from tests.planner.problems import random_position
+from tests.planner.problems_of_tests import random_position
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,10 +10,10 @@ import pytest
 from planner.errors import InvalidProblem, JointPositionLimit, distinct
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
+from planner.problems.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.robots import load_robot
 from planner.waypoints.reachability import reachability
-from tests.planner.problems import ARMS
+from tests.planner.problems_of_tests import ARMS
 
 ROBOT = load_robot("kuka_kr16_2")
 GOAL = (0.3, -1.0, 1.2, 0.1, 0.5, 0.2)

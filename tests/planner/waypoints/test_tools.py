@@ -16,7 +16,8 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     BlendTransition,
     CartesianMove,
     CircularMotion,
@@ -26,11 +27,10 @@ from planner.problem import (
     PoseWaypoint,
     RelativeWaypoint,
 )
-from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose
 from planner.waypoints.reachability import reachability
-from tests.planner.problems import backend_of
+from tests.planner.problems_of_tests import backend_of
 
 ROBOT = load_robot("kuka_kr16_l6_2")
 START = (0.2, -1.2, 1.4, 0.2, 0.6, 0.1)

@@ -14,7 +14,7 @@ from planner.backends.ruckig.ruckig import Ruckig
 from planner.backends.trapezoidal.trapezoidal import Trapezoidal
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
-from planner.problem import BlendTransition, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import BlendTransition, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import load_robot
 from planner.spatial import Pose
 

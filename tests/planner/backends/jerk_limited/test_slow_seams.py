@@ -11,7 +11,7 @@ from planner.backends import BACKENDS, BackEnd, Ruckig, Toppra
 from planner.errors import PlanningError
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     BlendTransition,
     CircularMotion,
     LinearMotion,

@@ -18,8 +18,7 @@ from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiab
 from planner.kinematics.forward import tool_pose, tool_speeds
 from planner.limits import Limits
 from planner.paths import JointPath, Run, solve_path
-from planner.polynomials import SegmentedPolynomial, differentiate, horner
-from planner.problem import (
+from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
     CartesianMove,
@@ -32,8 +31,9 @@ from planner.problem import (
     ThroughTransition,
 )
 from planner.robots import Robot, load_robot
-from planner.sampled_peaks import MOST_TRAVEL
 from planner.spatial import Pose
+from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner
+from planner.trajectories.sampled_peaks import MOST_TRAVEL
 
 ROBOTS = ("kuka_kr16_l6_2", "date_sorting_arm", "three_dof_arm")
 TORQUE_ARM = "kuka_kr16_l6_2"

@@ -19,7 +19,8 @@ from planner.kinematics import FloatArray, Pose, forward_kinematics, tool_speeds
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
     CartesianMove,
@@ -31,7 +32,6 @@ from planner.problem import (
     RelativeWaypoint,
     Transition,
 )
-from planner.result import Plan
 from planner.robots import ExternalAxis, load_robot
 
 ARM = load_robot("kuka_kr16_l6_2")

@@ -25,11 +25,11 @@ from planner.kinematics import FloatArray, tool_speeds
 from planner.last_used import LastUsed
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import ExternalAxis, Robot, load_robot
 from planner.robots.payload import Payload
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 from tests.planner.promises import keeps_joint_limits, keeps_sampled_limits
 
 ARM = "kuka_kr16_l6_2"

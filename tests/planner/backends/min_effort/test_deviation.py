@@ -15,10 +15,10 @@ from planner.backends import MinEffort, Quintic
 from planner.certificate.checks import Check
 from planner.comparison import figures
 from planner.planning import plan
-from planner.problem import BlendTransition, JointWaypoint, PlanningProblem, ThroughTransition
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import BlendTransition, JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 from tests.planner.tool_motions.dense_ways import StraightPostures, StraightWay, tool_positions
 
 ROBOT = load_robot("kuka_kr16_l6_2")

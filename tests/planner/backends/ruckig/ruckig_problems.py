@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import Joint, Robot, load_robot
 
 RATES = ("velocity", "acceleration", "jerk")

@@ -11,7 +11,7 @@ import pytest
 from planner.backends import Ruckig
 from planner.errors import UnreachableWaypoint
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, PoseWaypoint
+from planner.problems.problem import JointWaypoint, PlanningProblem, PoseWaypoint
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, passing

@@ -15,7 +15,7 @@ from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimi
 from planner.fields import FieldPath
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     CartesianMove,
     JointWaypoint,
     LinearMotion,
@@ -26,7 +26,7 @@ from planner.problem import (
 from planner.robots import Robot
 from tests.planner.backends.passing_problems import POSITIONS, ROBOT, VELOCITY, passing_at
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, durations_of
-from tests.planner.problems import ARMS, problem_of
+from tests.planner.problems_of_tests import ARMS, problem_of
 
 
 def least_time(robot: Robot, start: tuple[float, ...], end: tuple[float, ...], velocities: np.ndarray) -> float:

@@ -14,7 +14,7 @@ from planner.errors import InfeasibleDuration, InvalidProblem, JointPositionLimi
 from planner.kinematics import forward_kinematics, tool_speeds
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     BlendTransition,
     CircularMotion,
     JointWaypoint,
@@ -38,7 +38,7 @@ from tests.planner.backends.ruckig.ruckig_problems import (
     shortest_time,
     with_durations,
 )
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 
 ARM = load_robot("kuka_kr16_l6_2")
 START = np.array([0.0, -1.57, 1.57, 0.0, 0.5, 0.0])

@@ -18,8 +18,8 @@ from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.kinematics import tool_speeds
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import PlanningProblem
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import PlanningProblem
 from tests.planner.backends.ruckig.ruckig_problems import (
     RATES,
     assert_within_limits,
@@ -30,7 +30,7 @@ from tests.planner.backends.ruckig.ruckig_problems import (
     shortest_time,
     with_durations,
 )
-from tests.planner.problems import ARMS, problem_of
+from tests.planner.problems_of_tests import ARMS, problem_of
 
 
 @pytest.mark.long_table

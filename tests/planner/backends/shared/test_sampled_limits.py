@@ -18,10 +18,10 @@ from planner.kinematics import tool_speeds
 from planner.limits import Limits
 from planner.paths import JointPath, solve_path
 from planner.planning import plan
-from planner.polynomials import SegmentedPolynomial, quintic_hermite
-from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import load_robot
-from tests.planner.problems import problem_of, random_position
+from planner.trajectories.polynomials import SegmentedPolynomial, quintic_hermite
+from tests.planner.problems_of_tests import problem_of, random_position
 
 SAMPLES = 2_000
 

@@ -10,8 +10,8 @@ import pytest
 import planner
 from planner.backends.shared.time_laws import follow_curve
 from planner.paths import solve_path
-from planner.polynomials import SegmentedPolynomial
 from planner.robots import load_robot
+from planner.trajectories.polynomials import SegmentedPolynomial
 
 ARM = load_robot("three_dof_arm")
 

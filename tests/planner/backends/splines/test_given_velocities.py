@@ -19,8 +19,8 @@ from tests.planner.backends.splines.spline_problems import INF, excess, free, ra
 
 if TYPE_CHECKING:
     from planner.limits import SegmentLimits
-    from planner.polynomials import PiecewisePolynomial
     from planner.spatial import FloatArray
+    from planner.trajectories.polynomials import PiecewisePolynomial
 
 DEGREES: tuple[Degree, ...] = (3, 5)
 NONE = np.nan

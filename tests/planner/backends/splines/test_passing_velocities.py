@@ -13,12 +13,12 @@ from planner.backends import Auto, Cubic, Quintic, Ruckig
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problem import JointWaypoint, PlanningProblem, ThroughTransition
-from planner.result import Plan
+from planner.plans.result import Plan
+from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
 from planner.robots import Robot, load_robot
 from tests.planner.backends.passing_problems import POSITIONS, ROBOT, VELOCITY, passing_at
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, durations_of
-from tests.planner.problems import ARMS, problem_of
+from tests.planner.problems_of_tests import ARMS, problem_of
 
 SPLINES = [Cubic(), Quintic()]
 CONTINUITY = {"cubic": "C1", "quintic": "C2"}

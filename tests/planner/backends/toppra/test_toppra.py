@@ -17,7 +17,7 @@ from planner.backends import Toppra
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problem import (
+from planner.problems.problem import (
     BlendTransition,
     JointWaypoint,
     PlanningProblem,

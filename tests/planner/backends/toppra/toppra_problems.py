@@ -10,7 +10,8 @@ from planner.dynamics import inverse_dynamics
 from planner.kinematics import tool_speeds
 from planner.kinematics.forward import tool_pose
 from planner.limits import Limits
-from planner.problem import (
+from planner.plans.result import Plan
+from planner.problems.problem import (
     CircularMotion,
     JointWaypoint,
     LinearMotion,
@@ -19,10 +20,9 @@ from planner.problem import (
     StopTransition,
     ThroughTransition,
 )
-from planner.result import Plan
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
-from tests.planner.problems import problem_of
+from tests.planner.problems_of_tests import problem_of
 
 KUKA, KUKA_START = "kuka_kr16_l6_2", (0.2, -1.3, 1.6, 0.3, 0.9, 0.1)
 

@@ -13,7 +13,7 @@ from planner.kinematics.forward import tool_pose
 from planner.planning import plan
 from planner.plots.picture import draw_plan
 from planner.plots.stick_model import distinct_points, stick_model
-from planner.problem import JointWaypoint, PlanningProblem
+from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import load_robot
 from planner.scene import Attach, AttachedObject, PointCloud, Scene, SceneObject
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
@@ -24,7 +24,7 @@ from tests.planner.plots.space.shape_points import assert_same_outline, found_ca
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.result import Plan
+    from planner.plans.result import Plan
     from planner.shapes import Shape
     from planner.spatial import FloatArray
 

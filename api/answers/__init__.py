@@ -1,0 +1,1 @@
+"""The forms of answers, and which of them a caller wants."""

@@ -1,0 +1,63 @@
+"""From the library's values to the form that requests and answers have; only workers load this."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner.export.json import poses_as_dicts
+from planner.kinematics.configurations import Configuration
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import BlendTransition, CartesianMove, JointMotion, PolylineMotion, StopTransition
+from planner.spatial import Pose
+
+if TYPE_CHECKING:
+    from planner.errors import NearestPose, PathPoint
+
+
+def pose_answer(pose: Pose) -> dict[str, Any]:
+    """Write a pose: a quaternion, or null where any orientation will do."""
+    (answer,) = poses_as_dicts([pose])
+    return answer
+
+
+def nearest_answer(nearest: NearestPose) -> dict[str, Any]:
+    """Write the nearest pose found to one that cannot be reached."""
+    return {
+        "pose": pose_answer(nearest.pose),
+        "position": nearest.position,
+        "position_distance": nearest.position_error,
+        "orientation_distance": nearest.orientation_error,
+    }
+
+
+def path_point_answer(point: PathPoint) -> dict[str, Any]:
+    """Write the point up to which a motion of the tool can be followed."""
+    return {"fraction": point.fraction, "pose": pose_answer(point.pose), "position": point.position}
+
+
+def value_answer(value: Any) -> Any:
+    """Write a value of the library's as a client puts it into a request; numbers and lists of them as they are."""
+    match value:
+        case Pose():
+            return pose_answer(value)
+        case CartesianMove():
+            moved = pose_answer(Pose(np.array(value.translation), value.rotation))
+            return {"kind": "cartesian", "translation": moved["position"], "orientation": moved["orientation"]}
+        case Configuration():
+            return value.names
+        case FreeMotion():
+            asked = {name: option for name, option in vars(value).items() if name != "turns" and option is not None}
+            return {"kind": "free", **asked}
+        case JointMotion():
+            return {"kind": "joint"}
+        case StopTransition():
+            return {"kind": "stop"}
+        case PolylineMotion():
+            poses = [pose_answer(pose) for pose in value.poses]
+            return {"kind": "polyline", "poses": poses, "blend": value.blend}
+        case BlendTransition():
+            return {"kind": "blend", "radius": value.radius}
+        case _:
+            return value

@@ -1,0 +1,1 @@
+"""What clients add: robots, with their meshes, and scenes."""

@@ -1,0 +1,1 @@
+"""From schemas to the library's values; only workers load this."""

@@ -1,0 +1,36 @@
+"""Time budgets of requests, within their deadlines."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from planner.problems.motion_around import FreeMotion
+
+if TYPE_CHECKING:
+    from planner.problems.problem import AnyWaypoint, PlanningProblem
+
+SHARE = 0.8
+"""The share of the time until the deadline that may be used up by budgets: the rest is for what is under way when they
+end, and for the answer."""
+
+LEAST = 1e-3
+"""The time until a deadline that is counted with at least, s: there is no budget of no time."""
+
+
+def within_deadline(problem: PlanningProblem, deadline: float) -> PlanningProblem:
+    """Return a problem whose time budgets end before a deadline, s on the monotonic clock; shorter ones if need be."""
+    motions = [waypoint.motion for waypoint in problem.waypoints]
+    asked = sum(motion.time_budget or 0.0 for motion in motions if isinstance(motion, FreeMotion))
+    left = SHARE * max(LEAST, deadline - time.monotonic())
+    if asked <= left:
+        return problem
+
+    def shorter(waypoint: AnyWaypoint) -> AnyWaypoint:
+        motion = waypoint.motion
+        if not isinstance(motion, FreeMotion) or motion.time_budget is None:
+            return waypoint
+        return replace(waypoint, motion=replace(motion, time_budget=motion.time_budget * left / asked))
+
+    return replace(problem, waypoints=tuple(map(shorter, problem.waypoints)))

@@ -1,0 +1,1 @@
+"""The certified plan, and what is made of it."""

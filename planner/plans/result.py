@@ -1,0 +1,355 @@
+"""A certified plan, and the one function that makes one: parametrize the path, certify, refuse or return."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.backends.base import Searching
+from planner.backends.shared.assembly import assemble
+from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
+from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
+from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
+from planner.certificate.limits import certificate_of
+from planner.certificate.passages import certify_passages
+from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
+from planner.certificate.tool_path import certify_tool_path
+from planner.errors import ClearanceUnproved, Collision, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
+from planner.fields import BACK_END
+from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
+from planner.limits import JOINT_QUANTITIES
+from planner.timing.action_times import action_times
+from planner.timing.durations import duration_error, in_asked_durations
+from planner.timing.slowing import slowed
+from planner.tolerances import ROUNDING
+from planner.trajectories.trajectory import PlanWarning
+from planner.waypoints.solve import given_positions
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    from planner.backends.base import BackEnd
+    from planner.certificate.checks import Certificate
+    from planner.certificate.clearance import ClearanceReport
+    from planner.certificate.speed_zones import SpeedZoneCheck
+    from planner.free_motion.ways import FoundWay
+    from planner.paths import JointPath
+    from planner.plots.animation import Animation
+    from planner.plots.picture import Picture
+    from planner.problems.problem import PlanningProblem
+    from planner.spatial import FloatArray
+    from planner.timing.action_times import TimedAction
+    from planner.trajectories.trajectory import Trajectory
+
+WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
+"""Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
+people and things near the arm have to reckon with it."""
+
+NEARER = (0.3, 0.1)
+"""Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""
+
+MOST_NAMED = 10
+"""The most waypoints that one warning names."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A certified trajectory and what it came from. Its existence means: every enforced limit is kept.
+
+    Attributes:
+        problem: What was asked.
+        backend: What put time on the path, with its options.
+        path: What the joints do, without time.
+        trajectory: The path with time on it.
+        certificate: The check of the trajectory against every limit; satisfied.
+        warnings: What the back end has to say, and limits that are asked but not enforced.
+        ways: What was found for the free motions asked; the problem has joint motions along them in their place.
+    """
+
+    problem: PlanningProblem
+    backend: BackEnd
+    path: JointPath
+    trajectory: Trajectory
+    certificate: Certificate
+    warnings: tuple[PlanWarning, ...]
+    ways: tuple[FoundWay, ...] = ()
+
+    @cached_property
+    def actions(self) -> tuple[TimedAction, ...]:
+        """What happens on the way besides motion, with its times."""
+        return action_times(self.path.dynamics, self.trajectory, self.problem.actions)
+
+    def plot(
+        self,
+        *show: str,
+        joints: Collection[str] | None = None,
+        axes: Collection[str] | None = None,
+        view: str = "isometric",
+        title: str | None = None,
+    ) -> Picture:
+        """Draw the plan: graphs over time, the path of the tool, or the robot at the waypoints, one below the other.
+
+        Args:
+            show: What is drawn, see `planner.draw_plan`; omitted: positions, velocities and accelerations.
+            joints: Names of the joints whose graphs are drawn; None: all.
+            axes: Those of `x`, `y` and `z` whose graphs are drawn; None: all.
+            view: Where views look from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
+            title: The title; None: the robot's id.
+
+        Raises:
+            InvalidProblem: The robot has no joint of such a name.
+            MissingDynamics: Torques are asked of a robot without inertias and payload.
+            ValueError: There is nothing of such a name to be drawn.
+        """
+        from planner.plots.picture import draw_plan
+
+        return draw_plan(self, show or None, joints=joints, axes=axes, view=view, title=title)
+
+    def animate(self, *, view: str = "isometric", speed: float = 1.0) -> Animation:
+        """Let the stick model of the robot move along the trajectory; notebooks and browsers play it.
+
+        Args:
+            view: Where it is looked at from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.
+            speed: How many seconds of the trajectory pass in one.
+
+        Raises:
+            ValueError: There is no such view, or the speed is not a positive number.
+        """
+        from planner.plots.animation import animate
+
+        return animate(self, view=view, speed=speed)
+
+    def _repr_html_(self) -> str:
+        """Return the plan at a glance, for notebooks."""
+        from planner.plots.summary import summary
+
+        return summary(self)
+
+
+def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
+    """Put time on the path of a problem and certify the trajectory.
+
+    Where a back end searches for a better motion and that would collide, it is held nearer to the motion that its
+    search begins with, or takes that, if that is free; a warning says so.
+
+    Args:
+        problem: What is asked, free of faults.
+        backend: What puts time on the path.
+        path: The solved path of the problem.
+
+    Raises:
+        InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
+        InvalidProblem: A joint travels too far for limits of torque or of the tool to be checked.
+        InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
+        InvalidProblem: An action is asked for after the end of the trajectory.
+        Collision: The robot would come too near to itself, or to something around it.
+        ClearanceUnproved: That it does not could not be proved.
+        LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
+        PlanningError: Another refusal of the back end.
+    """
+    try:
+        return certified(problem, backend, path, timed(problem, backend, path))
+    except (Collision, ClearanceUnproved):
+        plan = _held_nearer(problem, backend, path) if isinstance(backend, Searching) else None
+        if plan is None:
+            raise
+        return plan
+
+
+def _held_nearer(problem: PlanningProblem, backend: Searching, path: JointPath) -> Plan | None:
+    """Return the plan nearer to the motion that a search begins with; None: that motion is refused, too."""
+
+    def plan_by(other: BackEnd, held: str) -> Plan:
+        plan = certified(problem, other, path, timed(problem, other, path))
+        known = [warning for warning in plan.warnings if warning.code != "suboptimal"]
+        message = f"what the search finds would collide: {held}"
+        return replace(plan, backend=backend, warnings=(*known, PlanWarning("suboptimal", message)))
+
+    without = backend.without_search()
+    if without == backend:
+        return None
+    try:
+        first = plan_by(without, "what is returned is the motion that it begins with")
+    except PlanningError:
+        return None
+    for share in NEARER:
+        with suppress(PlanningError):
+            return plan_by(backend.held_nearer(share), f"it is held within {share:g} of the deviation allowed")
+    return first
+
+
+def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
+    """Put time on the path of a problem, which certifies nothing.
+
+    Args:
+        problem: What is asked, free of faults.
+        backend: What puts time on the path.
+        path: The solved path of the problem.
+
+    Raises:
+        InvalidProblem: Motion is asked at the ends of a list of waypoints between which nothing moves.
+        InvalidProblem: A joint travels too far for limits of torque or of the tool to be checked.
+        InfeasibleDuration: A duration, of a segment or of the whole, is shorter than the limits allow.
+        PlanningError: Another refusal of the back end.
+    """
+    refuse_what_turns_too_often(path)
+    trajectory = in_asked_durations(problem, backend, path) if len(path.moving) else _rest(path, backend)
+    trajectory = slowed(problem, backend, path, trajectory)
+    if problem.duration is not None and abs(trajectory.duration - problem.duration) > ROUNDING * problem.duration:
+        raise duration_error(problem.duration, trajectory.duration)
+    return trajectory
+
+
+def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Plan:
+    """Certify a trajectory that `timed` has made of the same problem, back end and path.
+
+    Raises:
+        InvalidProblem: An action is asked for after the end of the trajectory.
+        Collision: The robot would come too near to itself, or to something around it.
+        ClearanceUnproved: That it does not could not be proved.
+        LimitsUnsatisfiable: The trajectory breaks a limit that the back end enforces.
+    """
+    certificate = _certificate(problem, backend, path, trajectory)
+    refuse_unless_satisfied(certificate)
+    certificate = replace(
+        certificate,
+        clearance=_clearance(problem, path.positions, trajectory),
+        speed_zones=_speed_zones(problem, path, trajectory),
+    )
+    warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
+    made = Plan(problem, backend, path, trajectory, certificate, warnings)
+    _ = made.actions  # refused here where one is after the end
+    return made
+
+
+def _clearance(problem: PlanningProblem, positions: FloatArray, trajectory: Trajectory) -> ClearanceReport | None:
+    """Prove the trajectory free; without a scene the margins alone, which is faster.
+
+    Raises:
+        Collision: It is not.
+        ClearanceUnproved: It takes too long to prove.
+    """
+    if problem.scene is None and not problem.self_collision:
+        return None
+    tolerance = None if problem.scene is None else CLEARANCE_TOLERANCE
+    return certify_clearance_along(segment_checkers(problem, positions), trajectory, tolerance)
+
+
+def _speed_zones(problem: PlanningProblem, path: JointPath, trajectory: Trajectory) -> tuple[SpeedZoneCheck, ...]:
+    """Prove that no point of the robot is too fast near objects.
+
+    Raises:
+        LimitsUnsatisfiable: One is.
+    """
+    if not problem.speed_zones:
+        return ()
+    robots = [path.dynamics.robot_on(segment) for segment in range(max(1, len(path.durations)))]
+    checks = certify_speed_zones(problem.speed_zones, segment_checkers(problem, path.positions), robots, trajectory)
+    refuse_too_fast(checks)
+    return checks
+
+
+def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
+    """Return the trajectory where nothing moves, which no back end has to put time on."""
+    if moves_at_its_ends(backend):
+        moving = [name for name in END_OPTIONS if any(getattr(backend, name) or ())]
+        if moving:
+            message = "all waypoints are one joint position: the robot rests there"
+            raise InvalidProblem([((BACK_END, name), message) for name in moving])
+    return assemble(path, [])
+
+
+def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Certificate:
+    wanted = path.positions.copy()
+    wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
+    checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints)
+    checks += certify_passages(trajectory, path.robot.joint_names, path.passed_at)
+    if leaves_straight_motions(backend):
+        checks += certify_joint_motions(trajectory, path.dynamics, problem.waypoints, path.positions, backend)
+    return certificate_of(
+        trajectory,
+        path.robot,
+        path.limits,
+        backend.guarantees,
+        wanted,
+        checks,
+        end_states(backend, path.robot.dof),
+        path.dynamics,
+    )
+
+
+def refuse_unless_satisfied(certificate: Certificate) -> None:
+    """Keep the promise: no trajectory that breaks an enforced limit goes out.
+
+    Raises:
+        LimitsUnsatisfiable: Naming the worst check.
+    """
+    if certificate.satisfied:
+        return
+    broken = [check for check in certificate.checks if check.enforced and not check.satisfied]
+    worst = max(broken, key=lambda check: check.ratio or float("inf"))
+    subject = worst.joint or "the tool"
+    peak, limit = distinct(worst.peak, float("inf") if worst.limit is None else worst.limit)
+    raise LimitsUnsatisfiable(
+        f"the {worst.quantity} of {subject} would reach {peak}, its limit is {limit}",
+        joint=worst.joint,
+        value=worst.peak,
+        limit=worst.limit,
+        time=worst.time,
+    )
+
+
+def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
+    """Return what is said of joint positions that are outside of their limits by no more than the tolerance."""
+    given, positions = given_positions(problem.robot, problem.waypoints)
+    within = np.clip(positions, problem.robot.limit("lower"), problem.robot.limit("upper"))
+    for row, joint in np.argwhere(positions != within).tolist():
+        asked, limit = distinct(positions[row, joint], within[row, joint])
+        name = problem.robot.joint_names[joint]
+        message = f"waypoint {given[row]} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
+        yield PlanWarning("position_snapped", message)
+
+
+def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
+    """Return what is said of a tool or a joint that goes far from straight joint motions."""
+    for check in certificate.checks:
+        if check.peak <= WANDERING.get(check.quantity, np.inf):
+            continue
+        segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
+        way = f"on the way from waypoint {segment} to {segment + 1}"
+        if check.quantity == TOOL_DEVIATION:
+            message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation bounds that"
+            yield PlanWarning("tool_deviates", message)
+        else:
+            away = f"{check.peak:.3g} off the straight joint motion, rad or m; max_joint_deviation bounds that"
+            yield PlanWarning("joint_deviates", f"{way} {check.joint} goes {away}")
+
+
+def _warnings(
+    problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory
+) -> Iterator[PlanWarning]:
+    robot = problem.robot
+    yield from _snapped(problem)
+    repeated = path.still + 1
+    if len(repeated):
+        named = ", ".join(map(str, repeated[:MOST_NAMED].tolist()))
+        more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
+        message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
+        yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
+    for waypoint in path.waypoints:
+        if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
+            yield waypoint.tool_motion.warning
+    if any(problem.payloads) and not robot.has_dynamics:
+        yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")
+    elif not robot.has_dynamics and np.isfinite(robot.limit("torque")).any():
+        yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")
+    for quantity in JOINT_QUANTITIES:
+        asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
+        if asked and backend.guarantees[quantity] is not Guarantee.HARD:
+            message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
+            yield PlanWarning(f"{quantity}_not_enforced", message)
+    yield from trajectory.warnings

@@ -1,0 +1,150 @@
+"""A plan in a few kilobytes, and back: its polynomials, waypoints and certificate, from which any form can be written.
+
+What was asked is not part of it: who saves a plan keeps the problem, too. Nothing is planned again when a plan is
+loaded, so that it is the same one whatever a later version of the planner would find.
+"""
+
+from __future__ import annotations
+
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import ormsgpack
+
+from planner.certificate.checks import Certificate, Check
+from planner.certificate.clearance import ClearanceReport
+from planner.certificate.speed_zones import SpeedZoneCheck
+from planner.free_motion.ways import FoundWay, Gain, with_ways
+from planner.paths import JointPath, dynamics_of, solve_path
+from planner.plans.result import Plan
+from planner.plans.smaller_blends import blend_radii, with_blend_radii
+from planner.problems.problem import BlendTransition, StopTransition, ThroughTransition
+from planner.spatial import Pose
+from planner.trajectories.trajectory import PlanWarning, Trajectory
+from planner.waypoints.solve import SolvedWaypoint
+
+if TYPE_CHECKING:
+    from planner.backends.base import BackEnd
+    from planner.problems.problem import PlanningProblem
+
+VERSION = 1
+"""The version of the form, without unit; it changes when what was saved before could not be read any more."""
+
+SMALL = 4096
+"""The length below which a content is not compressed, bytes: its numbers shrink by a quarter, no more, and that takes
+as long as all else of saving a plan."""
+
+OF_THE_PATH = frozenset({"tcp_polynomials", "tcp_speed_report"})
+"""The parts of an answer that need the curves and tool motions of a plan's path."""
+
+ARRAYS = ("lengths", "coefficients", "segments", "arrivals", "departures")
+"""The arrays of a trajectory, all of numbers of eight bytes."""
+
+WAYPOINT_FIELDS = ("name", "position_error", "orientation_error", "solutions", "solution", "choice")
+"""The fields of a solved waypoint that are saved as they are."""
+
+TRANSITIONS = {kind.__name__: kind for kind in (StopTransition, ThroughTransition, BlendTransition)}
+"""How the corners of a way that was found are passed, by the names that are saved."""
+
+
+def save_plan(plan: Plan) -> bytes:
+    """Write a plan for `load_plan`; every number is kept to the last bit."""
+    trajectory, waypoints = plan.trajectory, plan.path.waypoints
+    rotations = [waypoint.pose.rotation for waypoint in waypoints]
+    content = {
+        "version": VERSION,
+        "trajectory": {name: _packed(getattr(trajectory, name)) for name in ARRAYS},
+        "waypoints": [[getattr(waypoint, name) for name in WAYPOINT_FIELDS] for waypoint in waypoints],
+        "positions": _packed(plan.path.positions),
+        "tool_positions": _packed(np.array([waypoint.pose.position for waypoint in waypoints])),
+        "tool_rotations": [None if rotation is None else rotation.tobytes() for rotation in rotations],
+        "certificate": plan.certificate.as_dict(),
+        "blend_radii": list(blend_radii(plan.problem).items()),
+        "warnings": [(warning.code, warning.message) for warning in plan.warnings],
+        "ways": [
+            (
+                way.waypoint,
+                _packed(way.positions),
+                type(way.transition).__name__,
+                vars(way.transition),
+                None if way.gain is None else vars(way.gain),
+            )
+            for way in plan.ways
+        ],
+    }
+    packed = ormsgpack.packb(content, option=ormsgpack.OPT_SERIALIZE_NUMPY)
+    return zlib.compress(packed, 0 if len(packed) < SMALL else zlib.Z_DEFAULT_COMPRESSION)
+
+
+def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_runs: bool = False) -> Plan:
+    """Read a plan.
+
+    Args:
+        content: What `save_plan` wrote.
+        problem: What was asked; the plan's own has the ways and the radii of blends that were found.
+        backend: What put time on the path.
+        with_runs: Whether the curves and tool motions of its path are needed, too, as for the parts `OF_THE_PATH`. The
+            path is solved again for them; without, the plan's path has none.
+
+    Raises:
+        ValueError: It is no plan of this version of the form.
+    """
+    saved = ormsgpack.unpackb(zlib.decompress(content))
+    if saved["version"] != VERSION:
+        raise ValueError(f"a saved plan of version {saved['version']}, not {VERSION}")
+    arrays: dict[str, Any] = {name: _unpacked(saved["trajectory"][name]) for name in ARRAYS}
+    trajectory = Trajectory(**arrays | {"segments": arrays["segments"].view(np.int64)})
+    checks = tuple(Check(**check) for check in saved["certificate"].pop("checks"))
+    clearance = saved["certificate"].pop("clearance", None)
+    report = None if clearance is None else ClearanceReport.from_dict(clearance)
+    zones = tuple(SpeedZoneCheck.from_dict(check) for check in saved["certificate"].pop("speed_zones", ()))
+    certificate = Certificate(**saved["certificate"], checks=checks, clearance=report, speed_zones=zones)
+    warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
+    ways = tuple(
+        FoundWay(waypoint, _unpacked(positions), TRANSITIONS[kind](**values), Gain(**gain[0]) if any(gain) else None)
+        for waypoint, positions, kind, values, *gain in saved.get("ways", ())
+    )
+    problem = with_blend_radii(with_ways(problem, ways), dict(saved.get("blend_radii", ())))
+    path = solve_path(problem) if with_runs else _path(saved, problem)
+    return Plan(problem, backend, path, trajectory, certificate, warnings, ways)
+
+
+def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:
+    """Return the path with its waypoints as they were solved, and without its curves."""
+    rows = zip(
+        saved["waypoints"],
+        _unpacked(saved["positions"]),
+        _unpacked(saved["tool_positions"]),
+        saved["tool_rotations"],
+        strict=True,
+    )
+    waypoints = []
+    for fields, position, tool_position, rotation in rows:
+        matrix = None if rotation is None else np.frombuffer(rotation).reshape(3, 3)
+        pose = Pose(tool_position, matrix)
+        waypoint = dict(zip(WAYPOINT_FIELDS, fields, strict=True))
+        waypoints.append(SolvedWaypoint(wanted=pose, position=position, pose=pose, **waypoint))
+    dynamics = dynamics_of(problem)
+    segments = len(waypoints) - 1
+    return JointPath(
+        robot=dynamics.robots[0],
+        dynamics=dynamics,
+        waypoints=tuple(waypoints),
+        limits=problem.segment_limits(),
+        durations=np.full(segments, np.nan),
+        dwells=np.zeros(segments + 1),
+        runs=(),
+        tool_motions=(None,) * segments,
+    )
+
+
+def _packed(values: np.ndarray) -> tuple[tuple[int, ...], bytes]:
+    """Return the shape and the bytes of an array, byte by byte of its numbers: so they compress best."""
+    values = np.ascontiguousarray(values, dtype=np.int64 if values.dtype.kind == "i" else np.float64)
+    return values.shape, values.view(np.uint8).reshape(-1, 8).T.tobytes()
+
+
+def _unpacked(packed: tuple[list[int], bytes]) -> np.ndarray:
+    shape, content = packed
+    return np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(8, -1).T).view(np.float64).reshape(shape)

@@ -1,0 +1,172 @@
+"""A report of the tool's speed: where it is what is asked, where it is not, and which limit keeps it from that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.guarantees import Guarantee
+from planner.kinematics.forward import tool_rates, tool_speeds
+from planner.limits import JOINT_QUANTITIES
+from planner.trajectories.polynomials import differentiate, horner
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.plans.result import Plan
+    from planner.spatial import FloatArray
+
+HELD = 0.99
+"""Share of the speed limit from which on it counts as held: a weld seam or a bead of glue does not tell 1 % less."""
+
+SAMPLES = 17
+"""Number of samples of each piece of a trajectory, both ends included."""
+
+SLOWEST_PART = 0.1
+"""Share of the missing speed by which a sample may be faster than the slowest one of a part and tell what binds there:
+elsewhere in the part the limits of gaining and losing speed bind."""
+
+BINDS = 0.9
+"""Share of a limit from which on it is taken to be what keeps the tool slow; back ends leave some room."""
+
+DURATION = "duration"
+"""What keeps the tool slow where a duration is asked of the segment and no limit binds."""
+
+TIME_LAW = "time_law"
+"""What keeps the tool slow where neither does: the form of the back end's law, such as that of one cubic."""
+
+
+@dataclass(frozen=True)
+class SlowPart:
+    """A part of a motion on which the tool goes slower than its speed limit.
+
+    Attributes:
+        start_time: When it begins, s from the start of the trajectory.
+        end_time: When it ends, s.
+        start_distance: How far the tool has gone since the start of the motion when it begins, m.
+        end_distance: The same when it ends, m.
+        lowest_speed: The lowest speed on it, m/s.
+        quantity: The limit that binds where the tool is slowest: `velocity`, `acceleration`, `jerk`, `torque`,
+            `tcp_angular_velocity`, or an acceleration or a jerk of the tool; `duration` where none binds and one is
+            asked; else `time_law`, the back end's form.
+        joint: Name of the joint whose limit it is; None: it is none of a joint.
+        use: The largest share of that limit that is used there; of `duration` and `time_law` that of any limit.
+    """
+
+    start_time: float
+    end_time: float
+    start_distance: float
+    end_distance: float
+    lowest_speed: float
+    quantity: str
+    joint: str | None
+    use: float
+
+
+@dataclass(frozen=True)
+class ToolSpeedReport:
+    """How well one motion of the tool holds its speed.
+
+    Attributes:
+        segment: Index of the segment.
+        limit: The limit of the tool's speed there, m/s.
+        held: The share of the way on which the tool goes at it, within 1 %.
+        slow: The parts on which it does not, in order.
+    """
+
+    segment: int
+    limit: float
+    held: float
+    slow: tuple[SlowPart, ...]
+
+
+def tool_speed_reports(plan: Plan) -> list[ToolSpeedReport]:
+    """Report the speed of every motion of the tool that has a limit of it: where it is not held, and why.
+
+    The trajectory is sampled at 17 times of each of its pieces; only limits that the back end keeps can bind.
+    """
+    limits = plan.path.limits.tcp_linear_velocity
+    segments = [k for k, path in enumerate(plan.path.tool_motions) if path is not None and np.isfinite(limits[k])]
+    moving = set(plan.path.moving.tolist())
+    return [_report(plan, segment, float(limits[segment])) for segment in segments if segment in moving]
+
+
+class _Samples(NamedTuple):
+    """A motion at N times: s, joint positions and their derivatives (N, joints), speeds (N,), and distances (N,)."""
+
+    times: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    j: FloatArray
+    speeds: FloatArray
+    distances: FloatArray
+
+    def of(self, rows: np.ndarray) -> _Samples:
+        return _Samples(*(values[rows] for values in self))
+
+
+def _report(plan: Plan, segment: int, limit: float) -> ToolSpeedReport:
+    samples = _sampled(plan, segment)
+    slow = samples.speeds < HELD * limit
+    steps = np.diff(samples.distances)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], slow, [False]])))
+    parts = tuple(
+        _slow_part(plan, segment, limit, samples, first, last) for first, last in edges.reshape(-1, 2).tolist()
+    )
+    slow_way = float(steps[slow[:-1] & slow[1:]].sum())
+    return ToolSpeedReport(segment, limit, 1.0 - slow_way / max(float(steps.sum()), np.finfo(float).tiny), parts)
+
+
+def _sampled(plan: Plan, segment: int) -> _Samples:
+    """Sample the motion of a segment, without the rests at its ends."""
+    trajectory = plan.trajectory
+    begins, ends = trajectory.departures[segment], trajectory.arrivals[segment + 1]
+    middles = trajectory.breakpoints[:-1] + trajectory.lengths / 2.0
+    rows = np.flatnonzero((middles > begins) & (middles < ends))
+    since = np.linspace(0.0, 1.0, SAMPLES) * trajectory.lengths[rows, None]
+    q, v, a, j = (
+        horner(differentiate(trajectory.coefficients[rows], order)[:, None], since[..., None]).reshape(since.size, -1)
+        for order in range(4)
+    )
+    times = (trajectory.breakpoints[rows, None] + since).ravel()
+    speeds, _ = tool_speeds(plan.path.dynamics.robot_on(segment), q, v)
+    steps = np.diff(times) * (speeds[1:] + speeds[:-1]) / 2.0
+    return _Samples(times, q, v, a, j, speeds, np.concatenate([[0.0], np.cumsum(steps)]))
+
+
+def _slow_part(plan: Plan, segment: int, limit: float, samples: _Samples, first: int, last: int) -> SlowPart:
+    """Return what there is to say of samples `first` to before `last`."""
+    speeds = samples.speeds[first:last]
+    lowest = float(speeds.min())
+    rows = first + np.flatnonzero(speeds <= lowest + SLOWEST_PART * (limit - lowest))
+    shares = {(quantity, joint): use for quantity, joint, use in _uses(plan, segment, samples.of(rows))}
+    binds = min(BINDS, max(float(use.max()) for use in shares.values()))
+    # Of several limits that are used up, in braking and in cruising, it is the one that is for the longest time.
+    periods = np.gradient(samples.times)[rows]
+    quantity, joint = max(shares, key=lambda one: float(periods @ (shares[one] >= binds)))
+    use = float(shares[quantity, joint].max())
+    if use < BINDS:
+        asked = not np.isnan(plan.path.durations[segment])
+        quantity, joint = DURATION if asked else TIME_LAW, None
+    ends = [first, last - 1]
+    (start, end), (gone, reached) = samples.times[ends].tolist(), samples.distances[ends].tolist()
+    return SlowPart(start, end, gone, reached, lowest, quantity, joint, use)
+
+
+def _uses(plan: Plan, segment: int, samples: _Samples) -> Iterator[tuple[str, str | None, FloatArray]]:
+    """Yield each limit that is kept: its quantity, its joint, and the shares (N,) of it that samples use."""
+    limits, names, dynamics = plan.path.limits, plan.path.robot.joint_names, plan.path.dynamics
+    of_tool = {name: limit[segment] for name, limit in limits.of_tool.items() if name != "tcp_linear_velocity"}
+    rates = tool_rates(dynamics.robot_on(segment), of_tool, samples.q, samples.v, samples.a, samples.j)
+    yield from ((quantity, None, rates[quantity] / limit) for quantity, limit in of_tool.items())
+    values = {"velocity": samples.v, "acceleration": samples.a, "jerk": samples.j}
+    if dynamics.has_dynamics and np.isfinite(limits.torque[segment]).any():
+        segments = np.full(len(samples.times), segment)
+        values["torque"] = dynamics.torques(segments, samples.q, samples.v, samples.a)
+    for quantity in JOINT_QUANTITIES:
+        if quantity in values and plan.backend.guarantees[quantity] is Guarantee.HARD:
+            uses = limits.used(quantity, np.full(len(samples.times), segment), values[quantity])
+            yield from ((quantity, name, uses[:, joint]) for joint, name in enumerate(names))

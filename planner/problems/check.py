@@ -1,0 +1,400 @@
+"""What is wrong with a problem as it is asked: lengths of arrays, widths of limits, what contradicts itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
+from planner.fields import BACK_END, KIND
+from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
+from planner.kinematics.configurations import named_parts
+from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import (
+    BlendTransition,
+    CartesianMotion,
+    CircularMotion,
+    JointMotion,
+    JointWaypoint,
+    LinearMotion,
+    PolylineMotion,
+    PoseWaypoint,
+    RelativeWaypoint,
+    SplineMotion,
+    StopTransition,
+    ThroughTransition,
+)
+from planner.problems.regions import Region, region_faults
+from planner.problems.stop_faults import action_faults, objects_handled_faults, tool_faults
+from planner.robots.description import RANGED_QUANTITIES
+from planner.scene.faults import scene_faults
+from planner.speed_zones import speed_zone_faults
+from planner.tolerances import DURATION_TOLERANCE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.fields import FieldPath
+    from planner.guarantees import MovesAtItsEnds
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.limits import Limits
+    from planner.problems.problem import AnyWaypoint, PlanningProblem
+    from planner.robots import Robot
+
+SMALLEST = 1e-9
+"""The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
+reciprocals of the smallest numbers that a computer has are none."""
+
+TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
+"""The message of a fault where a number is smaller."""
+
+TOOL_MOTIONS = {LinearMotion: "line", CircularMotion: "circle", PolylineMotion: "polyline", SplineMotion: "spline"}
+"""What messages call the motions of the tool."""
+
+SCALES = ("velocity_scale", "acceleration_scale")
+"""Names of the fields of `Limits` that are factors on others."""
+
+
+def check_problem(problem: PlanningProblem, backend: object) -> None:
+    """Hold the problem against its robot: lengths of arrays, widths of limits, order of waypoints.
+
+    What depends on the solved waypoints is refused where they are known (`planner.paths`): a corner that cannot be
+    passed.
+
+    Args:
+        problem: What is asked.
+        backend: The back end with its options, which may ask for motion at the ends (`MovesAtItsEnds`).
+
+    Raises:
+        InvalidProblem: With every fault found.
+        MissingDynamics: Torque limits are asked of a robot whose torques nobody knows.
+        LimitsUnsatisfiable: The motion asked at the ends, or where a waypoint is passed, breaks a limit.
+    """
+    faults = list(_faults(problem))
+    faults += _passing_faults(problem, backend)
+    if moves_at_its_ends(backend):
+        faults += _end_faults(problem, backend)
+    if faults:
+        raise InvalidProblem(faults)
+    if not any(problem.payloads):
+        refuse_unknown_torques(problem.robot, problem.all_limits)
+    if moves_at_its_ends(backend):
+        _refuse_impossible_ends(problem, backend)
+    _refuse_impossible_passages(problem)
+
+
+def waypoint_faults(
+    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
+) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults that keep the list from saying where the robot is to go."""
+    for i, waypoint in enumerate(waypoints):
+        if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
+            count = len(waypoint.position)
+            yield ("waypoints", i, "position"), f"{count} values for the {robot.dof} joints of {robot.id}"
+        if isinstance(waypoint, PoseWaypoint) and waypoint.configuration.names:
+            known = named_parts(robot)
+            for part in waypoint.configuration.names:
+                if part not in known:
+                    has = f"the configurations of {robot.id} are named by {' and '.join(known) or 'nothing'}"
+                    yield ("waypoints", i, "configuration", part), f"{has}, not by the {part}"
+        if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and waypoint.pose.rotation is None:
+            yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
+        if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
+            yield from region_faults(waypoint.free, ("waypoints", i, "free"))
+        if isinstance(waypoint, PoseWaypoint):
+            yield from _pin_faults(robot, waypoint, ("waypoints", i, "external"))
+        if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
+            yield from region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
+    if waypoints and isinstance(waypoints[0], RelativeWaypoint):
+        yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
+    if options.prefer == "near_reference" and options.reference is None:
+        yield ("inverse_kinematics", "reference"), "nothing can be near to the reference without one"
+    if options.reference is not None and len(options.reference) != robot.dof:
+        yield (
+            ("inverse_kinematics", "reference"),
+            f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}",
+        )
+
+
+def _pin_faults(robot: Robot, waypoint: PoseWaypoint, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of where external axes are pinned."""
+    for name, value in (waypoint.external or {}).items():
+        if name not in robot.external_axes:
+            known = ", ".join(robot.external_axes) or "none"
+            yield (*field, name), f"{robot.id} has no such external axis; it has {known}"
+            continue
+        joint = robot.joints[robot.joint_names.index(name)]
+        if not joint.lower <= value <= joint.upper or not np.isfinite(value):
+            yield (*field, name), f"outside of the limits of {name}, {joint.lower:.10g} to {joint.upper:.10g}"
+
+
+def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of limits asked by a caller: their length, or being wider than the robot's.
+
+    Args:
+        robot: Its limits are the widest there are.
+        limits: What is asked.
+        field: Path of the field that has the limits.
+    """
+    for name in (*TCP_QUANTITIES, *SCALES):
+        number = getattr(limits, name)
+        if number is not None and not number >= SMALLEST:
+            yield (*field, name), TOO_SMALL
+    for quantity in RANGED_QUANTITIES:
+        name = f"{quantity}_range"
+        asked = getattr(limits, name)
+        if asked is not None and len(asked) != robot.dof:
+            yield (*field, name), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+            continue
+        for i, ((lower, upper), own) in enumerate(zip(asked or (), robot.bounds(quantity).T.tolist(), strict=False)):
+            if not (SMALLEST <= -lower < np.inf and SMALLEST <= upper < np.inf):
+                yield (
+                    (*field, name, i),
+                    f"needs a lower limit below 0 and an upper one above, no less than {SMALLEST:g}",
+                )
+            elif lower < own[0] or upper > own[1]:
+                text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"
+                yield (*field, name, i), f"wider than the robot's own {quantity} {text}"
+    for quantity in JOINT_QUANTITIES:
+        asked = getattr(limits, quantity)
+        if asked is None:
+            continue
+        if len(asked) != robot.dof:
+            yield (*field, quantity), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+            continue
+        for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
+            if not value >= SMALLEST:
+                yield (*field, quantity, i), TOO_SMALL
+            elif value > own:
+                yield (
+                    (*field, quantity, i),
+                    f"{value:g} is wider than the robot's own {quantity} limit of {robot.joint_names[i]}, {own:.10g}",
+                )
+
+
+def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
+    """Refuse a torque limit that cannot be checked, rather than ignore it.
+
+    Raises:
+        MissingDynamics: One is asked, and the robot has neither inertias nor a payload.
+    """
+    if not robot.has_dynamics and any(limits.torque or limits.torque_range for limits in asked):
+        raise MissingDynamics(
+            f"{robot.id} has no link inertias and carries no payload: its torque limits cannot be checked"
+        )
+
+
+def _faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    robot, waypoints = problem.robot, problem.waypoints
+    if problem.scene is not None:
+        yield from scene_faults(robot, problem.scene)
+    yield from speed_zone_faults(problem.scene, problem.speed_zones)
+    if not 0.0 <= problem.start_tolerance < np.inf:
+        yield ("start_tolerance",), "a tolerance cannot be negative, nor without end"
+    if problem.payload is not None and not problem.payload.mass >= SMALLEST:
+        yield ("payload", "mass"), TOO_SMALL
+    if not waypoints:
+        yield ("waypoints",), "a trajectory needs a waypoint"
+    yield from waypoint_faults(robot, waypoints, problem.inverse_kinematics)
+    for i, waypoint in enumerate(waypoints):
+        if waypoint.limits is not None:
+            yield from limit_faults(robot, waypoint.limits, ("waypoints", i, "limits"))
+        if waypoint.dwell > 0.0 and not isinstance(waypoint.transition, StopTransition):
+            yield ("waypoints", i, "dwell"), "the robot rests only at a waypoint where it stops"
+    yield from _payload_faults(problem)
+    yield from objects_handled_faults(problem)
+    yield from tool_faults(problem)
+    yield from action_faults(problem)
+    for i in (0, len(waypoints) - 1):
+        if waypoints and not isinstance(waypoints[i].transition, StopTransition):
+            yield ("waypoints", i, "transition"), "the robot starts and ends at rest"
+    if waypoints and type(waypoints[0].motion) is not JointMotion:
+        yield ("waypoints", 0, "motion"), "the first waypoint ends no segment: there is no motion to it"
+    if waypoints and waypoints[0].duration is not None:
+        yield ("waypoints", 0, "duration"), "the first waypoint ends no segment: it has no duration"
+    if waypoints and waypoints[0].limits is not None:
+        yield ("waypoints", 0, "limits"), "the first waypoint ends no segment: it has no limits"
+    yield from _free_motion_faults(problem)
+    yield from _duration_faults(problem)
+    yield from limit_faults(robot, problem.limits, ("limits",))
+
+
+def _free_motion_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find what cannot be asked of ways around."""
+    for i, waypoint in enumerate(problem.waypoints):
+        motion = waypoint.motion
+        if not isinstance(motion, FreeMotion):
+            continue
+        for name in ("time_budget", "optimise_checks"):
+            asked, field = getattr(motion, name), ("waypoints", i, "motion", name)
+            if asked is not None and not 0.0 < asked < np.inf:
+                yield field, "a budget is a number above 0"
+            elif asked is not None and motion.optimise is None:
+                yield field, "it bounds how long a way is made better; `optimise` says by what"
+
+
+def _duration_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find durations that contradict each other."""
+    waypoints, whole = problem.waypoints, problem.duration
+    if waypoints and waypoints[0].minimum_duration != 0.0:
+        yield ("waypoints", 0, "minimum_duration"), "the first waypoint ends no segment: it has no duration"
+    least = 0.0
+    for i, waypoint in enumerate(waypoints):
+        if isinstance(waypoint.motion, FreeMotion) and (waypoint.duration or waypoint.minimum_duration):
+            timed = "duration" if waypoint.duration else "minimum_duration"
+            yield ("waypoints", i, timed), "a way that is yet to be found has no time of its own; the whole may have"
+        if not 0.0 <= waypoint.minimum_duration < np.inf:
+            yield ("waypoints", i, "minimum_duration"), "a duration cannot be negative, nor without end"
+        elif waypoint.duration is not None and waypoint.duration < waypoint.minimum_duration:
+            yield ("waypoints", i, "duration"), f"less than the least duration asked, {waypoint.minimum_duration:g} s"
+        least += waypoint.dwell + max(waypoint.minimum_duration, waypoint.duration or 0.0)
+    all_timed = len(waypoints) > 1 and all(waypoint.duration is not None for waypoint in waypoints[1:])
+    if whole is None:
+        return
+    if not SMALLEST <= whole < np.inf:
+        yield ("duration",), TOO_SMALL
+    elif whole < least * (1.0 - DURATION_TOLERANCE):
+        yield ("duration",), f"the durations and dwells of the waypoints alone take {least:.10g} s"
+    elif whole > least * (1.0 + DURATION_TOLERANCE) and all_timed:
+        yield ("duration",), f"the durations and dwells of the waypoints add up to {least:.10g} s"
+
+
+def _payload_faults(problem: PlanningProblem) -> Iterator[tuple[FieldPath, str]]:
+    """Find payloads that are too light, or that change where the robot does not stop."""
+    before = problem.payload
+    for i, (waypoint, payload) in enumerate(zip(problem.waypoints, problem.payloads, strict=True)):
+        field = "waypoints", i, "payload"
+        if waypoint.payload is not None and not waypoint.payload.mass >= SMALLEST:
+            yield (*field, "mass"), TOO_SMALL
+        if waypoint.payload is not None and waypoint.put_down:
+            yield field, "a payload is either taken or put down; one that is taken replaces what is carried"
+        if payload != before and not isinstance(waypoint.transition, StopTransition):
+            yield ("waypoints", i, "transition"), "a payload is taken or put down only where the robot stops"
+        before = payload
+
+
+def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of a problem that contradict the motion asked at the ends."""
+    robot, waypoints = problem.robot, problem.waypoints
+    asked = {name: rates for name in END_OPTIONS if (rates := getattr(backend, name)) is not None}
+    wrong = [name for name, rates in asked.items() if len(rates) != robot.dof]
+    for name in wrong:
+        yield (BACK_END, name), f"{len(asked[name])} values for the {robot.dof} joints of {robot.id}"
+    if wrong or len(waypoints) < 2:
+        return
+    last = len(waypoints) - 1
+    stops = [
+        k for k, waypoint in enumerate(waypoints) if 0 < k < last and isinstance(waypoint.transition, StopTransition)
+    ]
+    until, since = min(stops, default=last), max(stops, default=0)
+    ends = (END_OPTIONS[:2], 0, range(1, until + 1), "before"), (END_OPTIONS[2:], last, range(last, since, -1), "after")
+    for names, end, nearest_first, side in ends:
+        moving = [name for name in names if any(asked.get(name, ()))]
+        if moving and waypoints[end].dwell > 0.0:
+            yield ("waypoints", end, "dwell"), "the robot cannot rest where it is asked to be in motion"
+        bound = next((k for k in nearest_first if not _is_free_in_joint_space(waypoints[k])), None)
+        if bound is not None:
+            kind = TOOL_MOTIONS.get(type(waypoints[bound].motion))
+            what = f"the {kind} to waypoint {bound}" if kind else f"the blend at waypoint {bound}"
+            message = f"{what} begins and ends at rest; let a joint motion come {side} it, and a stop between"
+            yield from (((BACK_END, name), message) for name in moving)
+
+
+def _passing_faults(problem: PlanningProblem, backend: object) -> Iterator[tuple[FieldPath, str]]:
+    """Find velocities asked where waypoints are passed that the back end, or the motions there, cannot have."""
+    waypoints, joints = problem.waypoints, problem.robot.dof
+    stops = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
+    for i, velocity in _passing_velocities(problem).items():
+        field = "waypoints", i, "transition", "velocity"
+        since, until = max((k for k in stops if k < i), default=0), min((k for k in stops if k > i), default=i)
+        if len(velocity) != joints:
+            yield field, f"{len(velocity)} values for the {joints} joints of {problem.robot.id}"
+        elif not np.isfinite(velocity).all():
+            yield field, "not all of them are numbers"
+        elif not any(velocity):
+            yield field, "a waypoint passed with no velocity is a stop: ask for that"
+        elif not all(map(_is_free_in_joint_space, waypoints[since + 1 : until + 1])):
+            yield field, "a velocity can be asked only where nothing but joint motions is passed from stop to stop"
+        elif not passes_with_velocities(backend):
+            yield (
+                field,
+                "this back end passes waypoints with velocities of its own; ruckig, quintic and cubic keep those asked",
+            )
+
+
+def _passing_velocities(problem: PlanningProblem) -> dict[int, Sequence[float]]:
+    """Return the velocities asked where waypoints are passed, by the waypoint's index."""
+    transitions = ((i, waypoint.transition) for i, waypoint in enumerate(problem.waypoints))
+    return {i: t.velocity for i, t in transitions if isinstance(t, ThroughTransition) and t.velocity is not None}
+
+
+def _refuse_impossible_passages(problem: PlanningProblem) -> None:
+    """Hold the velocities asked where waypoints are passed against the limits before and after.
+
+    Raises:
+        LimitsUnsatisfiable: One is beyond a limit.
+    """
+    asked = _passing_velocities(problem)
+    lower, upper = problem.segment_limits().bounds("velocity") if asked else (np.empty(0), np.empty(0))
+    for i, velocity in asked.items():
+        least, most = lower[i - 1 : i + 1].max(axis=0), upper[i - 1 : i + 1].min(axis=0)
+        values = np.array(velocity)
+        kept = np.clip(values, least, most)
+        if (values == kept).all():
+            continue
+        joint = int((values != kept).argmax())
+        name, value, limit = problem.robot.joint_names[joint], float(values[joint]), float(kept[joint])
+        field = "waypoints", i, "transition", "velocity"
+        raise LimitsUnsatisfiable(
+            f"the velocity of {name} asked at waypoint {i} is {value:.6g}, beyond its limit {limit:.6g}",
+            waypoint=i,
+            joint=name,
+            value=value,
+            limit=limit,
+            remedies=[Remedy(field, tuple(kept.tolist()), "what the limits allow")],
+        )
+
+
+def _is_free_in_joint_space(waypoint: AnyWaypoint) -> bool:
+    """Whether a back end may shape the motion to a waypoint, and past it, in joint space."""
+    return isinstance(waypoint.motion, JointMotion) and not isinstance(waypoint.transition, BlendTransition)
+
+
+def _refuse_impossible_ends(problem: PlanningProblem, backend: MovesAtItsEnds) -> None:
+    """Hold the motion asked at the ends against the limits of the first and the last segment.
+
+    Raises:
+        LimitsUnsatisfiable: It breaks one, or is bound to: an acceleration a leads to the velocity v + a |a| / (2 j)
+            while the jerk limit j brings it to nought.
+    """
+    limits, ends = problem.segment_limits(), end_states(backend, problem.robot.dof)
+    velocity, acceleration = ends.initial_velocity, ends.initial_acceleration
+    bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk[0])
+    for option, quantity, segment, values, where in (
+        ("initial_velocity", "velocity", 0, velocity, "at the start"),
+        ("initial_acceleration", "acceleration", 0, acceleration, "at the start"),
+        ("initial_acceleration", "velocity", 0, bound_for, "that its initial acceleration leads to"),
+        ("final_velocity", "velocity", len(limits.velocity) - 1, ends.final_velocity, "at the end"),
+    ):
+        lower, upper = (bound[segment] for bound in limits.bounds(quantity))
+        limit = np.where(values < 0.0, -lower, upper)
+        beyond = np.flatnonzero(np.abs(values) > limit)
+        if not len(beyond):
+            continue
+        if values is bound_for:
+            remedy = Remedy((BACK_END, option), None, "begin without acceleration")
+        else:
+            kept = tuple(np.clip(values, -limit, limit).tolist())
+            remedy = Remedy((BACK_END, option), kept, "what the limits allow")
+        joint = int(beyond[0])
+        name, value = problem.robot.joint_names[joint], float(values[joint])
+        raise LimitsUnsatisfiable(
+            f"the {quantity} of {name} {where} is {value:.6g}, beyond its limit {limit[joint]:.6g}",
+            segment=segment,
+            joint=name,
+            value=value,
+            limit=float(limit[joint]),
+            remedies=[remedy],
+        )

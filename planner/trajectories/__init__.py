@@ -1,0 +1,1 @@
+"""The one type of trajectory: piecewise polynomials, their peaks and integrals."""

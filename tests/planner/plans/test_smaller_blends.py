@@ -1,0 +1,171 @@
+"""Blends that would collide: the largest free ones, held against dense samples of the arm's shapes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import planner
+from planner.errors import Collision
+from planner.paths import solve_path
+from planner.plans.result import certified_plan
+from planner.plans.saved_plan import load_plan, save_plan
+from planner.plans.smaller_blends import FINENESS, LEAST_SHARE, blend_radii, with_blend_radii
+from planner.problems.problem import BlendTransition
+from planner.robots import load_robot
+from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
+from planner.shapes import Sphere
+from planner.spatial import Pose
+from tests.planner.scene.brute_force import distances_over_time
+
+KUKA = load_robot("kuka_kr16_2")
+ASKED = 0.2
+"""The radius of the blends that are asked, m."""
+
+BESIDE_A_LINE = (1.205, -0.405, 0.7)
+"""Where a ball is in the inside of the corner of two lines, m."""
+
+BESIDE_A_JOINT_MOTION = (1.23, -0.43, 0.65)
+"""Where a ball is in the inside of the corner of two joint motions, which go below the lines, m."""
+
+MARGIN = 0.01
+"""Of the balls, m."""
+
+SAMPLES = 150
+"""Number of times near a corner at which the hand is looked at."""
+
+
+def ball_at(*position: float) -> Scene:
+    """Only the hand counts: the rest of the arm comes near to the ball on any way."""
+    others = {shape.link for shape in KUKA.collision_shapes} - {"link_6"}
+    ball = SceneObject("ball", [Sphere(0.03)], Pose(position))
+    return Scene([ball], allowed_pairs=[(link, "ball") for link in sorted(others)], margin=MARGIN)
+
+
+def along_a_rectangle(
+    scene: Scene | None, motion: planner.JointMotion | planner.LinearMotion
+) -> planner.PlanningProblem:
+    """Out, across and back: waypoints 1 and 2 are blended."""
+    places = ([0.9, -0.5, 0.7], [1.3, -0.5, 0.7], [1.3, 0.5, 0.7], [0.9, 0.5, 0.7])
+    poses = [Pose.from_rpy(place, [0.0, np.pi, 0.0]) for place in places]
+    blend = BlendTransition(ASKED)
+    waypoints = [
+        planner.PoseWaypoint(poses[0]),
+        *(planner.PoseWaypoint(pose, motion=motion, transition=blend) for pose in poses[1:3]),
+        planner.PoseWaypoint(poses[3], motion=motion),
+    ]
+    return planner.PlanningProblem(KUKA, waypoints, scene=scene)
+
+
+def room(scene: Scene, trajectory: planner.Trajectory, corner: int) -> float:
+    """How much further than asked the hand is from the ball near a corner, at the nearest of dense samples, m."""
+    hand = [shape.link for shape in KUKA.collision_shapes].index("link_6")
+    times = trajectory.arrivals[corner] + np.linspace(-0.3, 0.3, SAMPLES)
+    return float(distances_over_time(KUKA, scene, times, trajectory)[:, hand].min()) - scene.margin
+
+
+@pytest.fixture(scope="module")
+def problem() -> planner.PlanningProblem:
+    """The hand meets a ball at waypoint 1."""
+    return along_a_rectangle(ball_at(*BESIDE_A_LINE), planner.LinearMotion())
+
+
+@pytest.fixture(scope="module")
+def plan(problem: planner.PlanningProblem) -> planner.Plan:
+    return planner.plan(problem)
+
+
+def is_largest_that_is_free(plan: planner.Plan, corner: int) -> None:
+    """Only the blend at a corner is smaller than asked, free at dense samples, and larger ones are not."""
+    scene, radii = plan.problem.scene, blend_radii(plan.problem)
+    assert scene is not None
+    taken = radii.pop(corner)
+    assert list(radii.values()) == [ASKED]
+    assert LEAST_SHARE * ASKED < taken < ASKED
+    assert room(scene, plan.trajectory, corner) > -CONTACT_TOLERANCE
+    blind = replace(plan.problem, scene=None)
+    for radius in np.linspace(taken * (1.0 + FINENESS), ASKED, 3):
+        larger = planner.plan(with_blend_radii(blind, {corner: float(radius)}))
+        assert room(scene, larger.trajectory, corner) < 0.0, f"{radius} m would do"
+    (warning,) = plan.warnings
+    assert warning.code == "blend_reduced"
+    assert warning.message.startswith(f"waypoint {corner} is blended within {taken:.6g} m in place of {ASKED:g} m")
+    assert "link_6" in warning.message
+    assert "ball" in warning.message
+
+
+def test_a_blend_shrinks_to_the_largest_that_is_free(plan: planner.Plan) -> None:
+    is_largest_that_is_free(plan, 1)
+
+
+@pytest.mark.parametrize(
+    ("motion", "place", "corner"),
+    [
+        (planner.JointMotion(), BESIDE_A_JOINT_MOTION, 2),
+        pytest.param(planner.JointMotion(), BESIDE_A_JOINT_MOTION, 1, marks=pytest.mark.large_only),
+        pytest.param(planner.LinearMotion(), BESIDE_A_LINE, 2, marks=pytest.mark.large_only),
+    ],
+)
+def test_only_the_blend_that_collides_shrinks(
+    motion: planner.JointMotion | planner.LinearMotion, place: tuple[float, float, float], corner: int
+) -> None:
+    """At waypoint 2 the robot collides on the motion between both blends: that at waypoint 1 ends as it was asked."""
+    x, y, z = place
+    scene = ball_at(x, y if corner == 1 else -y, z)
+    is_largest_that_is_free(planner.plan(along_a_rectangle(scene, motion)), corner)
+
+
+@pytest.mark.large_only
+def test_both_blends_shrink_where_both_collide(problem: planner.PlanningProblem) -> None:
+    """A copy of the ball on the other side: by symmetry both blends end at nearly the same radius."""
+    x, y, z = BESIDE_A_LINE
+    ball = ball_at(x, y, z)
+    other = SceneObject("other", [Sphere(0.03)], Pose([x, -y, z]))
+    pairs = [(link, name) for link, _ in ball.allowed_pairs for name in ("ball", "other")]
+    both = replace(ball, objects=[*ball.objects, other], allowed_pairs=pairs)
+    plan = planner.plan(replace(problem, scene=both))
+    first, second = blend_radii(plan.problem).values()
+    assert first == pytest.approx(second, rel=2.0 * FINENESS)
+    assert first < ASKED
+    assert [warning.code for warning in plan.warnings] == ["blend_reduced"] * 2
+    assert room(both, plan.trajectory, 1) > -CONTACT_TOLERANCE
+    assert room(both, plan.trajectory, 2) > -CONTACT_TOLERANCE
+
+
+def test_free_blends_stay_as_they_are(problem: planner.PlanningProblem) -> None:
+    free = replace(problem, scene=ball_at(1.1, 0.0, 0.7))
+    plan, blind = planner.plan(free), planner.plan(replace(problem, scene=None))
+    assert plan.problem is free
+    assert plan.warnings == ()
+    np.testing.assert_array_equal(plan.trajectory.coefficients, blind.trajectory.coefficients)
+
+
+@pytest.mark.parametrize("place", [(1.3, -0.5, 0.7), (0.9, -0.5, 0.7)])
+def test_what_no_smaller_blend_helps_is_refused(
+    problem: planner.PlanningProblem, place: tuple[float, float, float]
+) -> None:
+    """A corner that collides itself, and the start: the refusal is that of what was asked."""
+    problem = replace(problem, scene=ball_at(*place))
+    with pytest.raises(Collision) as refusal:
+        planner.plan(problem)
+    with pytest.raises(Collision) as asked:
+        certified_plan(problem, planner.Cubic(), solve_path(problem))
+    assert type(refusal.value) is type(asked.value)
+    assert refusal.value.message == asked.value.message
+    assert refusal.value.time == asked.value.time
+
+
+def test_the_radius_taken_is_that_of_the_saved_plan(problem: planner.PlanningProblem, plan: planner.Plan) -> None:
+    loaded = load_plan(save_plan(plan), problem, plan.backend, with_runs=True)
+    assert blend_radii(loaded.problem) == blend_radii(plan.problem) != blend_radii(problem)
+    (own,), (again,) = (made.path.runs for made in (plan, loaded))
+    np.testing.assert_array_equal(again.curve.coefficients, own.curve.coefficients)
+
+
+def test_each_compared_plan_has_the_radius_taken(problem: planner.PlanningProblem, plan: planner.Plan) -> None:
+    (compared,) = planner.compare(problem, [planner.Trapezoidal()])
+    assert compared.plan is not None
+    assert blend_radii(compared.plan.problem)[1] == pytest.approx(blend_radii(plan.problem)[1], rel=2.0 * FINENESS)
+    assert [warning.code for warning in compared.plan.warnings] == ["blend_reduced"]

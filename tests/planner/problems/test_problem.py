@@ -1,0 +1,87 @@
+"""Problems made by people: lists and arrays are taken, and what is kept cannot change."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.errors import ConfigurationChange, InvalidProblem
+from planner.kinematics import all_solutions, forward_kinematics, manipulability, tool_pose
+from planner.planning import plan
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.robots import load_robot
+from planner.spatial import Pose, quaternion
+
+HOME, PICK = (0.0, -1.5, 1.5, 0.0, 0.5, 0.0), (1.0, -1.2, 1.2, 0.0, 0.5, 0.5)
+
+
+def test_a_joint_position_is_kept_as_numbers() -> None:
+    row = np.array(PICK)
+    waypoints = [JointWaypoint(row), JointWaypoint(list(PICK)), JointWaypoint(position=PICK)]
+    row[:] = 0.0
+    assert [waypoint.position for waypoint in waypoints] == [PICK] * 3
+    assert len(set(waypoints)) == 1
+
+
+def test_a_named_position_is_a_joint_waypoint() -> None:
+    robot = load_robot("kuka_kr16_2").derived(named_positions={"home": HOME})
+    waypoint = JointWaypoint.named(robot, "home", dwell=2.0)
+    assert waypoint == JointWaypoint(HOME, "home", dwell=2.0)
+    with pytest.raises(InvalidProblem, match="no position called 'rest'; it has home"):
+        JointWaypoint.named(robot, "rest")
+
+
+def test_a_named_position_is_not_moved_by_a_remedy() -> None:
+    """A line to another configuration, whose end is named or given by numbers."""
+    robot = load_robot("kuka_kr16_2")
+    start = tool_pose(robot, HOME)
+    above = Pose(start.position + np.array([0.0, 0.0, 0.1]), start.rotation)
+    end = next(q for q in all_solutions(robot, above) if abs(q[2] - HOME[2]) > 1.0)
+    named = robot.derived(named_positions={"above": end})
+    changes = []
+    for waypoint in (
+        JointWaypoint(end, motion=LinearMotion()),
+        JointWaypoint.named(named, "above", motion=LinearMotion()),
+    ):
+        with pytest.raises(ConfigurationChange) as refused:
+            plan(PlanningProblem(named, [JointWaypoint(HOME), waypoint]))
+        offered = (*refused.value.remedies, *refused.value.hints)
+        changes.append({remedy.field for remedy in offered})
+    assert ("waypoints", 1, "position") in changes[0]
+    assert ("waypoints", 1, "position") not in changes[1]
+
+
+def test_a_list_of_waypoints_is_kept_as_it_was() -> None:
+    waypoints = [JointWaypoint(HOME), JointWaypoint(PICK)]
+    problem = PlanningProblem(load_robot("kuka_kr16_2"), waypoints)
+    waypoints.clear()
+    assert problem.waypoints == (JointWaypoint(HOME), JointWaypoint(PICK))
+
+
+def test_poses_of_lists_and_arrays_are_the_same() -> None:
+    robot = load_robot("kuka_kr16_2")
+    there = tool_pose(robot, PICK)
+    assert there.rotation is not None
+    written = [
+        Pose(there.position, there.rotation),
+        Pose(there.position.tolist(), there.rotation.tolist()),
+        Pose.from_quaternion(there.position.tolist(), (2.0 * quaternion(there.rotation)).tolist()),
+    ]
+    ends = [plan(PlanningProblem(robot, [JointWaypoint(HOME), PoseWaypoint(pose)])).path.positions for pose in written]
+    assert np.allclose(ends[0], ends[1:], atol=1e-9)
+
+
+def test_angles_about_the_fixed_axes() -> None:
+    """URDF's: roll about x first, yaw about z last."""
+    R = Pose.from_rpy([0.0, 0.0, 0.0], [np.pi / 2.0, 0.0, np.pi / 2.0]).rotation
+    assert R is not None
+    assert np.allclose(R @ [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
+    assert np.allclose(R @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+
+
+def test_one_position_is_a_row_of_many() -> None:
+    robot = load_robot("kuka_kr16_2")
+    measures = manipulability(robot, [HOME, PICK])
+    assert measures.shape == (2,)
+    assert manipulability(robot, PICK) == measures[1]
+    assert np.array_equal(forward_kinematics(robot, [HOME, PICK])[1].position, tool_pose(robot, PICK).position)
