@@ -12,9 +12,10 @@ from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
 from api.answers.views import VIEWS
-from api.errors import MEDIA_TYPE, STATUS_OF_CODE
+from api.errors import STATUS_OF_CODE
 from api.operations import OPERATIONS
 from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
+from api.problem_documents import MEDIA_TYPE
 from api.schemas.problem_documents import ProblemDocument
 from api.schemas.ros import RosJointTrajectory
 from api.size import CAPPED_LISTS

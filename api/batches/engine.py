@@ -17,8 +17,9 @@ from api.batches.planners import Chunk, seconds_of
 from api.database import claims
 from api.database.batches import clean_up
 from api.database.claims import Claimed, Outcome
-from api.errors import MEDIA_TYPE, DatabaseUnavailable, InternalError, problem_document
+from api.errors import DatabaseUnavailable, InternalError
 from api.failures import where_from
+from api.problem_documents import MEDIA_TYPE, problem_document
 from api.workers.messages import Reply
 
 if TYPE_CHECKING:

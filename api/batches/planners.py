@@ -7,7 +7,8 @@ import time
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from api.batches.items import CHUNK_SECONDS, PLAN_ITEMS
-from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
+from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.problem_documents import MEDIA_TYPE, problem_document
 from api.server.costs import Kind
 from api.workers.messages import Reply, Task
 

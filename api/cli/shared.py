@@ -54,7 +54,8 @@ def refusals() -> Iterator[None]:
     import orjson
 
     from api.cli.terminal import problem_panel, terminal
-    from api.errors import ServiceError, problem_document
+    from api.errors import ServiceError
+    from api.problem_documents import problem_document
     from planner.errors import PlanningError
 
     try:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.errors import MEDIA_TYPE, DeadlineExceeded, InternalError, MemoryExceeded, problem_document
+from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
+from api.problem_documents import MEDIA_TYPE, problem_document
 from api.routes.ordinary import is_known, look_at_body, not_modified, respond, run, service_of
 from api.schemas.answers import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS

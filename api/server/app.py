@@ -16,8 +16,9 @@ from api.batches.cluster import ClusterPlanners
 from api.batches.engine import Engine
 from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
-from api.errors import MEDIA_TYPE, MethodNotAllowed, NotFound, ServiceError, problem_document
+from api.errors import MethodNotAllowed, NotFound, ServiceError
 from api.operations import OPERATIONS
+from api.problem_documents import MEDIA_TYPE, problem_document
 from api.routes import batches, compare, page, robots, scenes, service
 from api.routes.ordinary import ordinary
 from api.server.middleware import RequestContext

@@ -12,15 +12,8 @@ import h11
 import structlog
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from api.errors import (
-    MEDIA_TYPE,
-    HeaderTooLarge,
-    MalformedRequest,
-    Overloaded,
-    RequestTimeout,
-    TooManyRequests,
-    problem_document,
-)
+from api.errors import HeaderTooLarge, MalformedRequest, Overloaded, RequestTimeout, TooManyRequests
+from api.problem_documents import MEDIA_TYPE, problem_document
 
 if TYPE_CHECKING:
     import asyncio

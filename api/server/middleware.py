@@ -13,8 +13,9 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect
 
 from api.access.access import client_by_address
-from api.errors import MEDIA_TYPE, InternalError, problem_document
+from api.errors import InternalError
 from api.failures import where_from
+from api.problem_documents import MEDIA_TYPE, problem_document
 from api.telemetry.traces import Outcome, trace_context
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import orjson
 
 from api.batches.items import PLANNED, NewItem, Result, compressed, decompressed
-from api.errors import invalid, problem_document
+from api.errors import invalid
+from api.problem_documents import problem_document
 from api.schemas import batches as schemas
 from api.schemas.common import DEFAULT_DEADLINE
 from api.schemas.requests import PlanRequest

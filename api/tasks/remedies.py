@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import orjson
 
-from api.errors import InvalidRequest, pointer_of
+from api.errors import InvalidRequest
+from api.problem_documents import pointer_of
 from api.size import rows_of
 from api.tasks.work import to_json, validated
 from planner.errors import InvalidProblem, PlanningError

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import orjson
 
 from api.content.digests import request_hash
-from api.errors import InvalidRequest, invalid, problem_document
+from api.errors import InvalidRequest, invalid
+from api.problem_documents import problem_document
 from api.schemas import answers, requests
 from api.size import rows_of
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation

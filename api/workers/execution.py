@@ -14,6 +14,7 @@ from api.batches.items import CHUNK_BYTES, CHUNK_SECONDS, PLAN_ITEMS, decompress
 from api.failures import where_from
 from api.openapi import get_openapi
 from api.operations import OPERATIONS
+from api.problem_documents import MEDIA_TYPE, problem_document
 from api.tasks.batches import item_steps
 from api.tasks.work import Work
 from api.workers.messages import Reply, Task
@@ -121,8 +122,8 @@ def execute(task: Task, caps: Caps) -> Reply:
 
 def _refused(refusal: PlanningError | errors.ServiceError, work: Work) -> Reply:
     """Make a refusal the reply."""
-    status, body = errors.problem_document(refusal, work.task.instance)
-    return Reply(status, errors.MEDIA_TYPE, body, work.timings, code=refusal.code)
+    status, body = problem_document(refusal, work.task.instance)
+    return Reply(status, MEDIA_TYPE, body, work.timings, code=refusal.code)
 
 
 def wants_memory(error: BaseException) -> bool:

@@ -22,6 +22,7 @@ import pytest
 
 from api import errors
 from api.operations import OPERATIONS
+from api.problem_documents import problem_document
 from api.tasks.collisions import TABLE
 from api.tasks.trajectory_operations import THERE
 from tests.api.conftest import running_service, wait_until
@@ -179,7 +180,7 @@ def problems(service: RunningService) -> dict[str, Any]:
         errors.Overloaded("the queue is full; try again later"),
         errors.DatabaseUnavailable("the database does not answer; try again later"),
     ):
-        found[error.code] = orjson.loads(errors.problem_document(error, PLAN)[1])
+        found[error.code] = orjson.loads(problem_document(error, PLAN)[1])
     for problem in found.values():
         problem.get("remedies", [])[1:] = []
     return found
