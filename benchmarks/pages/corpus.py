@@ -38,9 +38,8 @@ reference joint path or the reference time where one is known. Here are {jobs} o
 then and for six arms, through all back ends ({plans:,} plans), before the work on them began and now; those with
 splines, goal regions, freedoms on the way, tools by waypoint, rails, velocities at waypoints, jerk limits of the tool,
 teach speeds, limits that differ by direction, locked joints and actions (`tests/jobs/features.py`) came later.
-`python -m benchmarks jobs
---like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans them again (in about ten
-minutes), `python -m benchmarks corpus` writes this page.
+`python -m benchmarks jobs --like benchmarks/results/jobs_before.csv --save benchmarks/results/jobs_after.csv` plans
+them again (in about ten minutes), `python -m benchmarks corpus` writes this page.
 
 Every plan is checked without the certificate: limits, continuity, waypoints met, the tool on its lines and circles.
 What is counted:

@@ -119,7 +119,7 @@ def test_the_suffix_chooses_the_program(tmp_path: Path, suffix: str, begins: byt
     assert planner("plan", "-", "-o", file, stdin=json.dumps(request)).exit_code == 0
     content = file.read_bytes()
     assert content.startswith(begins)
-    assert (b"movej" in content) == (suffix == "moves.script")
+    assert (b"servoj" in content) == (suffix == "script")
 
 
 def test_what_a_form_cannot_carry_is_a_problem(request_file: Path, tmp_path: Path) -> None:
