@@ -184,11 +184,10 @@ class WorkerPool:
         self._behind.append(job)
         self._hand_out_what_is_behind()
         try:
-            await job.begun.wait()
-            left, stood_back = seconds, self._stood_back(job)
+            worker = await job.begun
+            left, before = seconds, worker.computed()
             while left > SHORTEST and not (await asyncio.wait([job.reply], timeout=left))[0]:
-                before, stood_back = stood_back, self._stood_back(job)
-                left = stood_back - before
+                left = seconds - (worker.computed() - before) if worker.wants_processor() else 0.0
             if job.reply.done():
                 return job.reply.result()
         finally:
@@ -196,10 +195,6 @@ class WorkerPool:
             self._leave(job)
         hint = what_to_do(self._caps.max_deadline)
         raise DeadlineExceeded(f"there was no answer within the deadline; {hint}")
-
-    def _stood_back(self, job: Job) -> float:
-        """Give the time in which the worker of a job has stood back for others since it started, s."""
-        return sum(worker.stood_back() for worker in self._workers if worker.job is job)
 
     def _hand_out_what_is_behind(self) -> None:
         """Give jobs that stand back to workers that nobody else wants."""
@@ -286,7 +281,8 @@ class WorkerPool:
             self._repeat(job, worker)
             return
         started = job.started = time.monotonic()
-        job.begun.set()
+        if not job.begun.done():
+            job.begun.set_result(worker)
         learn = self._costs.learn_at_least
         try:
             reply = await worker.run(job.task, job.hold)

@@ -172,13 +172,19 @@ class Worker:
         """Tell whether it takes a job of this cost."""
         return job.is_cheap or not self.only_cheap
 
-    def stood_back(self) -> float:
-        """Give the time in which its threads could have gone on but others had the processor, s."""
-        delays = 0
-        with suppress(OSError):  # it has just ended
-            for thread in Path(f"/proc/{self.pid}/task").glob("*/schedstat"):  # nothing where the kernel does not count
-                delays += int(thread.read_text(encoding="ascii").split()[1])
-        return 1e-9 * delays
+    def computed(self) -> float:
+        """Give the processor time of its threads so far, s; 0 where the kernel does not count it."""
+        return 1e-9 * sum(int(line.split()[0]) for line in self._of_threads("schedstat"))
+
+    def wants_processor(self) -> bool:
+        """Tell whether one of its threads computes, or would if it had a processor."""
+        return any(line.rpartition(") ")[2].startswith("R") for line in self._of_threads("stat"))
+
+    def _of_threads(self, name: str) -> Iterator[str]:
+        """Yield what the kernel tells of each thread; nothing where it tells nothing, or the process has just ended."""
+        with suppress(OSError):
+            for file in Path(f"/proc/{self.pid}/task").glob(f"*/{name}"):
+                yield file.read_text(encoding="ascii", errors="replace")
 
     def kill(self) -> None:
         """End the process at once, if it has not ended, or as soon as it has started."""

@@ -13,6 +13,7 @@ import sys
 import time
 from typing import Any
 
+import psutil
 import pytest
 
 from api.server.worker import Worker
@@ -88,28 +89,33 @@ def test_only_what_stands_back_leaves_the_processor_to_all_else() -> None:
 
 
 @pytest.mark.large_only
-def test_the_time_in_which_a_worker_stands_back_is_known() -> None:
-    """Beside a process that wants the same processor all the time, one of idle priority hardly gets on."""
+def test_what_a_worker_computes_is_known_and_whether_it_would_go_on() -> None:
+    """Beside a process that wants the same processor all the time one of idle priority hardly gets on; a third rests."""
     processor = min(os.sched_getaffinity(0))
-    endless = f"import os; os.sched_setaffinity(0, [{processor}])\nwhile True: pass"
-    stand_back = "os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))"
-    commands = [endless, endless.replace("\n", f"; {stand_back}\n")]
-    processes = [subprocess.Popen([sys.executable, "-c", command]) for command in commands]
+    on_one = f"import os, time; os.sched_setaffinity(0, [{processor}])"
+    endless, idle = "\nwhile True: pass", "; os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))"
+    programs = [on_one + endless, on_one + idle + endless, on_one + "; time.sleep(60.0)"]
+    processes = [subprocess.Popen([sys.executable, "-c", program]) for program in programs]
     worker = Worker(CAPS)
-    waited = []
+    computed, wants = [], []
     try:
+        time.sleep(3.0)
         for process in processes:
             worker.pid = process.pid
-            time.sleep(0.5)
-            before = worker.stood_back()
+            before, by_psutil = worker.computed(), psutil.Process(process.pid).cpu_times()
             time.sleep(1.0)
-            waited.append(worker.stood_back() - before)
+            computed.append(worker.computed() - before)
+            assert computed[-1] == pytest.approx(
+                psutil.Process(process.pid).cpu_times().user - by_psutil.user, abs=0.05
+            )
+            wants.append(worker.wants_processor())
     finally:
         for process in processes:
             process.kill()
             process.wait()
-    assert waited[0] < 0.5 < 0.9 < waited[1] < 1.5
-    assert worker.stood_back() == 0.0  # it has ended
+    assert computed[1] < 0.1 < computed[0] and computed[2] < 0.01
+    assert wants == [True, True, False]
+    assert worker.computed() == 0.0 and not worker.wants_processor()  # it has ended
 
 
 @pytest.mark.large_only
