@@ -45,7 +45,7 @@ def stages(robot: Robot, request: dict[str, Any], answer: dict[str, Any]) -> Ite
         for take in after.get("attach", []):
             around.let_near(there, _holders(robot, around, take), take["id"])
         first, last = times[k]["departure_time"], times[k + 1]["arrival_time"]
-        if first < last:  # between equal waypoints nothing happens, and the next part begins with the same posture
+        if first < last or k == len(asked) - 2:  # between equal waypoints nothing happens: the next part begins there
             yield Stage(first, last, around)
 
 

@@ -90,7 +90,7 @@ def test_only_what_stands_back_leaves_the_processor_to_all_else() -> None:
 
 @pytest.mark.large_only
 def test_what_a_worker_computes_is_known_and_whether_it_would_go_on() -> None:
-    """Beside a process that wants the same processor all the time one of idle priority hardly gets on; a third rests."""
+    """Beside one that wants the same processor all the time, one of idle priority hardly gets on; a third one rests."""
     processor = min(os.sched_getaffinity(0))
     on_one = f"import os, time; os.sched_setaffinity(0, [{processor}])"
     endless, idle = "\nwhile True: pass", "; os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))"
