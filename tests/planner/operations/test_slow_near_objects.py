@@ -34,7 +34,7 @@ PAST = np.array([0.0, -1.2, 1.7, 0.0, 1.0, 0.0]) + TURN * [1.0, 0.0, 0.0, 0.3, 0
 PAST += 0.1 * np.cos(3.0 * TURN) * [0.0, 1.0, -1.0, 0.0, 0.5, 0.0]
 """Positions (points, joints) of a turn of the arm past the person, on a curve."""
 
-ON_CURVES = ["cubic", "quintic", "trapezoidal", "ruckig", "toppra"]
+ON_CURVES = ["cubic", "quintic", "trapezoidal", "ruckig", "toppra", "auto"]
 IN_FULL = partial(pytest.param, marks=pytest.mark.large_only)
 """A case that the quick tests leave to CI."""
 
@@ -192,7 +192,7 @@ def test_random_walks_among_random_things_are_slow_near_them(arm: str) -> None:
     in_capsules(robot)
     lower, upper = (np.clip(robot.limit(name), -3.0, 3.0) for name in ("lower", "upper"))
     slowed = tried = 0
-    while tried < max(2, SIZE.examples // 25):
+    while tried < max(2, SIZE.examples // 100):
         corners = lower + (upper - lower) * rng.uniform(0.3, 0.7, (3, robot.dof))
         points = np.concatenate([np.linspace(a, b, 30) for a, b in pairwise(corners)])
         scene = random_scene(rng, 1.5)
