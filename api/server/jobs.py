@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from api.server.costs import Cost, Kind
-    from api.server.worker import Worker
     from api.workers.messages import Reply, Task
 
 PRUDENCE = 1.5
@@ -36,7 +35,7 @@ class Job:
         reply: The reply, or the reason why there is none; cancelled: nobody waits for it any more.
         started: When a worker began with it, s on the monotonic clock; None: it waits.
         was_interrupted: Whether a worker was killed while it worked on it.
-        begun: The worker that was the first to begin with it.
+        begun: An event that is set when a worker begins with it.
         is_behind: Whether it stands back for all that are not.
         is_ahead: Whether it goes ahead of all that are not, since its worker was killed.
     """
@@ -50,7 +49,7 @@ class Job:
         self.reply: asyncio.Future[Reply] = asyncio.get_running_loop().create_future()
         self.started: float | None = None
         self.was_interrupted = False
-        self.begun: asyncio.Future[Worker] = asyncio.get_running_loop().create_future()
+        self.begun = asyncio.Event()
         self.is_behind = is_behind
         self.is_ahead = False
         self._hold = hold

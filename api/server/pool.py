@@ -6,7 +6,6 @@ import asyncio
 import signal
 import time
 from collections import Counter, deque
-from dataclasses import replace
 from http import HTTPStatus
 from typing import TYPE_CHECKING
 
@@ -43,9 +42,6 @@ GRACE = 0.2
 of former requests is lost with it. Who asks with deadlines that are too short, or hangs up, would otherwise have worker
 after worker killed."""
 
-SHORTEST = 1e-3
-"""The time, s, for which nothing is waited any longer: less than a turn of a process."""
-
 log = structlog.get_logger()
 
 
@@ -61,8 +57,7 @@ class WorkerPool:
     A worker that becomes free takes the next job; clients take turns. Express workers take only work that is known to
     be cheap: it does not wait for what takes long, however much of that there is. What cannot be answered in time, as
     far as the times of former requests tell, is refused at once instead of wasting a worker's time. What runs behind
-    requests, batches, gets a worker that none of them wants, and never the last one where there are several; then it
-    gets only the processor time, too, that nothing else wants.
+    requests, batches, gets a worker that none of them wants, and never the last one where there are several.
 
     Attributes:
         ended: The number of workers that have ended.
@@ -83,7 +78,6 @@ class WorkerPool:
         self._queue = JobQueue(settings.queue_size)
         self._behind: deque[Job] = deque()
         self.most_behind = min(settings.batch_workers or max(1, settings.workers - 1), settings.workers)
-        self._stands_back = self.most_behind < settings.workers
         self.ended = 0
         self._been_ready = False
         self._keepers: list[asyncio.Task[None]] = []
@@ -174,27 +168,23 @@ class WorkerPool:
         Args:
             task: The task, whose own deadline does not count: it may have to wait.
             kind: What tells how long it may take.
-            seconds: The time that it may take once it has a worker, s, without that in which it stands back for others.
+            seconds: The time that it may take once it has a worker, s.
 
         Raises:
             DeadlineExceeded, MemoryExceeded, InternalError: See `run`.
         """
-        task = replace(task, stands_back=self._stands_back)
         job = Job(task, kind, self._costs.expected(kind), _count_nothing, is_behind=True)
         self._behind.append(job)
         self._hand_out_what_is_behind()
         try:
-            worker = await job.begun
-            left, before = seconds, worker.computed()
-            while left > SHORTEST and not (await asyncio.wait([job.reply], timeout=left))[0]:
-                left = seconds - (worker.computed() - before) if worker.wants_processor() else 0.0
-            if job.reply.done():
-                return job.reply.result()
+            await job.begun.wait()
+            async with asyncio.timeout(seconds):
+                return await job.reply
+        except TimeoutError:
+            hint = what_to_do(self._caps.max_deadline)
+            raise DeadlineExceeded(f"there was no answer within the deadline; {hint}") from None
         finally:
-            job.reply.cancel()
             self._leave(job)
-        hint = what_to_do(self._caps.max_deadline)
-        raise DeadlineExceeded(f"there was no answer within the deadline; {hint}")
 
     def _hand_out_what_is_behind(self) -> None:
         """Give jobs that stand back to workers that nobody else wants."""
@@ -281,8 +271,7 @@ class WorkerPool:
             self._repeat(job, worker)
             return
         started = job.started = time.monotonic()
-        if not job.begun.done():
-            job.begun.set_result(worker)
+        job.begun.set()
         learn = self._costs.learn_at_least
         try:
             reply = await worker.run(job.task, job.hold)

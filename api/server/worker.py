@@ -10,7 +10,6 @@ import socket
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from api.errors import Overloaded
@@ -29,9 +28,9 @@ READ_AHEAD = 2**22
 SIGNALS_OF_THE_SERVER = {signal.SIGTERM, signal.SIGINT}
 """The signals that reach the whole process group and are for the server alone: it drains, then ends the workers."""
 
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "MALLOC_ARENA_MAX")
-"""The environment variables that limit numeric libraries to one thread, and memory to what one needs: a worker plans
-one thing at a time, and a process with several threads must not be forked."""
+NUMERIC_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""The environment variables that limit numeric libraries to one thread: a worker plans one thing at a time, and a
+process with several threads must not be forked."""
 
 PROCESSES = ThreadPoolExecutor(1, "processes")
 """The thread that starts processes and notes their ends: the first start waits until the template is warm, and
@@ -40,7 +39,7 @@ PROCESSES = ThreadPoolExecutor(1, "processes")
 
 def start_template() -> None:
     """Start the process that workers are forked from; it gets warm while this process goes on."""
-    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # it inherits them
+    os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))  # it inherits them
     multiprocessing.set_forkserver_preload(["api.workers.template"])
     with _signals_of_the_server_blocked():
         forkserver.ensure_running()
@@ -171,20 +170,6 @@ class Worker:
     def takes(self, job: Job) -> bool:
         """Tell whether it takes a job of this cost."""
         return job.is_cheap or not self.only_cheap
-
-    def computed(self) -> float:
-        """Give the processor time of its threads so far, s; 0 where the kernel does not count it."""
-        return 1e-9 * sum(int(line.split()[0]) for line in self._of_threads("schedstat"))
-
-    def wants_processor(self) -> bool:
-        """Tell whether one of its threads computes, or would if it had a processor."""
-        return any(line.rpartition(") ")[2].startswith("R") for line in self._of_threads("stat"))
-
-    def _of_threads(self, name: str) -> Iterator[str]:
-        """Yield what the kernel tells of each thread; nothing where it tells nothing, or the process has just ended."""
-        with suppress(OSError):
-            for file in Path(f"/proc/{self.pid}/task").glob(f"*/{name}"):
-                yield file.read_text(encoding="ascii", errors="replace")
 
     def kill(self) -> None:
         """End the process at once, if it has not ended, or as soon as it has started."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import resource
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +21,7 @@ if TYPE_CHECKING:
 
 
 def work(channel: socket, caps: Caps) -> None:
-    """Be a worker: set its limits and say with None that it is ready, then answer tasks until the server is no more.
-
-    A thread that stands back may not come forward again without rights, so tasks that do have a thread of their own.
-    """
+    """Be a worker: set its limits and say with None that it is ready, then answer tasks until the server is no more."""
     from api.logs import configure_logs
     from api.workers.execution import execute
 
@@ -33,24 +29,10 @@ def work(channel: socket, caps: Caps) -> None:
     limit = caps.memory_mib * 1024 * 1024
     resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
     configure_logs(caps.log_level)
-    with (
-        suppress(EOFError, ConnectionError),  # until the server is no more
-        channel.makefile("rwb") as stream,
-        ThreadPoolExecutor(1, "behind", _stand_back) as behind,
-    ):
+    with suppress(EOFError, ConnectionError), channel.makefile("rwb") as stream:  # until the server is no more
         _send(stream, None)
         while True:
-            task = _receive(stream)
-            _send(stream, behind.submit(execute, task, caps).result() if task.stands_back else execute(task, caps))
-
-
-def _stand_back() -> None:
-    """Leave the processor, from this thread on, to whatever else wants it, at once.
-
-    A greater `nice` has that effect on the average only: what wakes waits some milliseconds until it gets its turn.
-    """
-    with suppress(OSError):  # a sandbox may not have it
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+            _send(stream, execute(_receive(stream), caps))
 
 
 def hide_main_module() -> None:

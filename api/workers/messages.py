@@ -48,7 +48,6 @@ class Task:
         body: The body as it came.
         arguments: What the operation needs besides the body.
         client: The client that asks, with whom others take turns; empty: the service itself.
-        stands_back: Whether it gets only the processor time that nothing else wants.
     """
 
     operation: str
@@ -58,7 +57,6 @@ class Task:
     body: bytes = b""
     arguments: Mapping[str, Any] = field(default_factory=dict)
     client: str = ""
-    stands_back: bool = False
 
 
 class PlanFigures(NamedTuple):

@@ -11,7 +11,7 @@ import traceback
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from api.server.worker import ONE_THREAD
+from api.server.worker import NUMERIC_THREADS
 from planner.errors import PlanningError
 from tests.jobs.checks import keeps_promises
 from tests.jobs.corpus import job, plan_job
@@ -71,7 +71,7 @@ class Worker:
         self.process.join()
 
     def _start(self) -> None:
-        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))  # the new process inherits them
+        os.environ.update(dict.fromkeys(NUMERIC_THREADS, "1"))  # the new process inherits them
         self._channel, other = self._context.Pipe()
         self.process = self._context.Process(target=_work, args=(other,), daemon=True)
         self.process.start()

@@ -28,7 +28,6 @@ class MadeUpWorker:
         self.ended = asyncio.Event()
         self.begun: list[str] = []
         self.work: asyncio.Future[Reply] | None = None
-        self.processor_times: list[float] = []
 
     async def get_ready(self) -> None:
         self.warm = self.alive = True
@@ -37,13 +36,6 @@ class MadeUpWorker:
         self.begun.append(task.operation)
         self.work = asyncio.get_running_loop().create_future()
         return await self.work
-
-    def computed(self) -> float:
-        """As the test says, one after the other."""
-        return self.processor_times.pop(0) if self.processor_times else 0.0
-
-    def wants_processor(self) -> bool:
-        return bool(self.processor_times)
 
     def takes(self, job: Job) -> bool:
         return job.is_cheap or not self.only_cheap

@@ -342,39 +342,6 @@ def test_what_stands_back_has_its_deadline_from_when_it_begins_and_can_be_cancel
     with_pool(test)
 
 
-def test_the_time_in_which_others_have_the_processor_does_not_count() -> None:
-    """A batch beside requests that never end would have all its deadlines pass, with nothing computed."""
-
-    async def test(running: Running) -> None:
-        worker = running.worker()
-        worker.processor_times = [7.0, 7.0, 7.06, 7.1]  # of 0.1 s asked: nothing, then 0.06, then 0.04
-        behind, started = await running.put_behind("b1", 0.1), time.monotonic()
-        with pytest.raises(DeadlineExceeded):
-            await behind
-        assert 0.24 - 0.01 <= time.monotonic() - started < 1.0
-        worker.finish()
-        await settle()
-
-        worker.processor_times = [7.0, *[7.1] * 9]
-        behind = await running.put_behind("b2", 0.4)
-        await asyncio.sleep(0.5)
-        worker.finish()
-        assert (await behind).status == 200
-
-    with_pool(test, workers=1)
-
-
-def test_what_rests_has_its_deadline_by_the_clock() -> None:
-    """It waits for something that never comes."""
-
-    async def test(running: Running) -> None:
-        behind = await running.put_behind("b1", 0.05)
-        with pytest.raises(DeadlineExceeded):
-            await asyncio.wait_for(behind, 1.0)
-
-    with_pool(test, workers=1)
-
-
 def test_what_stands_back_is_repeated_when_its_worker_is_killed() -> None:
     async def test(running: Running) -> None:
         behind = await running.put_behind("b1")
