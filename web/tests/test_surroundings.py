@@ -129,6 +129,8 @@ def test_speed_zones_are_asked_and_seen(browser: Browser, service: RunningServic
             expect(row).to_contain_text("to walkway")
             expect(row).to_contain_text(f"{zone['peak']:.3g} / {zone['limit']:g} m/s")
             expect(row).to_contain_text(f"{zone['intervals'][0][0]:.2f} to {zone['intervals'][0][1]:.2f} s")
+            expect(row).to_contain_text(f"fastest: {zone['link']}")
+            expect(row.locator(".exceeded")).to_have_count(0)
         expect(page.locator(".track .slow")).to_have_count(3)  # the narrow zone parts the wide one
         page.get_by_role("button", name="Tool speed", exact=True).click()
         section = page.get_by_role("region", name="Slow near objects")

@@ -2,6 +2,7 @@
 import type { Check, Clearance, Robot, SpeedZoneAnswer } from '../service/types';
 import { factorOf, millimetres, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/limits';
+import { zoneNotes } from '../plan/zones';
 import { seek } from '../state/playback';
 import { robot, shownPlan } from '../state/store';
 import { goToNearest, KINDS, marginOf } from '../state/surroundings';
@@ -60,7 +61,7 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
         {!check.enforced && <small>{texts.result.reported}</small>}
       </th>
       <td>{used === null ? '–' : <Meter used={used} enforced={check.enforced} />}</td>
-      <td class="number">{figures(check, arm)}</td>
+      <td class="number figures">{figures(check, arm)}</td>
       <td class="number">
         <Moment time={check.time} onGo={() => seek(check.time)} />
       </td>
@@ -87,20 +88,22 @@ function ClearanceLine({ kind, clearance }: { kind: Kind; clearance: Clearance }
   );
 }
 
-// How fast the robot is near objects, and in which times it counts as near.
+// How fast the robot is near objects, with what, and in which times it counts as near.
 function ZoneLine({ zone }: { zone: SpeedZoneAnswer }) {
-  const { clearance, objects, peak, limit, ratio, time, intervals } = zone;
+  const { clearance, peak, limit, ratio, time } = zone;
+  const { about, fastest, exceeded } = zoneNotes(zone);
   return (
     <tr>
       <th scope="row">
         {texts.zones.checked(short(clearance * 1000))}
-        <small>{texts.zones.about(objects)}</small>
-        <small>{intervals.length > 0 ? texts.zones.during(intervals.map(([from, to]) => texts.zones.interval(from!.toFixed(2), to!.toFixed(2)))) : texts.zones.never}</small>
+        <small>{about}</small>
+        {fastest && <small>{fastest}</small>}
+        {exceeded && <small class="exceeded">{exceeded}</small>}
       </th>
       <td>
         <Meter used={ratio * 100} enforced />
       </td>
-      <td class="number">
+      <td class="number figures">
         {short(peak, 3)} / {short(limit, 3)} m/s
       </td>
       <td class="number">{time === null ? '–' : <Moment time={time} onGo={() => seek(time)} />}</td>

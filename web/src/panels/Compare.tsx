@@ -1,10 +1,11 @@
 // Several back ends side by side; their paths are ghosts on the stage.
-import type { Backend, ComparedBackend } from '../service/types';
+import type { Backend } from '../service/types';
 import { short } from '../plan/units';
 import { jointColour } from '../plots/colours';
 import { show } from '../state/actions';
 import { compare } from '../state/planning';
 import { compared, comparing, request } from '../state/store';
+import type { Compared } from '../state/store';
 import { texts } from '../texts';
 
 export function Compare() {
@@ -23,6 +24,7 @@ export function Compare() {
                 <th scope="col">{texts.compare.effort}</th>
                 <th scope="col">{texts.compare.jerk}</th>
                 <th scope="col">{texts.compare.deviation}</th>
+                <th scope="col">{texts.compare.took}</th>
                 <th scope="col">
                   <span class="visually-hidden">{texts.compare.use}</span>
                 </th>
@@ -41,21 +43,22 @@ export function Compare() {
   );
 }
 
-function Entry({ entry, index }: { entry: ComparedBackend; index: number }) {
-  const { backend, duration, effort, rms_jerk, path_deviation, problem } = entry;
+function Entry({ entry, index }: { entry: Compared; index: number }) {
+  const { backend, duration, effort, rms_jerk, path_deviation, problem, took } = entry;
   return (
     <tr>
       <th scope="row">
         <span class="swatch" style={{ background: jointColour(index) }} /> {backend}
       </th>
       {problem ? (
-        <td colSpan={4}>{problem.title}</td>
+        <td colSpan={5}>{problem.title}</td>
       ) : (
         <>
           <td class="number">{figure(duration)}</td>
           <td class="number">{figure(effort)}</td>
           <td class="number">{figure(rms_jerk)}</td>
           <td class="number">{figure(path_deviation === null ? null : path_deviation * 1000)}</td>
+          <td class="number">{figure(took === null ? null : Math.round(took * 1000))}</td>
         </>
       )}
       <td>

@@ -7,11 +7,12 @@ import { request, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
 
 export function Refusal({ problem }: { problem: Problem }) {
-  const { waypoint, segment, joint } = problem;
+  const { waypoint, segment, joint, time, pair } = problem;
   const where = [
     waypoint === null || waypoint === undefined ? null : texts.refusal.waypoint(waypoint),
     segment === null || segment === undefined ? null : texts.refusal.segment(segment),
     joint,
+    typeof time === 'number' && !pair ? texts.refusal.at(seconds(time)) : null,
   ].filter((part) => part !== null && part !== undefined);
   return (
     <section class="refusal" role="alert" aria-label={texts.refusal.label}>

@@ -1,5 +1,6 @@
 // When the robot is in which of its speed zones.
-import type { PlanAnswer } from '../service/types';
+import type { PlanAnswer, SpeedZoneAnswer } from '../service/types';
+import { texts } from '../texts';
 
 export interface Slow {
   from: number; // s
@@ -17,4 +18,24 @@ export function slowTimes({ certificate }: PlanAnswer): Slow[] {
     const limits = all.filter((zone) => zone.from <= from && to <= zone.to).map(({ limit }) => limit);
     return limits.length > 0 ? [{ from, to, limit: Math.min(...limits) }] : [];
   });
+}
+
+export interface ZoneNotes {
+  about: string; // which objects, and when the robot is near them
+  fastest: string | null; // the link of the fastest point
+  exceeded: string | null; // when the speed may be too high
+}
+
+// What is said of a zone of the certificate besides its figures.
+export function zoneNotes({ objects, intervals, link, exceeded }: SpeedZoneAnswer): ZoneNotes {
+  const near = intervals.length > 0 ? texts.zones.during(times(intervals)) : texts.zones.never;
+  return {
+    about: `${texts.zones.about(objects)}, ${near}`,
+    fastest: link === null ? null : texts.zones.fastest(link),
+    exceeded: exceeded.length > 0 ? texts.zones.exceeded(times(exceeded)) : null,
+  };
+}
+
+function times(intervals: readonly (readonly number[])[]): string[] {
+  return intervals.map(([from, to]) => texts.zones.interval(from!.toFixed(2), to!.toFixed(2)));
 }

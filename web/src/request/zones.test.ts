@@ -1,6 +1,6 @@
 import { describe, expect, test } from 'vitest';
-import { slowTimes } from '../plan/zones';
-import type { FreeMotion, PlanAnswer, PlanRequest } from '../service/types';
+import { slowTimes, zoneNotes } from '../plan/zones';
+import type { FreeMotion, PlanAnswer, PlanRequest, SpeedZoneAnswer } from '../service/types';
 import { budgeted, motionsOf, optimised } from './motions';
 import { aboutObject, withAnotherZone, withoutZone, withZone, zonesOf } from './zones';
 
@@ -37,6 +37,21 @@ describe('speed zones', () => {
       { from: 7, to: 8, limit: 0.6 },
     ]);
     expect(slowTimes({ certificate: {} } as unknown as PlanAnswer)).toEqual([]);
+  });
+
+  test('tell which link is fastest and when it may be too fast', () => {
+    const zone = { objects: ['walkway'], intervals: [[1, 2.5], [4, 5]], link: 'link_3', exceeded: [[4.125, 4.5]] };
+    expect(zoneNotes(zone as unknown as SpeedZoneAnswer)).toEqual({
+      about: 'to walkway, 1.00 to 2.50, 4.00 to 5.00 s',
+      fastest: 'fastest: link_3',
+      exceeded: 'may be too fast: 4.13 to 4.50 s',
+    });
+    const never = { objects: null, intervals: [], link: null, exceeded: [] };
+    expect(zoneNotes(never as unknown as SpeedZoneAnswer)).toEqual({
+      about: 'to all that stand still, it is never so near',
+      fastest: null,
+      exceeded: null,
+    });
   });
 });
 

@@ -1,6 +1,7 @@
 // Has the request planned, a moment after its last change; an answer to an older request is dropped.
 import { batch } from '@preact/signals';
 import { client, outcome } from '../service/client';
+import { timings } from '../service/timing';
 import type { Include, PlanAnswer, PlanRequest, Robot } from '../service/types';
 import { backends, compared, comparing, notice, plan, planning, problem, request, robot } from './store';
 import { duration, time } from './playback';
@@ -66,11 +67,13 @@ export async function compare(): Promise<void> {
   const rest = { ...asked, backend: undefined };
   const kinds = backends.value.map(({ kind }) => ({ kind }));
   const body = { ...rest, include: ['tcp_pose'] as Include[], backends: kinds as never };
-  const found = await outcome(client.POST('/v1/trajectories/compare', { body }));
+  const call = client.POST('/v1/trajectories/compare', { body });
+  const found = await outcome(call);
+  const took = timings(found.answer ? (await call).response.headers.get('Server-Timing') : null);
   batch(() => {
     comparing.value = false;
     if (request.value !== asked) return;
-    if (found.answer) compared.value = found.answer.results;
+    if (found.answer) compared.value = found.answer.results.map((entry, index) => ({ ...entry, took: took.get(`backend_${index}`) ?? null }));
     else problem.value = found.problem;
   });
 }

@@ -19,6 +19,10 @@ export interface Planned {
   took: number; // s, as the caller waited
 }
 
+export interface Compared extends ComparedBackend {
+  took: number | null; // s, of the service's processes
+}
+
 export const robots = signal<readonly RobotSummary[]>([]);
 export const backends = signal<readonly BackendDescription[]>([]);
 export const request = signal<PlanRequest | null>(null);
@@ -28,7 +32,7 @@ export const links = signal<readonly LinkShape[]>([]); // that can collide: of r
 export const plan = signal<Planned | null>(null);
 export const problem = signal<Problem | null>(null);
 export const planning = signal(false);
-export const compared = signal<readonly ComparedBackend[] | null>(null);
+export const compared = signal<readonly Compared[] | null>(null);
 export const comparing = signal(false);
 export const selected = signal(0);
 export const notice = signal(''); // the last thing that happened, for those who listen

@@ -52,6 +52,7 @@ export const ofResult = {
     place: 'The robot is shown there in red.',
     pair: (pair: readonly string[], depth: string, time: string | null) => `${pair.join(' and ')}: ${depth} too near${time === null ? '' : `, from ${time} on`}.`,
     show: 'Show the waypoint',
+    at: (time: string) => `at ${time}`,
   },
   compare: {
     start: 'Compare all back ends',
@@ -60,7 +61,8 @@ export const ofResult = {
     duration: 'Time (s)',
     effort: 'Effort',
     jerk: 'Jerk (rms)',
-    deviation: 'Off the path (mm)',
+    deviation: 'Off path (mm)',
+    took: 'Com\u00adputed (ms)',
     use: 'Use',
     hint: 'The paths are shown as dashed lines in the colours of the table.',
   },

@@ -37,6 +37,8 @@ export const ofWaypoints = {
     during: (intervals: readonly string[]) => `${intervals.join(', ')} s`,
     interval: (from: string, to: string) => `${from} to ${to}`,
     never: 'it is never so near',
+    fastest: (link: string) => (link === 'tool' ? 'fastest: the tool' : `fastest: ${link}`),
+    exceeded: (intervals: readonly string[]) => `may be too fast: ${intervals.join(', ')} s`,
     legend: 'Shaded: in a speed zone.',
     about: (objects: readonly string[] | null) => (objects === null ? 'to all that stand still' : `to ${objects.join(', ')}`),
   },
