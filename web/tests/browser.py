@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
+from tests.locations import ROOT
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from playwright.sync_api import Browser, Page, Playwright
+    from playwright.sync_api import Browser, Page, Playwright, Response
 
 CHROMIUM = "/usr/bin/chromium"
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -77,9 +80,19 @@ def planned(page: Page) -> str:
 
 
 def choose_example(page: Page, name: str) -> None:
-    """Choose an example by its group and name, and wait for its plan."""
-    page.get_by_label("Example").select_option(name)
-    page.locator("p[role=status]", has_text="Planned").wait_for(state="attached")
+    """Choose an example by its group and name, and wait for its plan: until then, the one before may be shown."""
+    group, _, file = name.rpartition("/")
+    folder = ROOT / "examples" / ("jobs" if group == "jobs" else "")
+    waypoints = json.loads((folder / f"{file}.json").read_text())["waypoints"]
+
+    def is_its_plan(answer: Response) -> bool:
+        if not (urlsplit(answer.url).path.endswith("/v1/trajectories") and answer.ok):
+            return False
+        asked = answer.request.post_data_json
+        return asked is not None and asked["waypoints"] == waypoints
+
+    with page.expect_response(is_its_plan):
+        page.get_by_label("Example").select_option(name)
     planned(page)
 
 
