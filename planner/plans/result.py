@@ -110,7 +110,7 @@ class Plan:
         return draw_plan(self, show or None, joints=joints, axes=axes, view=view, title=title)
 
     def animate(self, *, view: str = "isometric", speed: float = 1.0) -> Animation:
-        """Let the stick model of the robot move along the trajectory; notebooks and browsers play it.
+        """Let the stick model of the robot move along the trajectory in its scene; notebooks and browsers play it.
 
         Args:
             view: Where it is looked at from: `isometric`, or onto the plane `xy`, `xz` or `yz` of the base.

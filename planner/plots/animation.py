@@ -1,4 +1,4 @@
-"""The moving stick model of a robot along a trajectory, as an SVG that plays by itself and needs nothing else."""
+"""The moving stick model of a robot along a trajectory in its scene, as an SVG that plays by itself."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from planner.plots.quantities import MILLIMETRES
 from planner.plots.stick_model import stick_model
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from planner.plots.planned import Planned
     from planner.spatial import FloatArray
 
@@ -46,6 +48,9 @@ HEIGHT = 480.0
 EDGE = 40.0
 """Room around what moves, points."""
 
+SAME_POINT = 8.0
+"""Distance, points, below which two waypoints have their names on one line."""
+
 PAGE = """\
 <div style="max-width: {width:g}px">
 {svg}
@@ -73,7 +78,7 @@ class Animation:
 
 
 def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> Animation:
-    """Let the stick model of a robot move along a planned trajectory.
+    """Let the stick model of a robot move along a planned trajectory, with what it carries, in what stands around it.
 
     Args:
         plan: The plan.
@@ -92,35 +97,77 @@ def animate(plan: Planned, *, view: str = "isometric", speed: float = 1.0) -> An
     times = np.linspace(0.0, trajectory.duration, count)
     (positions,) = trajectory.evaluate(times, (0,))
     segments = trajectory.segments[trajectory.locate(times)[0]].tolist()
-    models = [
-        stick_model(plan.path.dynamics.robot_on(segment), position)
-        for segment, position in zip(segments, positions, strict=True)
-    ]
-    frames = np.array(models) @ np.array(DIRECTIONS[view]).T * MILLIMETRES  # (times, points, 2)
-    low, extent = frames.min(axis=(0, 1)), np.maximum(np.ptp(frames, axis=(0, 1)), 1.0)
+    models = np.array(
+        [
+            stick_model(plan.path.dynamics.robot_on(segment), position)
+            for segment, position in zip(segments, positions, strict=True)
+        ]
+    )  # (times, points, 3)
+    duration = max(trajectory.duration / speed, SHORTEST)
+    timing = f'dur="{duration:.4f}s" repeatCount="indefinite"'
+    points = models.reshape(-1, 3)
+    if plan.problem.scene is None:
+        return Animation(_svg(plan, _projecting(points, view)(models), times, timing), duration)
+    from planner.plots.space.moving import Frames, paint_surroundings, projection, with_surroundings
+
+    shown = with_surroundings(plan, points)
+    project = _projecting(shown, view)
+    seen = projection(DIRECTIONS[view], project)
+    painted = paint_surroundings(plan, Frames(segments, positions), models, shown, seen, timing)
+    return Animation(_svg(plan, project(models), times, timing, painted.behind, painted.before), duration)
+
+
+def _projecting(points: FloatArray, view: str) -> Callable[[FloatArray], FloatArray]:
+    """Return what takes points (..., 3), m, to the picture (..., 2) that shows all of some points (N, 3), m."""
+    directions = np.array(DIRECTIONS[view]).T * MILLIMETRES
+    shown = points @ directions
+    low, extent = shown.min(axis=0), np.maximum(np.ptp(shown, axis=0), 1.0)
     scale = float(((WIDTH - 2.0 * EDGE, HEIGHT - 2.0 * EDGE) / extent).min())
     middle = 0.5 * np.array([WIDTH, HEIGHT])
-    shown = middle + (frames - low - 0.5 * extent) * scale * (1.0, -1.0)
-    duration = max(trajectory.duration / speed, SHORTEST)
-    return Animation(_svg(plan, shown, times, duration), duration)
+
+    def project(those: FloatArray) -> FloatArray:
+        projected: FloatArray = middle + (those @ directions - low - 0.5 * extent) * scale * (1.0, -1.0)
+        return projected
+
+    return project
 
 
-def _svg(plan: Planned, frames: FloatArray, times: FloatArray, duration: float) -> str:
-    """Write points (times, points, 2) down: the path of the last, the waypoints, and the sticks that move."""
+def _svg(
+    plan: Planned,
+    frames: FloatArray,
+    times: FloatArray,
+    timing: str,
+    behind: Sequence[str] = (),
+    before: Sequence[str] = (),
+) -> str:
+    """Write points (times, points, 2) down: the path of the last, the waypoints, and the sticks that move.
+
+    Args:
+        plan: The plan.
+        frames: The points.
+        times: Their times (times,), s.
+        timing: The attributes of every `animate` that say how long it takes.
+        behind: Elements that the robot is drawn over.
+        before: Elements that are drawn over it.
+    """
     tool = frames[:, -1]
-    timing = f'dur="{duration:.4f}s" repeatCount="indefinite"'
     rows = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" width="100%" role="img">',
         f"<title>{escape(plan.path.robot.id)} in motion</title>",
         f'<rect width="{WIDTH:g}" height="{HEIGHT:g}" fill="#ffffff"/>',
         '<marker id="planner-joint" markerWidth="4" markerHeight="4" refX="2" refY="2">',
         '<circle cx="2" cy="2" r="1.1" fill="#333333" stroke="#ffffff" stroke-width="0.3"/></marker>',
+        *behind,
         f'<polyline points="{_points(tool)}" fill="none" stroke="#0072B2" stroke-width="1.5"/>',
     ]
+    named: dict[tuple[float, float], list[str]] = {}
     for stop in stops_of(plan):
-        x, y = (np.interp(stop.arrival, times, tool[:, k]) for k in (0, 1))
+        x, y = (float(np.interp(stop.arrival, times, tool[:, k])) for k in (0, 1))
+        near = next((at for at in named if np.hypot(at[0] - x, at[1] - y) < SAME_POINT), (x, y))
+        named.setdefault(near, []).append(stop.name)
         rows.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#0072B2"/>')
-        name = escape(stop.name)
+    for (x, y), names in named.items():
+        name = escape(", ".join(dict.fromkeys(names)))
         rows.append(f'<text x="{x + 6:.1f}" y="{y - 6:.1f}" font-family="sans-serif" font-size="12">{name}</text>')
     values = ";".join(map(_points, frames))
     rows += [
@@ -132,7 +179,9 @@ def _svg(plan: Planned, frames: FloatArray, times: FloatArray, duration: float) 
     rows += [
         f'<circle r="5" cx="{tool[0, 0]:.1f}" cy="{tool[0, 1]:.1f}" fill="#D55E00">',
         f'<animate attributeName="cx" {timing} values="{across}"/>',
-        f'<animate attributeName="cy" {timing} values="{down}"/></circle></svg>',
+        f'<animate attributeName="cy" {timing} values="{down}"/></circle>',
+        *before,
+        "</svg>",
     ]
     return "\n".join(rows)
 

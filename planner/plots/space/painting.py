@@ -14,7 +14,7 @@ from planner.plots.space.space import BEHIND, LINES, Style
 from planner.plots.space.surroundings import ROOM, foot_of, grown, patch, surroundings, within
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from matplotlib.artist import Artist
 
@@ -71,16 +71,8 @@ def finish_with_surroundings(space: Space, plan: Planned) -> None:
     everything = surroundings(plan)
     low, high = space.bounds()
     near = everything.within(*grown(low, high, ROOM))
-    for points in (
-        *(points for _, points in near.clouds),
-        *(solid.vertices for solid in near.solids if not solid.cuts),
-    ):
+    for points in shown_points(near, low, high):
         space.include(points)
-    for solid in near.solids:
-        if solid.cuts:
-            space.include(_beginning(solid, low, high).vertices)
-    for plane in near.planes:
-        space.include(foot_of(plane, 0.5 * (low + high))[None])
     space.finish()
     solids = [part for solid in near.solids if (part := within(solid, *space.limits())) is not None]
     plates = [plate for plane in everything.planes if (plate := patch(plane, *space.limits())) is not None]
@@ -90,6 +82,15 @@ def finish_with_surroundings(space: Space, plan: Planned) -> None:
         space.cloud(points[::stride], STANDING.edge, gid=f"scene.{name}")
     _write_names(space, [solid for solid in solids if not solid.carried], plates)
     _tell(space, everything, near, plates)
+
+
+def shown_points(near: Surroundings, low: FloatArray, high: FloatArray) -> Iterator[FloatArray]:
+    """Yield points (N, 3), m, of what is near that a view of the robot between ends (3,), m, shows as well."""
+    yield from (points for _, points in near.clouds)
+    for solid in near.solids:
+        yield _beginning(solid, low, high).vertices if solid.cuts else solid.vertices
+    for plane in near.planes:
+        yield foot_of(plane, 0.5 * (low + high))[None]
 
 
 def _beginning(solid: Solid, low: FloatArray, high: FloatArray) -> Solid:
@@ -103,7 +104,7 @@ def _beginning(solid: Solid, low: FloatArray, high: FloatArray) -> Solid:
 def _paint(space: Space, solids: Sequence[Solid], plates: list[Solid]) -> None:
     """Paint solids and plates of planes, those that hide the robot over it and thinly."""
     camera = space.camera()
-    robot = np.concatenate([_between(line) for line in space.lines])
+    robot = np.concatenate([points_along(line) for line in space.lines])
     behind, before = BEHIND, LINES + 0.5
     everything = [*solids, *plates]
     speck = SPECK * float(np.ptp(space.limits(), axis=0).max())
@@ -120,7 +121,7 @@ def _paint(space: Space, solids: Sequence[Solid], plates: list[Solid]) -> None:
         space.area(solid.outline(camera), solid.edges(camera), style, order, f"scene.{solid.name}.{number}")
 
 
-def _between(line: FloatArray) -> FloatArray:
+def points_along(line: FloatArray) -> FloatArray:
     """Return points (N, 3) all along a line through points (N, 3)."""
     if len(line) > STEPS * STEPS:
         return line

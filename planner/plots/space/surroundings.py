@@ -16,11 +16,12 @@ from planner.shapes.surfaces import surface, surface_around
 from planner.spatial import rotation_with_z_along
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from planner.plots.planned import Planned
     from planner.scene import CollisionChecker
     from planner.scene.obstacles import Obstacle
+    from planner.shapes import Shape
     from planner.spatial import FloatArray
 
 ROOM = 0.75
@@ -71,33 +72,49 @@ def surroundings(plan: Planned) -> Surroundings:
     if plan.problem.scene is None:
         return Surroundings((), (), (), {})
     checkers = segment_checkers(plan.problem, plan.path.positions)
-    pieces: dict[tuple[float, ...], Obstacle] = {}
-    margins: dict[str, float] = {}
-    for checker in dict.fromkeys(checkers):
-        for piece in checker.obstacles.all:
-            pose = np.round(np.append(piece.translation, piece.rotation), POSE_DECIMALS).tolist()
-            pieces.setdefault((id(piece.shape), *pose), piece)
-            margins[piece.name] = plan.problem.scene.margin if piece.margin is None else piece.margin
+    pieces = [piece for piece, _ in standing_pieces(checkers)]
+    default = plan.problem.scene.margin
+    margins = {piece.name: default if piece.margin is None else piece.margin for piece in pieces}
     solids: list[Solid] = []
     planes: list[tuple[str, FloatArray, float]] = []
     seen: dict[str, list[FloatArray]] = {}
-    for piece in pieces.values():
+    for piece in pieces:
         if isinstance(piece.shape, Cluster):
             seen.setdefault(piece.name, []).append(piece.shape.centers @ piece.rotation.T + piece.translation)
         elif isinstance(piece.shape, HalfSpace):
-            normal = piece.rotation @ piece.shape.normal
-            planes.append((piece.name, normal, float(piece.shape.offset + normal @ piece.translation)))
+            planes.append(plane_of(piece, piece.shape))
         else:
-            vertices, faces = surface(piece.shape)
-            solids.append(Solid(piece.name, vertices @ piece.rotation.T + piece.translation, faces))
+            solids.append(solid_of(piece, piece.shape))
     for stop in stops_of(plan):
         checker = checkers[min(stop.row, len(checkers) - 1)]
-        solids += _carried(checker, plan.path.positions[stop.row])
+        solids += carried_solids(checker, plan.path.positions[stop.row])
     clouds = tuple((name, np.concatenate(parts)) for name, parts in seen.items())
     return Surroundings(tuple(solids), tuple(planes), clouds, margins)
 
 
-def _carried(checker: CollisionChecker, position: FloatArray) -> Iterator[Solid]:
+def standing_pieces(checkers: Sequence[CollisionChecker]) -> list[tuple[Obstacle, list[CollisionChecker]]]:
+    """Return each piece of what stands, once for each of its places, with those of checkers that have it there."""
+    pieces: dict[tuple[float, ...], tuple[Obstacle, list[CollisionChecker]]] = {}
+    for checker in dict.fromkeys(checkers):
+        for piece in checker.obstacles.all:
+            pose = np.round(np.append(piece.translation, piece.rotation), POSE_DECIMALS).tolist()
+            pieces.setdefault((id(piece.shape), *pose), (piece, []))[1].append(checker)
+    return list(pieces.values())
+
+
+def solid_of(piece: Obstacle, shape: Shape) -> Solid:
+    """Return a piece of a convex shape, in the base frame."""
+    vertices, faces = surface(shape)
+    return Solid(piece.name, vertices @ piece.rotation.T + piece.translation, faces)
+
+
+def plane_of(piece: Obstacle, shape: HalfSpace) -> tuple[str, FloatArray, float]:
+    """Return the name of a half space, the normal (3,) out of it and its offset, m, in the base frame."""
+    normal = piece.rotation @ shape.normal
+    return piece.name, normal, float(shape.offset + normal @ piece.translation)
+
+
+def carried_solids(checker: CollisionChecker, position: FloatArray) -> Iterator[Solid]:
     """Yield the pieces of what a robot carries at a posture (joints,)."""
     names = {thing.id for thing in checker.scene.attached}
     rotations, origins = checker.bodies.frames(position[None])
