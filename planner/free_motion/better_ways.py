@@ -96,10 +96,10 @@ class BetterWays:
             return np.stack([self._start, goal])
         low, high = np.minimum(self._start, goal), np.maximum(self._start, goal)
         beyond = np.maximum(0.0, self._cost.farthest(least) - (high - low)) / 2.0
-        lower, upper = np.maximum(self._within[0], low - beyond), np.minimum(self._within[1], high + beyond)
+        within = np.maximum(self._within[0], low - beyond), np.minimum(self._within[1], high + beyond)
         most = self.edges.most
         self.edges.most = min(most, self.edges.checked + CHECKS_OF_A_SEARCH)
-        met = Trees(self.edges, self._start, goal[None]).find_way(lower, upper, rng)
+        met = Trees(self.edges, self._start, goal[None], within).find_way(rng)
         self.edges.most = most
         if met is None:
             return None

@@ -61,6 +61,13 @@ class FreeEdges:
         """Whether one of some joint positions (positions, joints) seems to keep clear."""
         return any(not self._quick.sees_collision(position[None]) for position in positions)
 
+    def levers(self, positions: FloatArray) -> FloatArray:
+        """Measure how far from each joint's axis, at postures (N, joints), what it moves goes (N, joints), m.
+
+        It is 1 where a joint slides something, and 0 where it moves nothing.
+        """
+        return np.asarray(self._checker.bodies.at(positions).levers.max(axis=1, initial=0.0), dtype=np.float64)
+
     def seems_free(self, start: FloatArray, end: FloatArray) -> bool:
         """Whether no collision is seen on the straight motion between two joint positions (joints,)."""
         self.checked += 1

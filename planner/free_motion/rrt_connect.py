@@ -15,6 +15,25 @@ if TYPE_CHECKING:
 STEP = 0.75
 """The longest edge, rad (a metre counts as a radian): about what a posture in the open has of free space around it."""
 
+FIRST_RADIUS = 4.0 * STEP
+"""How far from a node random positions may be, rad or m, once something was in the way from it towards one of them."""
+
+LEAST_RADIUS = STEP
+"""How far they always may be."""
+
+CHANGE = 0.1
+"""The share by which that gets less each time that something is in the way, and more each time that nothing is."""
+
+DRAWN = 64
+"""The number of random positions that are drawn for one within such a radius; if none is, the first is taken."""
+
+POSTURES = 64
+"""The number of random postures at which it is measured how far joints move the robot."""
+
+LEAST_WEIGHT = 0.05
+"""What a joint weighs at least, as a share of what the weightiest does: a tree that is led towards a position comes
+nearer to it with each step, also where only a joint has to turn that moves hardly anything."""
+
 
 class Meeting(NamedTuple):
     """A way that joins two trees which have met.
@@ -31,35 +50,44 @@ class Meeting(NamedTuple):
 class Trees:
     """Two trees: what the start leads to, and what leads to one of the goals.
 
+    What is near to what is measured by how far the robot moves: a radian of a joint weighs as much as its lever, the
+    largest distance from its axis of what it moves, in the mean of random postures (a metre of one that slides weighs
+    1 m). Where all joints weigh the same, it is mostly the wrist that decides from where a tree grows, and an arm that
+    has to be drawn out of something is pushed against it again and again.
+
     Attributes:
         from_start: The tree whose root is the start.
         from_goals: The tree whose roots are the goals.
     """
 
-    def __init__(self, edges: FreeEdges, start: FloatArray, goals: FloatArray) -> None:
+    def __init__(
+        self, edges: FreeEdges, start: FloatArray, goals: FloatArray, within: tuple[FloatArray, FloatArray]
+    ) -> None:
         """Begin with free joint positions.
 
         Args:
             edges: Proves the motions.
             start: (joints,), rad or m.
             goals: (goals, joints), rad or m.
+            within: The lowest and the highest (joints,) of random positions, rad or m.
         """
-        self.edges = edges
-        self.from_start, self.from_goals = Tree(start[None]), Tree(goals)
+        self.edges, self._within = edges, within
+        postures = np.random.default_rng(0).uniform(*within, (POSTURES, len(start)))
+        levers = edges.levers(postures).mean(axis=0)
+        weights = np.maximum(levers, LEAST_WEIGHT * levers.max())
+        self.from_start, self.from_goals = Tree(start[None], weights), Tree(goals, weights)
 
-    def find_way(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> Meeting | None:
+    def find_way(self, rng: np.random.Generator) -> Meeting | None:
         """Grow the trees until they meet on a way that is proved free; a motion that is not is cut from its tree.
 
         Args:
-            lower: (joints,), where random positions begin, rad or m.
-            upper: (joints,), where they end.
-            rng: Source of the positions.
+            rng: Source of the random positions.
 
         Returns:
             Where they met; None: the budget of the edges is spent.
         """
         while True:
-            rows = self._grow_until_met(lower, upper, rng)
+            rows = self._grow_until_met(rng)
             if rows is None:
                 return None
             before, after = self.from_start.branch(rows[0])[::-1], self.from_goals.branch(rows[1])
@@ -73,7 +101,7 @@ class Trees:
             else:
                 self.from_goals.cut(after[failed - (len(before) - 1)])
 
-    def _grow_until_met(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> tuple[int, int] | None:
+    def _grow_until_met(self, rng: np.random.Generator) -> tuple[int, int] | None:
         """Grow the smaller tree towards a random position, and the other one towards what came of it, until they meet.
 
         Returns:
@@ -82,25 +110,43 @@ class Trees:
         while self.edges.has_budget:
             is_forward = len(self.from_start) <= len(self.from_goals)
             growing, other = (self.from_start, self.from_goals) if is_forward else (self.from_goals, self.from_start)
-            new = self._extend(growing, rng.uniform(lower, upper))
+            origin, target = self._drawn(growing, rng)
+            new = self._extend(growing, origin, target)
             if new is None:
+                growing.radii[origin] = np.clip((1.0 - CHANGE) * growing.radii[origin], LEAST_RADIUS, FIRST_RADIUS)
                 continue
+            growing.radii[origin] *= 1.0 + CHANGE
             target = growing.positions[new].copy()
             reached = self._connect(other, target)
             if reached is not None:
                 return (new, reached) if is_forward else (reached, new)
         return None
 
-    def gap(self) -> tuple[float, int]:
-        """Measure how near the trees have come to each other: the distance, and the row of the first one's position."""
-        ends = self.from_goals.positions
-        nearest = [ends[self.from_goals.nearest(position)] for position in self.from_start.positions]
-        distances = np.linalg.norm(self.from_start.positions - np.array(nearest), axis=1)
-        return float(distances.min()), int(distances.argmin())
+    def _drawn(self, tree: Tree, rng: np.random.Generator) -> tuple[int, FloatArray]:
+        """Draw a random position (joints,), and the row from which a tree goes towards it.
 
-    def _extend(self, tree: Tree, target: FloatArray) -> int | None:
-        """Go one step from the nearest position of a tree towards a target (joints,)."""
-        origin = tree.nearest(target)
+        It is the first of some that is not beyond the radius of what is nearest to it (Jaillet, Yershova, LaValle and
+        Simeon, Adaptive tuning of the sampling domain for dynamic-domain RRTs, IROS 2005): where a tree has been held
+        up, it is not sent in the same direction for ever.
+        """
+        targets = rng.uniform(*self._within, (DRAWN, len(self._within[0])))
+        origins = tree.nearest(targets)
+        is_in_domain = np.linalg.norm(targets - tree.positions[origins], axis=1) <= tree.radii[origins]
+        chosen = int(is_in_domain.argmax())
+        return int(origins[chosen]), targets[chosen]
+
+    def gap(self) -> tuple[float, int]:
+        """Measure how near the trees have come to each other: the distance, and the row of the first one's position.
+
+        All joints weigh the same in it, rad or m.
+        """
+        ends = self.from_goals.positions
+        distances = [float(np.linalg.norm(ends - position, axis=1).min()) for position in self.from_start.positions]
+        row = int(np.argmin(distances))
+        return distances[row], row
+
+    def _extend(self, tree: Tree, origin: int, target: FloatArray) -> int | None:
+        """Go one step from the position of a row of a tree towards a target (joints,)."""
         start = tree.positions[origin]
         distance = float(np.linalg.norm(target - start))
         end = target if distance <= STEP else start + (target - start) * (STEP / distance)
@@ -108,7 +154,7 @@ class Trees:
 
     def _connect(self, tree: Tree, target: FloatArray) -> int | None:
         """Go on step by step until a target (joints,) is reached; None: something is in the way."""
-        new = self._extend(tree, target)
+        new = self._extend(tree, int(tree.nearest(target[None])[0]), target)
         while new is not None and self.edges.has_budget and (tree.positions[new] != target).any():
-            new = self._extend(tree, target)
+            new = self._extend(tree, new, target)
         return new if new is not None and (tree.positions[new] == target).all() else None

@@ -18,11 +18,13 @@ class Tree:
 
     Attributes:
         positions: (nodes, joints), rad or m: the roots, then the others in the order in which they were found.
+        radii: (nodes,), rad or m: how far from each of them random positions may be, for it to go towards them;
+            infinite to begin with.
     """
 
-    def __init__(self, roots: FloatArray) -> None:
-        """Begin with roots (roots, joints)."""
-        self._rows = np.array(roots, dtype=np.float64)
+    def __init__(self, roots: FloatArray, weights: FloatArray) -> None:
+        """Begin with roots (roots, joints), and what a radian or metre of each joint weighs in distances (joints,)."""
+        self._rows, self._radii, self._weights = np.array(roots, dtype=np.float64), np.full(len(roots), np.inf), weights
         self._origins = [ROOT] * len(roots)
 
     def __len__(self) -> int:
@@ -33,16 +35,24 @@ class Tree:
         """The joint positions."""
         return self._rows[: len(self)]
 
-    def nearest(self, position: FloatArray) -> int:
-        """Return the row of the position that is nearest to another one (joints,)."""
-        return int(np.argmin(((self.positions - position) ** 2).sum(axis=1)))
+    @property
+    def radii(self) -> FloatArray:
+        """The radii, which may be changed."""
+        return self._radii[: len(self)]
+
+    def nearest(self, positions: FloatArray) -> np.ndarray:
+        """Return the rows (N,) of the positions that are nearest to others (N, joints)."""
+        from scipy.spatial.distance import cdist  # here only: most processes never need it
+
+        return np.asarray(cdist(positions, self.positions, "sqeuclidean", w=self._weights**2).argmin(axis=1))
 
     def add(self, position: FloatArray, origin: int) -> int:
         """Add a joint position (joints,) that a free motion joins with the one of a row, and return its own row."""
         row = len(self)
         if row == len(self._rows):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
-        self._rows[row] = position
+            self._radii = np.concatenate([self._radii, np.empty_like(self._radii)])
+        self._rows[row], self._radii[row] = position, np.inf
         self._origins.append(origin)
         return row
 
@@ -53,7 +63,7 @@ class Tree:
         for later in range(row + 1, len(self)):  # each was added after the one that it was reached from
             keep[later] = self._origins[later] == ROOT or keep[self._origins[later]]
         rows = np.cumsum(keep) - 1
-        self._rows = self.positions[keep]
+        self._rows, self._radii = self.positions[keep], self.radii[keep]
         kept = [origin for origin, stays in zip(self._origins, keep, strict=True) if stays]
         self._origins = [ROOT if origin == ROOT else int(rows[origin]) for origin in kept]
 

@@ -94,14 +94,14 @@ def find_way(
     for k in free:
         if edges.is_free(start, goals[k]):
             return Way("found", np.stack([start, goals[k]]), k, 0.0, edges.checked)
-    lower, upper = sought_within(robot, np.vstack([start[None], goals[free]]))
+    within = sought_within(robot, np.vstack([start[None], goals[free]]))
     rng = np.random.default_rng(seed)
     for room, most in ((ROOM, int(SHARE_WITH_ROOM * most_checks)), (0.0, most_checks)):
         edges.keep_room(room, most)
-        trees = Trees(edges, start, goals[free])
+        trees = Trees(edges, start, goals[free], within)
         if room and not (edges.has_room(start[None]) and edges.has_room(goals[free])):
             continue
-        met = trees.find_way(lower, upper, rng)
+        met = trees.find_way(rng)
         if met is not None:
             return Way("found", shortened(edges, met.positions, rng), free[met.goal], 0.0, edges.checked)
     left, row = trees.gap()

@@ -11,6 +11,7 @@ import pytest
 from planner.free_motion import Way, find_way
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.quick_check import QuickCheck
+from planner.free_motion.rrt_connect import LEAST_RADIUS, Trees
 from planner.free_motion.tree import Tree
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import inverse_kinematics
@@ -166,7 +167,7 @@ def test_what_is_cut_from_a_tree_goes_with_all_that_it_led_to() -> None:
     rng = np.random.default_rng(3)
     for _ in range(20):
         roots = rng.uniform(size=(3, 2))
-        tree = Tree(roots)
+        tree = Tree(roots, np.ones(2))
         led_from: dict[tuple[float, ...], tuple[float, ...] | None] = {tuple(root): None for root in roots.tolist()}
         for _ in range(30):
             origin = int(rng.integers(len(tree)))
@@ -181,6 +182,43 @@ def test_what_is_cut_from_a_tree_goes_with_all_that_it_led_to() -> None:
         for k, position in enumerate(tree.positions.tolist()):
             branch = [tuple(tree.positions[b].tolist()) for b in tree.branch(k)]
             assert branch == way_back(tuple(position), led_from)
+
+
+def test_levers_are_how_far_what_a_joint_moves_goes_from_its_axis() -> None:
+    """A small turn of a joint moves no end of a capsule further than that, and some one as far less its radius."""
+    edges = FreeEdges(ARM, CollisionChecker(ARM, Scene([WALL])), 100)
+    bodies, turn = CollisionChecker(ARM, Scene([WALL])).bodies, 1e-6
+    for position in (np.zeros(6), LEFT):
+        turned = position + turn * np.eye(6)
+        ends, moved = (bodies.at(q).spheres[..., [0, -1], :] for q in (position[None], turned))
+        axes = np.linalg.norm(moved - ends, axis=-1).max(axis=(1, 2)) / turn
+        levers = edges.levers(position[None])[0]
+        assert (levers >= axes - 1e-6).all()
+        assert (levers <= axes + bodies.radii.max() + 1e-6).all()
+
+
+def test_near_is_what_joints_with_short_levers_lead_to() -> None:
+    tree = Tree(np.array([[0.3, 0.0], [0.0, 1.0]]), np.array([1.0, 0.1]))
+    assert tree.nearest(np.zeros((1, 2))) == [1]
+    assert Tree(tree.positions, np.ones(2)).nearest(np.zeros((1, 2))) == [0]
+
+
+def test_what_holds_a_tree_up_is_kept_when_it_is_cut() -> None:
+    """Where something was in the way, positions that are sought are no further than a radius, which is never tiny."""
+    wall = CollisionChecker(ARM, Scene([WALL]))
+    trees = Trees(FreeEdges(ARM, wall, 2000), LEFT, RIGHT[None], (ARM.limit("lower"), ARM.limit("upper")))
+    assert trees.find_way(np.random.default_rng(0)) is not None
+    grown = [radius for tree in (trees.from_start, trees.from_goals) for radius in tree.radii if np.isfinite(radius)]
+    assert grown
+    assert min(grown) >= LEAST_RADIUS
+    tree = Tree(np.zeros((1, 2)), np.ones(2))
+    for row in range(3):
+        tree.add(np.full(2, row + 1.0), row)
+    tree.radii[:] = [4.0, 3.0, 2.0, 1.0]
+    tree.cut(3)
+    assert tree.radii.tolist() == [4.0, 3.0, 2.0]
+    row = tree.add(np.ones(2), 0)
+    assert tree.radii[row] == np.inf
 
 
 def test_the_first_motion_that_is_not_free_is_the_one_through_the_wall() -> None:
