@@ -87,11 +87,11 @@ def measure(
 
 
 def ours(robot: Robot, asked: Problem, seconds: float = SECONDS) -> Answer:
-    """Plan a free motion, certificate and all."""
+    """Plan a free motion, certificate and all; estimated shapes are held against each other, too, as the peers do."""
     start, goal = asked.start.tolist(), asked.goal.tolist()
     motion = planner.FreeMotion(most_checks=int(seconds * CHECKS_PER_SECOND))
     waypoints = [planner.JointWaypoint(start), planner.JointWaypoint(goal, motion=motion)]
-    wanted = planner.PlanningProblem(robot, waypoints, scene=asked.scene)
+    wanted = planner.PlanningProblem(robot, waypoints, scene=asked.scene, self_collision=True)
     begun = time.process_time()
     try:
         trajectory = planner.plan(wanted).trajectory

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MOTIONS = 5
 """Number of motions for each problem of a kind that is asked for."""
 
-OBJECTS = (10, 30, 1000)
+OBJECTS = (10, 30, 100, 1000)
 """Numbers of boxes around the arm."""
 
 POINTS = 100_000

@@ -3,12 +3,18 @@ they are about: sizes and hulls in `test_shapes.py`, files in `test_mesh_readers
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
 
-from planner import ConvexHull, InvalidShape, Robot, Shape, Sphere
+import planner
+from planner import ConvexHull, InvalidShape, Robot, Shape, Sphere, load_robot
+from planner.free_motion.quick_check import QuickCheck
+from planner.scene import CollisionChecker, PointCloud, Scene, SceneObject
 from planner.scene.separations import Placed, separation
 from planner.shapes.meshes.files import mesh_pieces
+from planner.spatial import Pose
 from tests.planner.shapes.mesh_files import bodies, box, stl, tube
 
 
@@ -44,6 +50,37 @@ def test_an_empty_hull_is_refused() -> None:
     for vertices in ([], np.zeros((0, 3))):
         with pytest.raises(InvalidShape, match="vertices"):
             ConvexHull(vertices)
+
+
+NAN, INFINITE = float("nan"), float("inf")
+
+
+@pytest.mark.parametrize(
+    "points", [[], [[NAN, 0.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, -INFINITE, 0.0]], [[0.0, 1e30, 0.0]]]
+)
+def test_no_point_cloud_is_made_of_nonsense(points: list[list[float]]) -> None:
+    """coal's octree of a NaN is free of everything, and that of nothing ends the process."""
+    with pytest.raises(InvalidShape, match="points"):
+        PointCloud(points, 0.01)
+
+
+def test_a_quick_look_outlives_what_it_was_made_from() -> None:
+    """coal's broad phase points into what it does not own: where that is gone, the process ends."""
+    robot = load_robot("kuka_kr16_2")
+    still = np.zeros((1, robot.dof))
+    tool = planner.tool_pose(robot, still[0]).position
+
+    def look(away: float) -> QuickCheck:
+        hull = ConvexHull(tube([0.1, 0.1], [0.0, 0.2], sides=30).reshape(-1, 3))
+        thing = SceneObject("thing", [hull, Sphere(0.1)], Pose(tool + np.array([away, 0.0, 0.0])))
+        return QuickCheck(robot, CollisionChecker(robot, Scene([thing]), self_collision=False))
+
+    looks = [look(away) for away in (0.0, 1.0, 0.0, 2.0)]
+    for _ in range(2):
+        gc.collect()
+        others = [np.full(10**6, np.nan) for _ in range(8)]  # where the memory went that nobody keeps
+        assert [one.sees_collision(still) for one in looks] == [True, False, True, False]
+        del others
 
 
 def test_a_capsule_of_a_urdf_is_not_dropped() -> None:
