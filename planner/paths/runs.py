@@ -36,6 +36,14 @@ tolerances: of a line and a circle whose poses are rounded to a tenth of a milli
 STEEPEST = 1.25
 """Slope of a quintic without curvature at its ends, as a multiple of its mean slope, up to which it is monotone."""
 
+STEEP = 4.0
+"""Slope at the end of a joint motion beside one of the tool, as a multiple of its mean slope, that is not exceeded:
+near a singularity a motion of the tool ends as steeply as can be, and the joints would swing far beyond where they go.
+The joint motion is made shorter in s."""
+
+BENT = 100.0
+"""Second derivative there, as a multiple of the mean slope by its length, that is not exceeded."""
+
 JOINT_TOLERANCE = 1e-6
 """Distance of a joint from its curve, rad or m, that timing may leave; less where a motion of the tool allows less."""
 
@@ -218,6 +226,12 @@ class _Builder:
         self.times = (np.abs(np.diff(self.positions, axis=0)) / self.speeds).max(axis=1)
         for k, curve in self.tool.items():
             self.times[k] = curve.breakpoints[-1]
+        for k, curve in self.tool.items():
+            for beside, at in ((k - 1, 0.0), (k + 1, curve.breakpoints[-1])):
+                if 0 <= beside < len(segments) and beside not in self.tool and self.passed[min(k, beside)]:
+                    derivatives = np.concatenate(curve.evaluate(np.array([at]), [1, 2]))
+                    slope, bend = (np.abs(derivatives) / self.speeds[beside]).max(axis=1)
+                    self.times[beside] /= max(1.0, slope / STEEP, np.sqrt(bend * self.times[beside] / BENT))
 
     def path_knots(self, curve: SegmentedPolynomial) -> np.ndarray:
         """Return indices of the breakpoints of a curve where a tool's path goes from one piece to the next.

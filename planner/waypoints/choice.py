@@ -53,6 +53,9 @@ FEWEST_TOGETHER = 8
 MOST_TOGETHER = 128
 """The most that are: what comes after one that has to be followed by itself is done again."""
 
+MOST_REFUSED = 20
+"""The most joint positions from which a motion with freedom in its poses is followed in vain: each takes 0.3 s."""
+
 SAME_END = 1e-6
 """The largest distance of a joint, rad or m, at which a followed motion ends at a joint position."""
 
@@ -196,6 +199,7 @@ class _Search:
         self.stages = [_Stage(start[None], np.zeros(1), np.zeros(1, dtype=np.intp))]
         self.followed: dict[tuple[int, tuple[float, ...]], ToolMotion | RefusedMotion] = {}
         self.refused: RefusedMotion | None = None
+        self.refused_with_freedom = 0
         self.together = MOST_TOGETHER
 
     def run(self) -> list[Passage] | RefusedMotion:
@@ -205,6 +209,8 @@ class _Search:
                 self.stages.append(self._next(self.stages[-1], self.stops[len(self.stages) - 1]))
             if np.isinf(self.stages[-1].costs).all():
                 assert self.refused is not None  # noqa: S101 - only what cannot be followed costs infinitely much
+                return self.refused
+            if self.refused is not None and self.refused_with_freedom >= MOST_REFUSED:
                 return self.refused
             way = self._followed_way(self._best_rows())
             if way is not None:
@@ -316,4 +322,5 @@ class _Search:
             self.followed[key] = result = self.follow(asked, start)
             if isinstance(result, RefusedMotion):
                 self.refused = result if self.refused is None or result.is_out_of_reach else self.refused
+                self.refused_with_freedom += asked.motion.free is not None
         return self.followed[key]

@@ -18,10 +18,15 @@ from planner.problems.problem import (
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
+    SplineMotion,
 )
+from planner.problems.regions import Region
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_z
+from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion, follow_motion
+from planner.waypoints.choice import MOST_REFUSED
 from planner.waypoints.reachability import reachability
+from planner.waypoints.solve import solve_waypoints
 from tests.jobs.tracing import tool_at
 
 ARMS = {"kuka_kr16_l6_2": (0.3, -1.2, 1.4, 0.2, 0.6, 0.1), "ur5": (0.0, -1.5, 1.6, -1.6, -1.5, 0.2)}
@@ -104,3 +109,33 @@ def test_what_cannot_be_reached_at_any_turn_and_what_has_no_axis() -> None:
     assert found.error is not None
     with pytest.raises(InvalidProblem, match="no axis"):
         plan(PlanningProblem(robot, [PoseWaypoint(Pose([1.0, 0.0, 0.5]), free="rotation_z")]))
+
+
+def test_a_motion_with_freedom_is_given_up_after_some_starts() -> None:
+    """A spline along the edge of reach, from a pose without orientation: it was followed in vain from 300 postures."""
+    robot = load_robot("kuka_kr16_2")
+    edge = (
+        [1.055356102, 0.386695648, 1.895810967],
+        [1.055356102, 0.386695648, 1.895810967],
+        [1.071034767, 0.373292965, 1.896415609],
+    )
+    turns = Region(rotation_x=(0.0, 0.022815136), rotation_y=(0.0, 0.36524093), rotation_z=(-0.009715595, 0.001246626))
+    motion = SplineMotion(poses=tuple(Pose(np.array(position)) for position in edge), free=turns)
+    nearest = Pose.from_quaternion(
+        [1.0744632066684923, 0.3864388282844488, 1.8864546487449585],
+        [0.2397293730833502, 0.03807418680378853, 0.8824844282782317, 0.4028665012466743],
+    )
+    waypoints = [
+        JointWaypoint(np.array([-0.401026228, -1.040170439, 0.148666294, -0.837902011, -0.410554339, -1.148958744])),
+        PoseWaypoint(Pose(np.array([1.039675764, 0.39033718, 1.899993305]))),
+        PoseWaypoint(nearest, motion=motion),
+    ]
+    starts = []
+
+    def follow(asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
+        starts.append(start)
+        return follow_motion(asked, start)
+
+    with pytest.raises(UnreachableWaypoint):
+        solve_waypoints(robot, waypoints, InverseKinematicsOptions(), follow)
+    assert 5 <= len(starts) <= 2 * MOST_REFUSED  # once more with a wider choice of postures
