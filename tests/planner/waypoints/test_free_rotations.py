@@ -24,7 +24,7 @@ from planner.problems.regions import Region
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_z
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion, follow_motion
-from planner.waypoints.choice import MOST_REFUSED
+from planner.waypoints import choice
 from planner.waypoints.reachability import reachability
 from planner.waypoints.solve import solve_waypoints
 from tests.jobs.tracing import tool_at
@@ -111,7 +111,7 @@ def test_what_cannot_be_reached_at_any_turn_and_what_has_no_axis() -> None:
         plan(PlanningProblem(robot, [PoseWaypoint(Pose([1.0, 0.0, 0.5]), free="rotation_z")]))
 
 
-def test_a_motion_with_freedom_is_given_up_after_some_starts() -> None:
+def test_a_motion_with_freedom_is_given_up_after_some_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     """A spline along the edge of reach, from a pose without orientation: it was followed in vain from 300 postures."""
     robot = load_robot("kuka_kr16_2")
     edge = (
@@ -130,6 +130,7 @@ def test_a_motion_with_freedom_is_given_up_after_some_starts() -> None:
         PoseWaypoint(Pose(np.array([1.039675764, 0.39033718, 1.899993305]))),
         PoseWaypoint(nearest, motion=motion),
     ]
+    monkeypatch.setattr(choice, "MOST_REFUSED", 3)
     starts = []
 
     def follow(asked: AskedMotion, start: FloatArray) -> ToolMotion | RefusedMotion:
@@ -138,4 +139,4 @@ def test_a_motion_with_freedom_is_given_up_after_some_starts() -> None:
 
     with pytest.raises(UnreachableWaypoint):
         solve_waypoints(robot, waypoints, InverseKinematicsOptions(), follow)
-    assert 5 <= len(starts) <= 2 * MOST_REFUSED  # once more with a wider choice of postures
+    assert 3 <= len(starts) <= 6  # once more with a wider choice of postures
