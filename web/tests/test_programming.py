@@ -12,7 +12,16 @@ from playwright.sync_api import expect
 
 from tests.api.requests import urdf_chain, urdf_robot
 from tests.locations import ROOT
-from web.tests.browser import TOO_SHORT, WELDING, choose_example, opened, planned, seconds, use_request
+from web.tests.browser import (
+    TOO_SHORT,
+    WELDING,
+    changed_colours,
+    choose_example,
+    opened,
+    planned,
+    seconds,
+    use_request,
+)
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -210,3 +219,28 @@ def test_a_robot_without_shapes_is_drawn_as_sticks(service: RunningService, brow
         page.get_by_label("Robot", exact=True).select_option("bare_chain")
         expect(page.locator("[data-waypoint]")).to_have_count(2)
         assert "Certified" in planned(page)
+
+
+def test_a_request_is_saved_to_a_file_and_opened_from_it(page: Page, tmp_path: Path) -> None:
+    path = tmp_path / "request.json"
+    page.get_by_role("tab", name="Request").click()
+    shown = json.loads(page.get_by_label("The request as JSON").input_value())
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save file").click()
+    download.value.save_as(path)
+    assert json.loads(path.read_text()) == shown
+    path.write_text(json.dumps(TOO_SHORT | {"backend": {"kind": "quintic"}}))
+    page.get_by_label("Open file").set_input_files(path)
+    page.get_by_role("alert", name="Refusal").wait_for()
+    assert json.loads(page.get_by_label("The request as JSON").input_value())["backend"] == {"kind": "quintic"}
+
+
+def test_the_stage_is_looked_at_from_axes_and_saved_as_a_picture(page: Page, tmp_path: Path) -> None:
+    changed_colours(page)
+    for view in ("Front", "Side", "Top", "Home"):
+        page.get_by_role("button", name=view, exact=True).click()
+        assert changed_colours(page) > 1000, view
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Picture").click()
+    download.value.save_as(tmp_path / "stage.png")
+    assert (tmp_path / "stage.png").read_bytes().startswith(b"\x89PNG")
