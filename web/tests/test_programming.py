@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,6 +121,33 @@ def test_the_motion_is_played_and_scrubbed(page: Page) -> None:
     assert seconds(page) > 3.0
 
 
+def test_the_plots_are_zoomed_together_and_shown_whole_again(page: Page) -> None:
+    plots = [page.locator(".plot").nth(number) for number in (0, 1)]
+    surface = plots[0].locator(".u-over")
+    box = surface.bounding_box()
+    assert box is not None
+    width = box["width"]
+
+    def ends() -> list[float]:
+        """The times at the left and the right end of both plots."""
+        times = []
+        for plot in plots:
+            for at in (1, width - 2):
+                plot.locator(".u-over").hover(position={"x": at, "y": 50})
+                times.append(float(plot.locator(".u-value").first.inner_text().removesuffix(" s")))
+        return times
+
+    assert ends() == pytest.approx([0.0, 25.29, 0.0, 25.29], abs=0.1)
+    surface.hover(position={"x": width / 4, "y": 50})
+    page.mouse.down()
+    surface.hover(position={"x": width / 2, "y": 50})
+    page.mouse.up()
+    assert ends() == pytest.approx([25.29 / 4, 25.29 / 2] * 2, abs=0.2)
+    assert seconds(page) == 0.0  # nobody asked for another time
+    surface.dblclick(position={"x": width / 2, "y": 50})
+    assert ends() == pytest.approx([0.0, 25.29, 0.0, 25.29], abs=0.1)
+
+
 def test_a_link_reproduces_what_is_seen(page: Page, browser: Browser) -> None:
     choose_example(page, WELDING)
     page.get_by_role("slider", name="Time").press("PageUp")
@@ -128,16 +158,39 @@ def test_a_link_reproduces_what_is_seen(page: Page, browser: Browser) -> None:
         assert seconds(other) == shown[1]
 
 
-def test_a_plan_is_saved_and_the_code_copied(page: Page, tmp_path: Path) -> None:
+def test_a_plan_is_saved(page: Page, tmp_path: Path) -> None:
     page.get_by_role("tab", name="Exports").click()
     with page.expect_download() as download:
         page.get_by_role("button", name="csv").click()
     download.value.save_as(tmp_path / "plan.csv")
     assert (tmp_path / "plan.csv").read_text().startswith("time,segment,position.joint_1")
-    page.get_by_role("button", name="Python").click()
-    page.get_by_role("button", name="Copy", exact=True).click()
-    expect(page.get_by_role("button", name="Copied")).to_be_visible()
-    assert "httpx.post(" in page.evaluate("navigator.clipboard.readText()")
+
+
+COMMANDS = {
+    "curl": ["bash"],
+    "Python": [sys.executable],
+    "TypeScript": ["node", "--input-type=module"],
+}
+
+
+def test_the_code_is_copied_and_plans_what_is_shown(page: Page) -> None:
+    """25.29 s is what the document prints for the six poses."""
+    page.get_by_role("tab", name="Exports").click()
+    environment = {**os.environ, "NO_PROXY": "127.0.0.1", "no_proxy": "127.0.0.1"}
+    for language, command in COMMANDS.items():
+        page.get_by_role("button", name=language).click()
+        page.get_by_role("button", name="Copy", exact=True).click()
+        expect(page.get_by_role("button", name="Copied")).to_be_visible()
+        expect(page.get_by_role("button", name="Copy", exact=True)).to_be_visible()
+        code = page.evaluate("navigator.clipboard.readText()")
+        run = subprocess.run(command, input=code, env=environment, capture_output=True, text=True, check=True)  # noqa: S603
+        said = run.stdout
+        if language == "curl":
+            answer = json.loads(said)
+            said = f"{answer['duration']} {answer['certificate']['satisfied']}"
+        duration, satisfied = said.split()
+        assert float(duration) == pytest.approx(25.29, abs=0.005), language
+        assert satisfied.lower() == "true", language
 
 
 def test_the_path_is_coloured_by_speed_or_by_the_use_of_limits(page: Page) -> None:

@@ -3,11 +3,12 @@ import { useState } from 'preact/hooks';
 import { codeOf, LANGUAGES } from '../request/code';
 import type { Language } from '../request/code';
 import { base, client, outcome } from '../service/client';
+import type { PlanFormat } from '../service/types';
 import { problem, request } from '../state/store';
 import { texts } from '../texts';
 import { copy, save } from './save';
 
-const FORMATS = {
+const FORMATS: Readonly<Record<PlanFormat, string>> = {
   html: '.html',
   svg: '.svg',
   png: '.png',
@@ -22,9 +23,7 @@ const FORMATS = {
   krl: '.src',
   rapid: '.mod',
   fanuc_ls: '.ls',
-} as const;
-
-type Format = keyof typeof FORMATS;
+};
 
 export function Exports() {
   const [language, setLanguage] = useState<Language>('curl');
@@ -36,7 +35,7 @@ export function Exports() {
     <>
       <h3>{texts.exports.files}</h3>
       <div class="buttons wrap">
-        {(Object.keys(FORMATS) as Format[]).map((format) => (
+        {(Object.keys(FORMATS) as PlanFormat[]).map((format) => (
           <button key={format} type="button" onClick={() => void download(format)}>
             {format === 'html' ? texts.exports.report : format}
           </button>
@@ -66,7 +65,7 @@ export function Exports() {
   );
 }
 
-async function download(format: Format): Promise<void> {
+async function download(format: PlanFormat): Promise<void> {
   const body = request.value;
   if (!body) return;
   const call = client.POST('/v1/trajectories/export', { body, params: { query: { format } }, parseAs: 'blob' });

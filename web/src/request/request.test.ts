@@ -1,3 +1,4 @@
+import ts from 'typescript';
 import { describe, expect, test } from 'vitest';
 import type { PlanRequest } from '../service/types';
 import { fromFragment, toFragment } from './address';
@@ -59,7 +60,37 @@ describe('the code', () => {
     expect(code).toContain('“true”');
     expect(code).toContain('null"');
   });
+
+  test('for TypeScript compiles, posts the request and reads the answer', async () => {
+    const code = codeOf('typescript', request, 'http://host');
+    const asked: [string, RequestInit][] = [];
+    const said: unknown[][] = [];
+    const post = (url: string, init: RequestInit): Promise<Response> => {
+      asked.push([url, init]);
+      return Promise.resolve(Response.json({ duration: 2.5, certificate: { satisfied: true } }));
+    };
+    await run(code, post, { log: (...values) => said.push(values) });
+    expect(asked).toHaveLength(1);
+    const [url, { method, headers, body }] = asked[0]!;
+    expect([url, method, headers]).toEqual(['http://host/v1/trajectories', 'POST', { 'Content-Type': 'application/json' }]);
+    expect(JSON.parse(body as string)).toEqual(request);
+    expect(said).toEqual([[2.5, true]]);
+  });
+
+  test('for TypeScript throws what the service says of a request that it refuses', async () => {
+    const refuse = (): Promise<Response> => Promise.resolve(Response.json({ detail: 'too fast' }, { status: 422 }));
+    await expect(run(codeOf('typescript', request, 'http://host'), refuse, console)).rejects.toThrow('too fast');
+  });
 });
+
+// Runs the code as a browser would, but for its calls and what it prints.
+async function run(code: string, fetch: (url: string, init: RequestInit) => Promise<Response>, console: { log: (...values: unknown[]) => void }): Promise<void> {
+  const faults: ts.Diagnostic[] = [];
+  const script = ts.transpile(code, { target: ts.ScriptTarget.ES2022, module: ts.ModuleKind.ES2022 }, 'code.ts', faults);
+  expect(faults).toEqual([]);
+  // eslint-disable-next-line @typescript-eslint/no-implied-eval -- it is the code that is tested
+  await (new Function('fetch', 'console', `return (async () => { ${script} })();`) as (...given: unknown[]) => Promise<void>)(fetch, console);
+}
 
 describe('rotations', () => {
   // R = Rz(yaw) Ry(pitch) Rx(roll) turns x into its first column.

@@ -1,5 +1,5 @@
 // The names of the service's schemas that the page uses, generated from the OpenAPI document (npm run types).
-import type { components } from './openapi';
+import type { components, paths } from './openapi';
 
 type Schemas = components['schemas'];
 
@@ -44,3 +44,4 @@ export type FreeMotion = Schemas['FreeMotion'];
 export type WayGain = Schemas['WayGain'];
 export type SpeedZone = Schemas['SpeedZone'];
 export type SpeedZoneAnswer = Schemas['SpeedZoneAnswer'];
+export type PlanFormat = NonNullable<paths['/v1/trajectories/export']['post']['parameters']['query']>['format'];
