@@ -178,6 +178,44 @@ def test_a_service_that_is_restarted_plans_again(
         assert "25.29 s" in planned(page)
 
 
+def test_the_theme_is_switched_and_kept(browser: Browser, service: RunningService) -> None:
+    """As the system says at first; what is chosen stays when the page is loaded again."""
+    with opened(browser, f"{service.url}/", color_scheme="light") as page:
+        planned(page)
+        page.locator(".plot canvas").first.wait_for()
+        light = brightness(page)
+        page.get_by_role("button", name="Dark or light").click()
+        dark = brightness(page)
+        assert dark < 80.0 < 175.0 < light
+        assert violations(page) == []
+        page.reload()
+        planned(page)
+        assert brightness(page) == dark
+        page.get_by_role("button", name="Dark or light").click()
+        assert brightness(page) == light
+
+
+def brightness(page: Page) -> float:
+    """The mean of red, green and blue of what is behind all."""
+    colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    red, green, blue = (float(value) for value in re.findall(r"[\d.]+", colour)[:3])
+    return (red + green + blue) / 3.0
+
+
+def test_the_first_key_leads_past_the_header(page: Page) -> None:
+    page.wait_for_url("**/#r=*")
+    address = page.url
+    page.keyboard.press("Tab")
+    link = page.get_by_role("link", name="Skip to the waypoints")
+    expect(link).to_be_focused()
+    expect(link).to_be_in_viewport()
+    page.keyboard.press("Enter")
+    expect(page.locator("#waypoints")).to_be_focused()
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("combobox", name="Add")).to_be_focused()
+    assert page.url == address  # it holds the request
+
+
 def test_the_first_view_comes_soon_and_playing_costs_little(
     browser: Browser, service: RunningService, tmp_path: Path
 ) -> None:

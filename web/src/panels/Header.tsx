@@ -15,7 +15,7 @@ export function Header() {
   const shown = request.value;
   return (
     <header class="header">
-      <a class="skip" href="#waypoints">
+      <a class="skip" href="#waypoints" onClick={skip}>
         {texts.skip}
       </a>
       <h1>{texts.title}</h1>
@@ -81,6 +81,12 @@ export function Header() {
       </p>
     </header>
   );
+}
+
+// By itself the link would take the place of the request in the address.
+function skip(event: Event): void {
+  event.preventDefault();
+  document.querySelector<HTMLElement>('#waypoints')?.focus();
 }
 
 function robotIds(shown: string | undefined): string[] {
