@@ -17,7 +17,7 @@ from tests.locations import ROOT
 from web.tests.browser import PHONE, TOO_SHORT, WELDING, choose_example, opened, planned, seconds, use_request
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
     from playwright.sync_api import Browser, Page, Route
@@ -159,23 +159,6 @@ def test_on_a_slow_network_the_last_edit_wins(page: Page) -> None:
         page.keyboard.press("Tab")
         page.wait_for_timeout(400)
     expect(page.locator(".verdict:not(.stale)")).to_contain_text("29.96 s")  # 25.29 - 7.33 + 12
-
-
-def test_a_service_that_is_restarted_plans_again(
-    browser: Browser, start_service: Callable[..., RunningService], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = start_service(workers=1)
-    port = int(first.url.rpartition(":")[2])
-    with opened(browser, f"{first.url}/", may_fail=("net::ERR_",)) as page:
-        planned(page)
-        first.process.terminate()
-        first.process.wait(30.0)
-        page.get_by_role("button", name="Plan", exact=True).click()
-        expect(page.get_by_role("alert", name="Refusal")).to_contain_text("does not answer")
-        monkeypatch.setattr("tests.api.conftest.free_port", lambda: port)
-        start_service(workers=1)
-        page.get_by_role("button", name="Plan", exact=True).click()
-        assert "25.29 s" in planned(page)
 
 
 def test_the_theme_is_switched_and_kept(browser: Browser, service: RunningService) -> None:

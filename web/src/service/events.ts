@@ -36,6 +36,7 @@ export async function listen(path: string, signal: AbortSignal, hear: (event: Se
     if (last !== '') headers['Last-Event-ID'] = last;
     try {
       const answer = await fetch(base + path, { headers, signal });
+      if (answer.status >= 500) throw new Error('away'); // as a proxy says while the service is restarted
       if (!answer.ok || !answer.body) return answer;
       const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
       let text = '';

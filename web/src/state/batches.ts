@@ -25,23 +25,30 @@ export async function openBatch(id: string): Promise<void> {
   following.abort();
   following = new AbortController();
   const { signal: stop } = following;
-  const found = await outcome(client.GET('/v1/batches/{id}', { params: { path: { id } } }));
-  if (stop.aborted) return;
-  together(() => {
-    batchProblem.value = found.problem ?? null;
-    shownBatch.value = found.answer ?? null;
-    reasons.value = {};
-  });
-  if (!found.answer) return;
+  reasons.value = {};
+  const found = await lookedAt(id, stop);
+  if (!found) return;
   void listBatches();
-  void explain(found.answer);
-  await listen(`/v1/batches/${encodeURIComponent(id)}/events`, stop, ({ name, data }) => {
+  void explain(found);
+  const refused = await listen(`/v1/batches/${encodeURIComponent(id)}/events`, stop, ({ name, data }) => {
     const now = JSON.parse(data) as Batch;
     shownBatch.value = now;
     void explain(now);
     if (name === 'end') void listBatches();
     return name !== 'end';
   });
+  if (refused) await lookedAt(id, stop); // a service that was restarted may not know it any more
+}
+
+// Shows the batch, or why it cannot be shown.
+async function lookedAt(id: string, stop: AbortSignal): Promise<Batch | null> {
+  const found = await outcome(client.GET('/v1/batches/{id}', { params: { path: { id } } }));
+  if (stop.aborted) return null;
+  together(() => {
+    batchProblem.value = found.problem ?? null;
+    shownBatch.value = found.answer ?? null;
+  });
+  return found.answer ?? null;
 }
 
 export async function cancelBatch(id: string): Promise<void> {

@@ -1,0 +1,125 @@
+"""The page while its service is restarted: between two plans, in the middle of one, and of a batch that is heard."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.locations import ROOT
+from web.tests.browser import opened, planned, use_request
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from playwright.sync_api import Browser, Locator, Page
+
+    from tests.api.conftest import RunningService
+
+AWAY = ("net::ERR_",)
+"""What Chromium says by itself of a service that is not there."""
+ITEMS = 150
+
+
+@pytest.fixture
+def start_again(
+    start_service: Callable[..., RunningService], monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., RunningService]:
+    """Start a service where another one was."""
+
+    def start(before: RunningService, **settings: object) -> RunningService:
+        port = int(before.url.rpartition(":")[2])
+        monkeypatch.setattr("tests.api.conftest.free_port", lambda: port)
+        return start_service(**settings)
+
+    return start
+
+
+def plan(page: Page) -> None:
+    page.get_by_role("button", name="Plan", exact=True).click()
+
+
+def test_it_plans_again(
+    browser: Browser, start_service: Callable[..., RunningService], start_again: Callable[..., RunningService]
+) -> None:
+    first = start_service(workers=1)
+    with opened(browser, f"{first.url}/", may_fail=AWAY) as page:
+        planned(page)
+        first.process.terminate()
+        first.process.wait(30.0)
+        plan(page)
+        expect(page.get_by_role("alert", name="Refusal")).to_contain_text("does not answer")
+        start_again(first, workers=1)
+        plan(page)
+        assert "25.29 s" in planned(page)
+
+
+def test_a_plan_that_was_under_way_is_asked_for_again(
+    browser: Browser, start_service: Callable[..., RunningService], start_again: Callable[..., RunningService]
+) -> None:
+    """What was asked stays; the page does not send it anew by itself, since it may be what has ended the service."""
+    asked = json.loads((ROOT / "examples/around_a_wall.json").read_text())
+    asked["waypoints"][1]["motion"] |= {"optimise": "duration", "time_budget": 5.0}
+    first = start_service(workers=1)
+    with opened(browser, f"{first.url}/", may_fail=AWAY) as page:
+        planned(page)
+        with page.expect_request(lambda request: "time_budget" in (request.post_data or "")):
+            use_request(page, json.dumps(asked))
+        first.process.kill()
+        first.process.wait(30.0)
+        expect(page.get_by_role("alert", name="Refusal")).to_contain_text("does not answer")
+        expect(page.get_by_role("button", name="Plan", exact=True)).to_be_enabled()
+        start_again(first, workers=1)
+        assert json.loads(page.get_by_label("The request as JSON").input_value()) == asked
+        plan(page)
+        planned(page)
+        expect(page.get_by_role("alert", name="Refusal")).to_have_count(0)
+        expect(page.locator("[data-waypoint='1']")).to_contain_text("right of it")
+
+
+def batch_under_way(page: Page) -> Locator:
+    """Send a batch, and wait until some of it is there."""
+    planned(page)
+    page.get_by_role("tab", name="Batch").click()
+    values = ", ".join(f"{0.5 + 0.5 * item / ITEMS:.4f}" for item in range(ITEMS))
+    page.get_by_role("textbox", name="Values").fill(values)
+    page.get_by_role("button", name=f"Plan {ITEMS} requests").click()
+    batch = page.get_by_role("region", name="The batch", exact=True)
+    expect(batch.get_by_role("status")).to_have_text(re.compile(r"^[1-9]\d* planned"), timeout=30_000)
+    return batch
+
+
+def test_a_batch_is_heard_on(
+    browser: Browser,
+    start_service: Callable[..., RunningService],
+    start_again: Callable[..., RunningService],
+    tmp_path: Path,
+) -> None:
+    settings = {"workers": 1, "data_directory": tmp_path / "data"}
+    first = start_service(**settings)
+    with opened(browser, f"{first.url}/", may_fail=AWAY) as page:
+        batch = batch_under_way(page)
+        first.process.terminate()
+        first.process.wait(60.0)
+        expect(batch).not_to_contain_text("Completed")
+        start_again(first, **settings)
+        expect(batch).to_contain_text("Completed", timeout=60_000)
+        expect(batch.get_by_role("status")).to_have_text(f"{ITEMS} planned, 0 refused of {ITEMS}")
+
+
+def test_a_batch_that_was_not_kept_is_said(
+    browser: Browser, start_service: Callable[..., RunningService], start_again: Callable[..., RunningService]
+) -> None:
+    """Without a directory for its data the service that comes back does not know it."""
+    first = start_service(workers=1)
+    with opened(browser, f"{first.url}/", may_fail=(*AWAY, "status of 404")) as page:
+        batch = batch_under_way(page)
+        first.process.kill()
+        first.process.wait(30.0)
+        start_again(first, workers=1)
+        expect(page.get_by_role("alert", name="The batch was refused")).to_contain_text("GET /v1/batches lists")
+        expect(batch).to_have_count(0)
