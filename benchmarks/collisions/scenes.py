@@ -234,7 +234,7 @@ def problem(robot: Robot, kind: str, number: int) -> Problem:
         scene = Scene(
             [SceneObject(f"thing_{k}", [shape], Pose(at + up)) for k, (shape, at) in enumerate(layout.things)]
         )
-        checker = CollisionChecker(robot, Scene(scene.objects, margin=ROOM))
+        checker = CollisionChecker(robot, Scene(scene.objects, margin=ROOM), self_collision=True)
         first, second = rng.choice(len(layout.places), 2, replace=False)
         start = _posture(robot, checker, layout.places[first], up, rng)
         goal = None if start is None else _posture(robot, checker, layout.places[second], up, rng)
