@@ -158,12 +158,37 @@ def test_a_link_reproduces_what_is_seen(page: Page, browser: Browser) -> None:
         assert seconds(other) == shown[1]
 
 
-def test_a_plan_is_saved(page: Page, tmp_path: Path) -> None:
+FORMATS = {
+    "report": (".html", b"<!DOCTYPE html>"),
+    "svg": (".svg", b"<?xml"),
+    "png": (".png", b"\x89PNG"),
+    "json": (".json", b'{"'),
+    "csv": (".csv", b"time,segment,position.joint_"),
+    "ros2": (".ros2.json", b'{"'),
+    "msgpack": (".msgpack", b"\x89\xa5robot"),
+    "npz": (".npz", b"PK"),
+    "mcap": (".mcap", b"\x89MCAP0"),
+    "urscript": (".script", b"# ngv_refuelling_arm"),
+    "urscript_moves": (".moves.script", b"# ngv_refuelling_arm"),
+    "krl": (".src", b"DEF plan"),
+    "rapid": (".mod", b"MODULE"),
+    "fanuc_ls": (".ls", b"/PROG"),
+}
+"""The buttons of the formats, the endings of their files, and what the files begin with."""
+
+
+def test_a_plan_is_saved_in_every_format(page: Page, tmp_path: Path) -> None:
     page.get_by_role("tab", name="Exports").click()
-    with page.expect_download() as download:
-        page.get_by_role("button", name="csv").click()
-    download.value.save_as(tmp_path / "plan.csv")
-    assert (tmp_path / "plan.csv").read_text().startswith("time,segment,position.joint_1")
+    buttons = page.locator(".wrap").get_by_role("button")
+    assert buttons.all_inner_texts() == list(FORMATS)
+    starts: dict[str, bytes] = {}
+    for name, (ending, start) in FORMATS.items():
+        with page.expect_download() as download:
+            buttons.get_by_text(name, exact=True).click()
+        assert download.value.suggested_filename == f"ngv_refuelling_arm{ending}"
+        download.value.save_as(tmp_path / ending)
+        starts[name] = (tmp_path / ending).read_bytes()[: len(start)]
+    assert starts == {name: start for name, (_, start) in FORMATS.items()}
 
 
 COMMANDS = {
