@@ -43,7 +43,7 @@ def test_a_batch_outlives_its_database(postgres: PostgresServer, tmp_path: Path)
 def test_a_batch_outlives_its_workers(tmp_path: Path) -> None:
     with running_service(tmp_path / "log.jsonl") as service:
         location = sent(service, requests(ITEMS))
-        for share in (0.1, 0.3, 0.5, 0.7):
+        for share in (0.1, 0.2, 0.3, 0.4):
             wait_for(service, location, share * ITEMS)
             for worker in service.workers():
                 worker.kill()
