@@ -10,6 +10,7 @@ import schemathesis
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.errors import FlakyStrategyDefinition
 from schemathesis.checks import CHECKS
+from schemathesis.config import SchemathesisConfig
 
 from api.operations import OPERATIONS
 from api.schemas.common import LARGEST
@@ -24,6 +25,9 @@ VALID, INVALID = schemathesis.GenerationMode.POSITIVE, schemathesis.GenerationMo
 CASES = [(operation, VALID) for operation in OPERATIONS] + [(op, INVALID) for op in OPERATIONS if op.request]
 OF_A_TIME = ["use_after_free", "ensure_resource_availability"]
 """Checks that hold one answer against another: a cancelled batch is still there, and so is its robot's content."""
+
+REJECTIONS = ["400", "404", "405", "406", "409", "413", "415", "422", "429", "5xx"]
+"""Statuses that may answer what is wrong by the document: a list that is too long may be too large a body, too."""
 
 STEPS = 6
 """The requests of a chain, each of which may use what one before it has answered."""
@@ -40,7 +44,9 @@ BUDGET = settings(
 def openapi(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Of a service of its own: the robots that are made up stay there."""
     with running_service(tmp_path_factory.mktemp("made_up") / "log.jsonl") as service:
-        yield schemathesis.openapi.from_url(f"{service.url}/openapi.json")
+        checks = {"negative_data_rejection": {"expected-statuses": REJECTIONS}}
+        config = SchemathesisConfig.from_dict({"checks": checks})
+        yield schemathesis.openapi.from_url(f"{service.url}/openapi.json", config=config)
 
 
 def with_a_patient_deadline(case: schemathesis.Case) -> None:
