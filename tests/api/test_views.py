@@ -35,14 +35,15 @@ def data_of(report: str) -> dict[str, Any]:
 
 
 @built
-def test_a_report_holds_the_request_the_plan_and_the_robot(service: RunningService) -> None:
-    name = "</script><script>alert(1)</script>"
+@pytest.mark.parametrize("name", ["</script><script>alert(1)</script>", "<!--<script>"])
+def test_a_report_holds_the_request_the_plan_and_the_robot(service: RunningService, name: str) -> None:
     waypoints = [requests.joint(0.1, 0.2, 0.3, name=name), requests.joint(0.3, 0.1, 0.5)]
     request = requests.plan_request(waypoints=waypoints)
     plain = service.post(PATH, request).json()
     answer = service.post(PATH, request, headers=HTML)
     assert answer.headers["content-type"].startswith("text/html")
     assert answer.text.count("</script>") == 2, "a name ends no element"
+    assert "<!--" not in answer.text, "nor does it keep one from ending"
     data = data_of(answer.text)
     assert data["request"] == request
     assert data["answer"]["request_hash"] == plain["request_hash"]
