@@ -2,7 +2,40 @@
 
 from __future__ import annotations
 
-from sqlalchemy import BigInteger, Column, Float, ForeignKey, Index, Integer, LargeBinary, MetaData, Table, Text, text
+from typing import TYPE_CHECKING
+
+from sqlalchemy import (
+    BigInteger,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    Table,
+    Text,
+    TypeDecorator,
+    text,
+)
+
+if TYPE_CHECKING:
+    from sqlalchemy import Dialect
+
+
+class Id(TypeDecorator[str]):
+    """An id by which clients name something, whatever they send.
+
+    PostgreSQL takes no text with the character 0; in its place stands one that is in no id either.
+    """
+
+    impl = Text
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
+        """Write an id as any database takes it."""
+        return None if value is None else value.replace("\0", "\N{REPLACEMENT CHARACTER}")
+
 
 metadata = MetaData(naming_convention={"pk": "pk_%(table_name)s", "fk": "fk_%(table_name)s_%(column_0_name)s"})
 """All tables, with names for their keys by which migrations can change them."""
@@ -22,7 +55,7 @@ robots = Table(
     "robots",
     metadata,
     Column("namespace", Text, primary_key=True, server_default=""),
-    Column("id", Text, primary_key=True),
+    Column("id", Id, primary_key=True),
     Column("digest", Text, ForeignKey(robot_contents.c.digest), nullable=False),
     Column("owner", Text, nullable=False),
     Column("added", Float, nullable=False),
@@ -46,7 +79,7 @@ scenes = Table(
     "scenes",
     metadata,
     Column("namespace", Text, primary_key=True),
-    Column("id", Text, primary_key=True),
+    Column("id", Id, primary_key=True),
     Column("digest", Text, ForeignKey(scene_contents.c.digest), nullable=False),
     Column("owner", Text, nullable=False),
     Column("added", Float, nullable=False),
@@ -91,7 +124,7 @@ batches = Table(
     "batches",
     metadata,
     Column("number", Integer, primary_key=True),
-    Column("id", Text, nullable=False, unique=True),
+    Column("id", Id, nullable=False, unique=True),
     Column("owner", Text, nullable=False),
     Column("idempotency_key", Text),
     Column("body_digest", Text),

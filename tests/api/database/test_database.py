@@ -24,6 +24,7 @@ from api.access.keys import KeyRecord
 from api.cli import app
 from api.content.robots import RobotContent
 from api.content.scenes import SceneContent
+from api.database.batches import find_batch
 from api.database.database import Database, make_engine, sqlite_url
 from api.database.keys import add_key, all_keys, find_key, revoke_key
 from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
@@ -190,6 +191,19 @@ def test_ids_are_listed_in_their_order(connection: Connection) -> None:
     listed = ROBOTS.behind(connection, "", "", 10)
     assert [robot_id for robot_id, _ in listed] == ["Z", "_", "a", "a.1", "b"]
     assert ROBOTS.behind(connection, "", "_", 2) == [("a", b'{"id":"a","dof":1}'), ("a.1", b'{"id":"a.1","dof":1}')]
+
+
+@pytest.mark.parametrize("name", ["\0", "a\0", "\N{REPLACEMENT CHARACTER}"])
+def test_nothing_has_an_id_that_no_database_takes(connection: Connection, name: str) -> None:
+    """PostgreSQL refuses such a text, and whoever asked was told that the service failed."""
+    ROBOTS.add(connection, "", "a", content("x"), "me", WIDE)
+    for kind in (ROBOTS, SCENES):
+        assert kind.find(connection, "", name) is None
+        assert kind.digests(connection, "", {name, None}) == {}
+        assert kind.delete(connection, "", name, "me") == "unknown"
+        assert kind.behind(connection, "", "b" + name, 10) == []
+    assert SCENES.replace(connection, "", name, "x", scene("y"), "me", WIDE) == "unknown"
+    assert find_batch(connection, name) is None
 
 
 def test_keys_are_kept_found_and_revoked(connection: Connection) -> None:
