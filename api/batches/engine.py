@@ -77,7 +77,6 @@ class Engine:
         self._claimed: deque[Claimed] = deque()
         self._done: list[Outcome] = []
         self._under_way: dict[asyncio.Task[None], int] = {}
-        self._ended: set[int] = set()
         self._new = asyncio.Event()
         self._change = asyncio.Event()
         self._all_done = asyncio.Event()
@@ -109,7 +108,7 @@ class Engine:
 
     def forget(self, number: int) -> None:
         """Take a batch that has ended away from the workers."""
-        self._ended.add(number)
+        self._claimed = deque(item for item in self._claimed if item.batch != number)
         for planning, batch in self._under_way.items():
             if batch == number:
                 planning.cancel()
@@ -148,15 +147,12 @@ class Engine:
             self._new.set()
 
     def _next_chunk(self) -> list[Claimed]:
-        """Take items of one batch, as many as a chunk should have; those of batches that have ended are dropped."""
+        """Take items of one batch, as many as a chunk should have."""
         chunk: list[Claimed] = []
         while self._claimed and len(chunk) < self._planners.chunk_size:
-            if self._claimed[0].batch in self._ended:
-                self._claimed.popleft()
-            elif not chunk or self._claimed[0].batch == chunk[0].batch:
-                chunk.append(self._claimed.popleft())
-            else:
+            if chunk and self._claimed[0].batch != chunk[0].batch:
                 break
+            chunk.append(self._claimed.popleft())
         return chunk
 
     def _note_end(self, planning: asyncio.Task[None]) -> None:
