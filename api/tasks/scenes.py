@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from api.content.digests import canonical, sha256
@@ -18,8 +19,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from api.tasks.work import Work
+    from planner.fields import FieldPath
 
 T = TypeVar("T", SceneObject, AttachedObject)
+
+KINDS = ("objects", "attached")
+"""The fields of a scene that have what stands in it."""
 
 EMPTY = b"{}"
 """The definition of a scene in which nothing stands."""
@@ -29,7 +34,7 @@ def add_scene(work: Work) -> Reply:
     """Answer POST /v1/scenes. The server keeps the content that comes back in `result`."""
     with work.stage("validate"):
         named: schemas.SceneToKeep = work.request(schemas.SceneToKeep)
-        content = _content(named)
+        content = _content(named, named)
     scene_id = named.id or "scene_" + content.digest.removeprefix("sha256:")[:16]
     headers = {"Location": f"/v1/scenes/{scene_id}"}
     result = scene_id, named.visibility, content
@@ -43,28 +48,40 @@ def change_scene(work: Work) -> Reply:
     """
     with work.stage("validate"):
         change: schemas.SceneChange = work.request(schemas.SceneChange)
-        content = _content(_changed(scene_of(work.arguments.get("kept", EMPTY)), change))
+        content = _content(_changed(scene_of(work.arguments.get("kept", EMPTY)), change), change)
     body = content.described_as(work.arguments.get("id", ""))
     return Reply(200, JSON, body, work.timings, result=content)
 
 
-def _content(scene: Scene) -> SceneContent:
+def _content(scene: Scene, asked: Scene | schemas.SceneChange) -> SceneContent:
     """Make a scene what is kept of it.
+
+    Args:
+        scene: The scene.
+        asked: The request, which says where what is wrong with an object stands.
 
     Raises:
         InvalidRequest: Two things have the same name.
         InvalidProblem: A shape cannot be used.
     """
     from api.conversion.scenes import to_scene
+    from planner.errors import InvalidProblem
     from planner.scene.scene import HERE
 
-    seen: set[str] = set()
-    names = [(f"/objects/{i}/id", thing.id) for i, thing in enumerate(scene.objects)]
-    for pointer, name in [*names, *((f"/attached/{i}/id", held.id) for i, held in enumerate(scene.attached))]:
-        if name in seen:
-            raise invalid([{"pointer": pointer, "message": f"there is an object called {name!r} already"}])
-        seen.add(name)
-    to_scene(scene, {thing.frame: HERE for thing in scene.objects}, ())
+    def asked_at(kind: Any, index: Any, *field: str | int) -> FieldPath:
+        return kind, places.get((kind, getattr(scene, kind)[index].id), index), *field
+
+    places = {(kind, thing.id): i for kind in KINDS for i, thing in enumerate(getattr(asked, kind))}
+    names = [thing.id for kind in KINDS for thing in getattr(scene, kind)]
+    twice = next((name for name, count in Counter(names).items() if count > 1), None)
+    if twice is not None:
+        kind = next(kind for kind in reversed(KINDS) if (kind, twice) in places)
+        pointer = f"/{kind}/{places[kind, twice]}/id"
+        raise invalid([{"pointer": pointer, "message": f"there is an object called {twice!r} already"}])
+    try:
+        to_scene(scene, {thing.frame: HERE for thing in scene.objects}, ())
+    except InvalidProblem as error:
+        raise InvalidProblem([(asked_at(*fault.field), fault.message) for fault in error.faults]) from None
     definition = canonical(scene, exclude={"id", "visibility"})
     digest = sha256(definition)
     summary = {
