@@ -32,13 +32,21 @@ LEAST_THICKNESS = 1e-4
 process), and a tenth of a millimetre is below what any cell is measured to."""
 
 MOST_FACES_AT_A_VERTEX = 200
-"""Number of faces at one vertex that coal can store, with some room (255): the middle of a finely tessellated disc has
-more, unless Qhull is told to shake the points a little."""
+"""Number of faces at one vertex that coal can store, with some room (254): the middle of a finely tessellated disc has
+more, unless Qhull is told to shake the points a little, and the tip of a finely tessellated cone."""
+
+BLUNTNESS = 1e-5
+"""How far a tip with too many faces is widened, m, or as a share of a hull that is longer than a metre."""
+
+FACES_AT_A_BLUNT_TIP = 64
+"""Number of the faces of such a tip that each of the corners gets that take its place, as a rule."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConvexHull(Shape):
     """The smallest convex shape around points. Points in a plane, on a line or at a point get a thickness of 0.1 mm.
+
+    A tip with hundreds of faces, as of a finely tessellated cone, is widened by 0.01 mm, or 1e-5 of a longer hull.
 
     Attributes:
         vertices: The corners of the hull (N, 3), m; points inside of it are left out.
@@ -111,24 +119,60 @@ def _hull(points: FloatArray) -> tuple[FloatArray, np.ndarray]:
     """Return the corners (N, 3) of the hull of points and its triangles (F, 3), counterclockwise seen from outside.
 
     Raises:
-        InvalidShape: Qhull finds no hull.
+        InvalidShape: Qhull finds no hull, or one that coal cannot store.
     """
     from scipy.spatial import ConvexHull as Qhull  # here: a process that needs no hull stays small
     from scipy.spatial import QhullError
 
+    middle = (points.max(axis=0) + points.min(axis=0)) / 2.0  # since Qhull shakes by a share of the coordinates
     try:
         hull = Qhull(points)
-        if np.bincount(hull.simplices.ravel()).max() > MOST_FACES_AT_A_VERTEX:
+        if _has_too_many_faces(hull.simplices):
             points = points[hull.vertices]
-            hull = Qhull(points, qhull_options="QJ")
+            hull = Qhull(points - middle, qhull_options="QJ")
+        if _has_too_many_faces(hull.simplices):
+            points = _blunted(points, hull.simplices, hull.equations[:, :3])
+            hull = Qhull(points - middle, qhull_options="QJ")
     except QhullError:
         raise InvalidShape("vertices", "have no hull that can be computed") from None
+    if _has_too_many_faces(hull.simplices):
+        raise InvalidShape("vertices", f"have a hull with more than {MOST_FACES_AT_A_VERTEX} faces at one of them")
     number = np.full(len(points), -1)
     number[hull.vertices] = np.arange(len(hull.vertices))
     a, b, c = (points[hull.simplices[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     faces = number[np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)]
     return points[hull.vertices], faces
+
+
+def _has_too_many_faces(faces: np.ndarray) -> bool:
+    return bool(np.bincount(faces.ravel()).max() > MOST_FACES_AT_A_VERTEX)
+
+
+def _blunted(points: FloatArray, faces: np.ndarray, normals: FloatArray) -> FloatArray:
+    """Put a small polygon around each corner that has too many faces, across its tip.
+
+    Each of the polygon's corners gets the faces that look the way in which it lies. They lie where a share of the faces
+    look, and all around, so that the tip is between them.
+
+    Args:
+        points: (N, 3), m.
+        faces: The triangles of their hull (F, 3).
+        normals: The directions out of these (F, 3).
+
+    Returns:
+        Points (M, 3) whose hull contains that of the others, m.
+    """
+    radius = BLUNTNESS * max(1.0, float(np.ptp(points, axis=0).max()))
+    tips = np.flatnonzero(np.bincount(faces.ravel()) > MOST_FACES_AT_A_VERTEX)
+    polygons = []
+    for tip in tips.tolist():
+        around = normals[(faces == tip).any(axis=1)]
+        across = np.linalg.svd(around.sum(axis=0)[None])[2][1:]
+        towards = np.sort(np.arctan2(*(across @ around.T)))
+        angles = np.concatenate([towards[::FACES_AT_A_BLUNT_TIP], [0.0, np.pi / 1.5, -np.pi / 1.5]])
+        polygons.append(points[tip] + radius * np.column_stack([np.sin(angles), np.cos(angles)]) @ across)
+    return np.concatenate([np.delete(points, tips, axis=0), *polygons])
 
 
 def hull_volume(points: FloatArray) -> float:

@@ -51,6 +51,20 @@ def test_a_plan_in_a_scene_says_how_clear_it_is(service: RunningService) -> None
     assert again["results"][0]["clearance"]["scene"]["upper"] == pytest.approx(clearance["scene"]["upper"], abs=1.1e-3)
 
 
+@pytest.mark.parametrize("kind", ["convex", "mesh"])
+def test_a_cone_has_as_many_sides_as_may_be_sent(service: RunningService, kind: str) -> None:
+    """Which at its tip are more than coal can store."""
+    angles = 2.0 * np.pi * np.arange(255) / 255
+    rim = np.column_stack([1.3 + 0.3 * np.cos(angles), 0.3 * np.sin(angles), np.full(255, 0.1)])
+    shape: dict[str, Any] = {"kind": kind, "vertices": [*rim.tolist(), [1.3, 0.0, 0.6]]}
+    if kind == "mesh":
+        shape["triangles"] = [[k, (k + 1) % 255, 255] for k in range(255)]
+    there = [0.0, -0.2, 0.9, 0.0, 0.9, 0.0]
+    asked = KUKA | {"positions": [HOME, there], "scene": {"objects": [{"id": "cone", "shape": shape}]}}
+    answer = checked(service.post(CHECK, asked), collisions.CollisionCheckAnswer)
+    assert [result["free"] for result in answer["results"]] == [True, False]
+
+
 def test_a_collision_is_refused_with_what_is_known(service: RunningService) -> None:
     reply = service.post(PLAN, in_cell(TOO_LOW))
     problem = reply.json()
