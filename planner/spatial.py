@@ -17,6 +17,9 @@ FloatArray = NDArray[np.float64]
 GIMBAL_LOCK = 1e-6
 """Cosine of the pitch below which roll and yaw turn about one axis: poses are not solved well enough to tell them."""
 
+ROTATION_TOLERANCE = 1e-6
+"""Largest entry of R^T R - I with which a matrix R counts as a rotation: people write them with six decimals."""
+
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -84,6 +87,14 @@ class Pose:
         if frame.rotation is None:
             return Pose(shift, self.rotation)
         return Pose(frame.rotation.T @ shift, None if self.rotation is None else frame.rotation.T @ self.rotation)
+
+
+def is_rotation(matrices: ArrayLike) -> np.ndarray:
+    """Tell which matrices (..., 3, 3) are rotations, up to `ROTATION_TOLERANCE`: (...), bool."""
+    R = np.asarray(matrices, dtype=np.float64)
+    off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(axis=(-2, -1))
+    right_handed = (np.cross(R[..., 0], R[..., 1]) * R[..., 2]).sum(axis=-1) > 0.0
+    return np.asarray((off < ROTATION_TOLERANCE) & right_handed)
 
 
 def rotation_x(angle: float) -> FloatArray:

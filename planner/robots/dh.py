@@ -23,7 +23,7 @@ from planner.robots.checks import (
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.description import Joint, JointKind, RobotDescription
 from planner.robots.findings import Findings, shown
-from planner.spatial import Pose, rotation_x, rotation_z
+from planner.spatial import Pose, is_rotation, rotation_x, rotation_z
 
 Convention = Literal["standard", "modified"]
 
@@ -183,8 +183,7 @@ def _placement(name: str, pose: Pose | None, findings: Findings) -> pin.SE3:
     if pose is None:
         return pin.SE3.Identity()
     rotation = np.eye(3) if pose.rotation is None else pose.rotation
-    is_rotation = np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-6 and np.linalg.det(rotation) > 0.0
-    if not is_rotation or not np.isfinite(pose.position).all():
+    if not is_rotation(rotation) or not np.isfinite(pose.position).all():
         findings.error("invalid_pose", name, f"the pose of the {name} is not made of numbers and a rotation")
         return pin.SE3.Identity()
     check_length(name, pose.position.tolist(), findings)

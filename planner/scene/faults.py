@@ -1,19 +1,25 @@
-"""Faults of scenes: names that are used twice, or that nothing has, and shapes without an end that would move."""
+"""Faults of scenes: names used twice or that nothing has, margins and poses that are none, endless shapes that move."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from planner.errors import InvalidProblem
 from planner.scene.point_cloud import PointCloud
+from planner.spatial import is_rotation
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.fields import FieldPath
     from planner.robots import Robot
-    from planner.scene.scene import Handling, Scene
+    from planner.scene.scene import AttachedObject, Handling, Scene, SceneObject
     from planner.shapes import Shape
+
+NO_MARGIN = "a margin is 0 or more, and has an end"
+"""The message of a fault where a margin is none."""
 
 
 def refuse_faults(robot: Robot, scene: Scene) -> None:
@@ -49,6 +55,25 @@ def scene_faults(robot: Robot, scene: Scene) -> Iterator[tuple[FieldPath, str]]:
         for name in pair:
             if name not in seen:
                 yield ("scene", "allowed_pairs", i), f"nothing is called {name!r}"
+    if not 0.0 <= scene.margin < np.inf:
+        yield ("scene", "margin"), NO_MARGIN
+    for i, (_, _, least) in enumerate(scene.pair_margins):
+        if not np.isfinite(least):
+            yield ("scene", "pair_margins", i), "the least distance of a pair is a number"
+    yield from _thing_faults(scene.objects, "objects")
+    yield from _thing_faults(scene.attached, "attached")
+
+
+def _thing_faults(things: Sequence[SceneObject | AttachedObject], kind: str) -> Iterator[tuple[FieldPath, str]]:
+    """Find margins and poses that are none."""
+    for i, thing in enumerate(things):
+        if thing.margin is not None and not 0.0 <= thing.margin < np.inf:
+            yield ("scene", kind, i, "margin"), NO_MARGIN
+    positions = np.array([thing.pose.position for thing in things]).reshape(-1, 3)
+    rotations = [np.eye(3) if thing.pose.rotation is None else thing.pose.rotation for thing in things]
+    is_pose = np.isfinite(positions).all(axis=1) & is_rotation(np.array(rotations).reshape(-1, 3, 3))
+    for i in np.flatnonzero(~is_pose).tolist():
+        yield ("scene", kind, i, "pose"), "a pose is made of numbers and a rotation"
 
 
 def handling_faults(robot: Robot, scene: Scene, handling: Sequence[Handling]) -> Iterator[tuple[FieldPath, str]]:

@@ -1,4 +1,4 @@
-"""Roll, pitch and yaw of rotations in a row, against scipy's, and where they have no unique answer."""
+"""Which matrices are rotations; roll, pitch and yaw of rotations in a row, against scipy's, and without an answer."""
 
 from __future__ import annotations
 
@@ -6,9 +6,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from planner.spatial import rotation_from_rpy, rpy_from_rotations
+from planner.spatial import is_rotation, rotation_from_rpy, rpy_from_rotations
 
 QUARTER = np.pi / 2.0
+
+
+def test_rotations_are_told_from_other_matrices() -> None:
+    rotations = Rotation.random(50, random_state=3).as_matrix()
+    assert is_rotation(rotations).all()
+    assert is_rotation(np.round(rotations, 7)).all()
+    others = [1.001 * rotations, -rotations, np.full_like(rotations, np.nan), np.zeros_like(rotations)]
+    assert not is_rotation(np.array(others)).any()
+    assert is_rotation(np.empty((0, 3, 3))).shape == (0,)
 
 
 def test_one_rotation_has_the_angles_that_scipy_finds() -> None:

@@ -21,7 +21,7 @@ from planner.robots.checks import (
 )
 from planner.robots.description import Joint, JointKind
 from planner.robots.findings import shown
-from planner.spatial import FloatArray, Pose, rotation_with_z_along
+from planner.spatial import FloatArray, Pose, is_rotation, rotation_with_z_along
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -147,8 +147,7 @@ def placement_of(name: str, pose: Pose | None, findings: Findings) -> pin.SE3:
     if pose is None:
         return pin.SE3.Identity()
     rotation = np.eye(3) if pose.rotation is None else pose.rotation
-    is_rotation = np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-6 and np.linalg.det(rotation) > 0.0
-    if not is_rotation or not np.abs(pose.position).max() <= MAX_NUMBER:
+    if not is_rotation(rotation) or not np.abs(pose.position).max() <= MAX_NUMBER:
         text = f"where {shown(name)} stands is not made of numbers up to {MAX_NUMBER:g} and a rotation"
         findings.error("invalid_pose", shown(name), text)
         return pin.SE3.Identity()

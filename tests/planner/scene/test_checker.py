@@ -160,3 +160,26 @@ def test_names_that_mean_nothing_are_refused(scene: Scene, field: tuple[str | in
     with pytest.raises(InvalidProblem) as refusal:
         CollisionChecker(KUKA, scene)
     assert [fault.field for fault in refusal.value.faults] == [field]
+
+
+NOWHERE = Pose([np.nan, 0.0, 0.0])
+STRETCHED = Pose([1.0, 0.0, 0.0], np.diag([2.0, 1.0, 1.0]))
+MIRRORED = Pose([1.0, 0.0, 0.0], np.diag([-1.0, 1.0, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("scene", "field"),
+    [
+        *((Scene(margin=margin), ("margin",)) for margin in (np.nan, np.inf, -0.001)),
+        (Scene([SceneObject("a", [Sphere(0.1)], margin=np.nan)]), ("objects", 0, "margin")),
+        (Scene(attached=[AttachedObject("a", [Sphere(0.1)], margin=np.nan)]), ("attached", 0, "margin")),
+        (Scene(pair_margins=[("link_1", "a", np.nan)]), ("pair_margins", 0)),
+        *((Scene([SceneObject("a", [Sphere(0.1)], pose)]), ("objects", 0, "pose")) for pose in (NOWHERE, STRETCHED)),
+        (Scene(attached=[AttachedObject("a", [Sphere(0.1)], MIRRORED)]), ("attached", 0, "pose")),
+    ],
+)
+def test_margins_and_poses_that_are_none_are_refused(scene: Scene, field: tuple[str | int, ...]) -> None:
+    """With a margin or a place that is no number, whatever is asked would be proved free."""
+    with pytest.raises(InvalidProblem) as refusal:
+        CollisionChecker(KUKA, scene)
+    assert [fault.field for fault in refusal.value.faults] == [("scene", *field)]
