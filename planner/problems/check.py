@@ -7,27 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
-from planner.fields import BACK_END, KIND
+from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
-from planner.kinematics.configurations import named_parts
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
     BlendTransition,
-    CartesianMotion,
     CircularMotion,
     JointMotion,
-    JointWaypoint,
     LinearMotion,
     PolylineMotion,
-    PoseWaypoint,
-    RelativeWaypoint,
     SplineMotion,
     StopTransition,
     ThroughTransition,
 )
-from planner.problems.regions import Region, region_faults
 from planner.problems.stop_faults import action_faults, objects_handled_faults, tool_faults
+from planner.problems.waypoint_faults import waypoint_faults
 from planner.robots.description import RANGED_QUANTITIES
 from planner.scene.faults import scene_faults
 from planner.speed_zones import speed_zone_faults
@@ -38,7 +33,6 @@ if TYPE_CHECKING:
 
     from planner.fields import FieldPath
     from planner.guarantees import MovesAtItsEnds
-    from planner.kinematics.options import InverseKinematicsOptions
     from planner.limits import Limits
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.robots import Robot
@@ -83,51 +77,6 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
     if moves_at_its_ends(backend):
         _refuse_impossible_ends(problem, backend)
     _refuse_impossible_passages(problem)
-
-
-def waypoint_faults(
-    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
-) -> Iterator[tuple[FieldPath, str]]:
-    """Find the faults that keep the list from saying where the robot is to go."""
-    for i, waypoint in enumerate(waypoints):
-        if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
-            count = len(waypoint.position)
-            yield ("waypoints", i, "position"), f"{count} values for the {robot.dof} joints of {robot.id}"
-        if isinstance(waypoint, PoseWaypoint) and waypoint.configuration.names:
-            known = named_parts(robot)
-            for part in waypoint.configuration.names:
-                if part not in known:
-                    has = f"the configurations of {robot.id} are named by {' and '.join(known) or 'nothing'}"
-                    yield ("waypoints", i, "configuration", part), f"{has}, not by the {part}"
-        if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and waypoint.pose.rotation is None:
-            yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
-        if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
-            yield from region_faults(waypoint.free, ("waypoints", i, "free"))
-        if isinstance(waypoint, PoseWaypoint):
-            yield from _pin_faults(robot, waypoint, ("waypoints", i, "external"))
-        if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
-            yield from region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
-    if waypoints and isinstance(waypoints[0], RelativeWaypoint):
-        yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
-    if options.prefer == "near_reference" and options.reference is None:
-        yield ("inverse_kinematics", "reference"), "nothing can be near to the reference without one"
-    if options.reference is not None and len(options.reference) != robot.dof:
-        yield (
-            ("inverse_kinematics", "reference"),
-            f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}",
-        )
-
-
-def _pin_faults(robot: Robot, waypoint: PoseWaypoint, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
-    """Find the faults of where external axes are pinned."""
-    for name, value in (waypoint.external or {}).items():
-        if name not in robot.external_axes:
-            known = ", ".join(robot.external_axes) or "none"
-            yield (*field, name), f"{robot.id} has no such external axis; it has {known}"
-            continue
-        joint = robot.joints[robot.joint_names.index(name)]
-        if not joint.lower <= value <= joint.upper or not np.isfinite(value):
-            yield (*field, name), f"outside of the limits of {name}, {joint.lower:.10g} to {joint.upper:.10g}"
 
 
 def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:

@@ -12,8 +12,8 @@ from planner.kinematics.configurations import Configuration, in_configuration
 from planner.kinematics.forward import manipulability, tool_pose
 from planner.kinematics.inverse import InverseKinematicsResult, solutions_or_failure
 from planner.kinematics.search import Search, is_isolated, wide_spread
-from planner.problems.check import waypoint_faults
 from planner.problems.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.waypoint_faults import waypoint_faults
 from planner.robots.tools import with_tools
 from planner.scene import Handling, PostureCollision, collisions_at
 from planner.scene.carried import checker_at_waypoints

@@ -85,3 +85,15 @@ def test_one_position_is_a_row_of_many() -> None:
     assert measures.shape == (2,)
     assert manipulability(robot, PICK) == measures[1]
     assert np.array_equal(forward_kinematics(robot, [HOME, PICK])[1].position, tool_pose(robot, PICK).position)
+
+
+def test_positions_and_poses_that_are_no_numbers_are_refused() -> None:
+    """Named with their waypoint, before any back end is asked."""
+    robot = load_robot("kuka_kr16_2")
+    no_number = [JointWaypoint((np.nan, *HOME[1:])), JointWaypoint((np.inf, *HOME[1:]))]
+    nowhere = [PoseWaypoint(Pose([np.nan, 0.0, 1.0])), PoseWaypoint(Pose([1.0, 0.0, 1.0], np.full((3, 3), np.nan)))]
+    for waypoint in (*no_number, *nowhere):
+        with pytest.raises(InvalidProblem) as refused:
+            plan(PlanningProblem(robot, [JointWaypoint(HOME), waypoint]))
+        field = "position" if isinstance(waypoint, JointWaypoint) else "pose"
+        assert [fault.field for fault in refused.value.faults] == [("waypoints", 1, field)]

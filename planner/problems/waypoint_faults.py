@@ -1,0 +1,74 @@
+"""What is wrong with the places that a robot is to go to, each by itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.fields import KIND
+from planner.kinematics.configurations import named_parts
+from planner.problems.problem import CartesianMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.regions import Region, region_faults
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from planner.fields import FieldPath
+    from planner.kinematics.options import InverseKinematicsOptions
+    from planner.problems.problem import AnyWaypoint
+    from planner.robots import Robot
+    from planner.spatial import Pose
+
+
+def waypoint_faults(
+    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
+) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults that keep the list from saying where the robot is to go."""
+    for i, waypoint in enumerate(waypoints):
+        if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
+            count = len(waypoint.position)
+            yield ("waypoints", i, "position"), f"{count} values for the {robot.dof} joints of {robot.id}"
+        if isinstance(waypoint, JointWaypoint) and not np.isfinite(waypoint.position).all():
+            yield ("waypoints", i, "position"), "not all of them are numbers"
+        if isinstance(waypoint, PoseWaypoint) and not _is_finite(waypoint.pose_in_base):
+            yield ("waypoints", i, "pose"), "not all of it is numbers"
+        if isinstance(waypoint, PoseWaypoint) and waypoint.configuration.names:
+            known = named_parts(robot)
+            for part in waypoint.configuration.names:
+                if part not in known:
+                    has = f"the configurations of {robot.id} are named by {' and '.join(known) or 'nothing'}"
+                    yield ("waypoints", i, "configuration", part), f"{has}, not by the {part}"
+        if isinstance(waypoint, PoseWaypoint) and waypoint.free is not None and waypoint.pose.rotation is None:
+            yield ("waypoints", i, "free"), "a pose without an orientation has no axis to turn about: all is free"
+        if isinstance(waypoint, PoseWaypoint) and isinstance(waypoint.free, Region):
+            yield from region_faults(waypoint.free, ("waypoints", i, "free"))
+        if isinstance(waypoint, PoseWaypoint):
+            yield from _pin_faults(robot, waypoint, ("waypoints", i, "external"))
+        if isinstance(waypoint.motion, CartesianMotion) and isinstance(waypoint.motion.free, Region):
+            yield from region_faults(waypoint.motion.free, ("waypoints", i, "motion", "free"), with_zero=True)
+    if waypoints and isinstance(waypoints[0], RelativeWaypoint):
+        yield ("waypoints", 0, KIND), "the first waypoint cannot be relative: there is none before it"
+    if options.prefer == "near_reference" and options.reference is None:
+        yield ("inverse_kinematics", "reference"), "nothing can be near to the reference without one"
+    if options.reference is not None and len(options.reference) != robot.dof:
+        yield (
+            ("inverse_kinematics", "reference"),
+            f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}",
+        )
+
+
+def _is_finite(pose: Pose) -> bool:
+    return bool(np.isfinite(pose.position).all() and (pose.rotation is None or np.isfinite(pose.rotation).all()))
+
+
+def _pin_faults(robot: Robot, waypoint: PoseWaypoint, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of where external axes are pinned."""
+    for name, value in (waypoint.external or {}).items():
+        if name not in robot.external_axes:
+            known = ", ".join(robot.external_axes) or "none"
+            yield (*field, name), f"{robot.id} has no such external axis; it has {known}"
+            continue
+        joint = robot.joints[robot.joint_names.index(name)]
+        if not joint.lower <= value <= joint.upper or not np.isfinite(value):
+            yield (*field, name), f"outside of the limits of {name}, {joint.lower:.10g} to {joint.upper:.10g}"
