@@ -68,8 +68,8 @@ def draw_shares(axis: Axes, groups: Sequence[Curves]) -> None:
     for curves in groups:
         space = "" if curves.unit.startswith("°") else " "
         for values, lower, upper in zip(curves.values.T, curves.lower.T, curves.upper.T, strict=True):
-            limited = bool(np.isfinite(lower).all() and np.isfinite(upper).all())
-            text = "no limit"
+            limited = bool(np.isfinite(lower).all() and np.isfinite(upper).all() and (lower < upper).all())
+            text = f"held at {upper[0]:.4g}{space}{curves.unit}" if (lower == upper).all() else "no limit"
             if limited:
                 any_limited = True
                 used = 2.0 * (values - lower) / (upper - lower) - 1.0

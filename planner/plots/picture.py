@@ -13,7 +13,15 @@ from matplotlib.figure import Figure
 
 from planner.plots.graphs import draw_curves, draw_names, draw_shares, name_stops
 from planner.plots.planned import drawn_times, stops_of
-from planner.plots.quantities import JOINT_UNITS, TOOL_QUANTITIES, joint_curves, joint_indices, samples_for, tool_curves
+from planner.plots.quantities import (
+    JOINT_UNITS,
+    TOOL_QUANTITIES,
+    XYZ,
+    joint_curves,
+    joint_indices,
+    samples_for,
+    tool_curves,
+)
 from planner.plots.space import VIEWS, draw_path, draw_points, draw_postures, draw_robot
 from planner.plots.style import STYLE
 
@@ -115,7 +123,7 @@ def draw_plan(
     """
     show = OVERVIEW if show is None else show
     _refuse_unknown("show", show, SHOWN)
-    _refuse_unknown("axes", axes or ("x",), "xyz")
+    _refuse_unknown("axes", XYZ if axes is None else axes, XYZ)
     _refuse_unknown("view", (view,), VIEWS)
     graphs = [quantity for quantity in show if quantity not in SPACES]
     samples = samples_for(plan, graphs, drawn_times(plan))
@@ -161,10 +169,12 @@ def draw_robot_at(
         title: The title; None: the robot's id.
 
     Raises:
-        ValueError: There is no such view.
+        ValueError: There is no such view, or the positions are not of this robot.
     """
     _refuse_unknown("view", (view,), VIEWS)
     rows = np.zeros((1, robot.dof)) if positions is None else np.atleast_2d(np.asarray(positions, dtype=np.float64))
+    if rows.ndim != 2 or rows.shape[1] != robot.dof or not np.isfinite(rows).all():
+        raise ValueError(f"positions: rows of {robot.dof} numbers are needed, one a joint of {robot.id}")
     facts = "; ".join(", ".join(f"{value:.4g}" for value in row) for row in rows)
     return _view(title or robot.id, f"at {facts}", partial(draw_postures, robot=robot, positions=rows, view=view))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from planner.errors import InvalidProblem
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
+from planner.plots.picture import draw_robot_at
 from planner.plots.stick_model import stick_model
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.robots import catalogue_ids, load_robot
@@ -69,8 +71,27 @@ def test_names_that_there_are_not_are_refused(slowed: Plan) -> None:
         slowed.plot("speed")
     with pytest.raises(ValueError, match="axes: w; there are x"):
         slowed.plot("tcp_position", axes=["w"])
+    with pytest.raises(ValueError, match="axes: nothing; there are x"):
+        slowed.plot("tcp_position", axes=[])
     with pytest.raises(ValueError, match="view: above"):
         slowed.plot("path", view="above")
+
+
+@pytest.mark.parametrize("positions", [[[0.0, 0.5]], [], [[0.0, 0.5, np.nan]], np.zeros((2, 3, 1))])
+def test_positions_of_another_robot_are_refused(positions: Any) -> None:
+    with pytest.raises(ValueError, match="positions: rows of 3 numbers are needed, one a joint of three_dof_arm"):
+        draw_robot_at(load_robot("three_dof_arm"), positions)
+
+
+def test_a_joint_that_its_limits_hold_is_said_to_be_held() -> None:
+    robot = load_robot("three_dof_arm")
+    held = replace(robot.joints[1], lower=0.5, upper=0.5)
+    robot = replace(robot, joints=(robot.joints[0], held, robot.joints[2]))
+    waypoints = [JointWaypoint((0.0, 0.5, 0.5)), JointWaypoint((1.0, 0.5, 0.0))]
+    beside = plan(PlanningProblem(robot, waypoints)).plot("position").figure.axes[1]
+    texts = [text.get_text() for text in beside.texts]
+    assert texts[1] == f"held at {np.degrees(0.5):.4g}°"
+    assert not any("held" in texts[k] or "nan" in texts[k] for k in (0, 2))
 
 
 @pytest.mark.parametrize("robot_id", catalogue_ids())
