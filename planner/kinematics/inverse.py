@@ -155,8 +155,7 @@ def all_solutions(
     Returns:
         The solutions, each (joints,), rad or m; none where the pose cannot be reached.
     """
-    found = solutions_or_failure(robot, pose, options, None if reference is None else np.asarray(reference), is_free)
-    return found if isinstance(found, tuple) else ()
+    return _solutions(Search(robot, pose, options), None if reference is None else np.asarray(reference), is_free)
 
 
 def solution_layers(
@@ -175,10 +174,14 @@ def solutions_or_failure(
 ) -> tuple[FloatArray, ...] | InverseKinematicsResult:
     """Find `all_solutions`, or why there is none and the nearest pose found; one search does both."""
     search = Search(robot, pose, options)
+    return _solutions(search, reference, is_free) or _failure(search)
+
+
+def _solutions(search: Search, reference: FloatArray | None, is_free: IsFree | None) -> tuple[FloatArray, ...]:
     (found,) = _layers([search], reference)
-    if not found:
-        return _failure(search)
-    return found if is_free is None else free_first(with_free_ones(search, found, is_free, reference), is_free)
+    if not found or is_free is None:
+        return found
+    return free_first(with_free_ones(search, found, is_free, reference), is_free)
 
 
 def free_first(solutions: Sequence[FloatArray], is_free: IsFree) -> tuple[FloatArray, ...]:

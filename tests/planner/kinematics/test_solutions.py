@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from itertools import pairwise
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from planner.kinematics import (
     with_whole_turns,
 )
 from planner.kinematics.options import InverseKinematicsOptions
+from planner.kinematics.search import Search
 from planner.robots import Robot, load_robot
 from tests.documents.published import homogeneous
 from tests.locations import DATA
@@ -104,6 +106,17 @@ def test_a_tool_changes_the_pose_and_not_the_branches() -> None:
     assert len(without) == len(with_tool)
     for solution in without:
         assert min(apart(solution, other) for other in with_tool) < 1e-5
+
+
+def test_a_pose_out_of_reach_is_given_up_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The nearest pose, for which the search takes sixty times as long, is what nobody asks for here."""
+
+    def searched(_: Search) -> NoReturn:
+        raise AssertionError
+
+    monkeypatch.setattr(Search, "nearest", searched)
+    monkeypatch.setattr(Search, "beyond_the_limits", searched)
+    assert all_solutions(load_robot("kuka_kr16_2"), Pose([5.0, 0.0, 1.0], np.eye(3)), OPTIONS) == ()
 
 
 def within(robot: Robot, q: FloatArray) -> bool:
