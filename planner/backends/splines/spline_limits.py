@@ -207,7 +207,7 @@ def hold_against_limits(
     matters = np.zeros(span.shape, bool)
     for order, measure in enumerate(allowed, start=1):
         bounds = np.abs(by_order[order] @ bernstein_matrix(degree + 1 - order))
-        matters = matters | (bounds.max(axis=2) > measure * near**order)
+        matters = matters | (bounds.max(axis=2) / measure > near**order)
     control = spline.unit @ bernstein_matrix(degree + 1)
     may_leave = (control.max(axis=2) > limits.upper - NEAR_POSITION * span) | (
         control.min(axis=2) < limits.lower + NEAR_POSITION * span

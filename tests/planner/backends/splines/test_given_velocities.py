@@ -356,6 +356,14 @@ def test_a_short_part_does_not_hide_the_peaks_of_a_long_one(degree: Degree) -> N
 
 
 @pytest.mark.parametrize("degree", DEGREES)
+def test_accelerations_alone_limit_a_spline(degree: Degree) -> None:
+    """At the waypoints of a quintic without acceleration there, nothing is used of what is limited."""
+    velocities, none = np.array([[0.1, 0.1]]), np.full((2, 2), INF)
+    limits = spline_limits(np.full(2, -INF), np.full(2, INF), none, np.full((2, 2), 2.0), none)
+    keeps_all(timed(WAY, velocities, limits, free(2), degree), WAY, velocities, limits, degree)
+
+
+@pytest.mark.parametrize("degree", DEGREES)
 def test_a_velocity_without_room_before_it_is_refused(degree: Degree) -> None:
     """Brakes need v^2 / 2a = 0.125: a wall is 0.05 behind the waypoint."""
     positions = np.array([[0.0, 0.0], [0.5, 0.0], [0.2, 0.0]])
