@@ -35,7 +35,7 @@ class Contacts:
     """Tells whether a robot touches anything: sampled, with Pinocchio and coal alone.
 
     Examples:
-        `Contacts(robot, scene, true_meshes=True).touched_share(path)` judges; with the convex pieces it is what a peer
+        `Contacts(robot, scene, true_meshes=True).touches_along(path)` judges; with the convex pieces it is what a peer
         that has no geometry of its own is given.
     """
 
