@@ -39,6 +39,9 @@ AMONG_OBJECTS = 1
 CONTACTS = 2
 """Number of those among them that have a least distance of their own, since they may touch: `Scene.pair_margins`."""
 
+MOST_LOOKED_AT = 64
+"""Number of groups of obstacles, and then of obstacles in them, among which the nearest is sought."""
+
 MOST_KEPT = 16
 """Number of checkers that a process keeps: remedies are tried, and edges planned, with the same few."""
 
@@ -150,7 +153,7 @@ class CollisionChecker:
         return Items(rows, pairs)
 
     def nearest_item(self, postures: Postures, wanted: FloatArray) -> tuple[int, int]:
-        """Return the posture and the number of the pair with an obstacle that spheres leave nearest.
+        """Return the posture and the number of the pair with an obstacle that is nearest, as far as bounds tell.
 
         Args:
             postures: N postures.
@@ -159,11 +162,17 @@ class CollisionChecker:
         centers, radii = self._spheres(postures)
         low = self.obstacles.group_distances(centers) - radii[..., None]
         low[:, ~np.isfinite(self.obstacles.group_margins(wanted))] = np.inf
-        row, body, group = (int(k) for k in np.unravel_index(np.argmin(low), low.shape))
-        obstacles, _ = self.obstacles.in_groups(np.array([group]))
-        obstacles = obstacles[np.isfinite(wanted[body, obstacles])]
-        low = self.obstacles.sphere_distances(np.tile(centers[row, body], (len(obstacles), 1)), obstacles)
-        return row, self.own_pairs + body * len(self.obstacles.all) + int(obstacles[np.argmin(low)])
+        nearest = _least(low.ravel(), MOST_LOOKED_AT)
+        rows, bodies, groups = np.unravel_index(nearest[np.isfinite(low.ravel()[nearest])], low.shape)
+        obstacles, of = self.obstacles.in_groups(groups)
+        asked = np.isfinite(wanted[bodies[of], obstacles])
+        rows, bodies, obstacles = rows[of[asked]], bodies[of[asked]], obstacles[asked]
+        low = self.obstacles.sphere_distances(centers[rows, bodies], obstacles) - radii[rows, bodies]
+        nearest = _least(low, MOST_LOOKED_AT)
+        pairs = self.own_pairs + bodies * len(self.obstacles.all) + obstacles
+        items = Items(rows[nearest], pairs[nearest])
+        best = np.argmin(self._scene_bounds(postures, items, np.full(len(nearest), np.inf)))
+        return int(items.rows[best]), int(items.pairs[best])
 
     def near_items(self, postures: Postures, moved: FloatArray, wanted: FloatArray) -> tuple[Items, float]:
         """Find the pairs with obstacles that spheres, about groups of obstacles and then about each, leave too near.
@@ -283,7 +292,7 @@ class CollisionChecker:
         body, number = divmod(pair - self.own_pairs, len(self.obstacles.all))
         obstacle, placed = self.obstacles.all[number], self._placed(postures, row, body)
         if isinstance(obstacle.shape, Cluster):
-            return cluster_separation(placed, obstacle.shape, obstacle.rotation, obstacle.translation)
+            return cluster_separation(placed, self.obstacles.balls(number))
         return separation(placed, Placed(obstacle.shape, obstacle.rotation, obstacle.translation))
 
     def _placed(self, postures: Postures, row: int, body: int) -> Placed:
@@ -350,6 +359,11 @@ class CollisionChecker:
                     margins[number, among] = np.minimum(margins[number, among], least)
                     of_pairs[number, among] = True
         return margins, of_pairs
+
+
+def _least(numbers: FloatArray, most: int) -> np.ndarray:
+    """Return the rows of the least of numbers (n,), in the order in which they are."""
+    return np.sort(np.argpartition(numbers, most)[:most]) if len(numbers) > most else np.arange(len(numbers))
 
 
 def checker_of(robot: Robot, scene: Scene | None, self_collision: bool | None) -> CollisionChecker:

@@ -200,12 +200,11 @@ class _Search:
         """Begin with intervals on which all pairs count."""
         self.waiting.append(_Batch(starts, ends, None, np.zeros((0, 2, 3))))
 
-    def wanted(self, pairs: np.ndarray) -> FloatArray:
-        """Return the distances (n,) from which on pairs are done with, m."""
-        wanted: FloatArray = self.checker.margins_of(pairs) - CONTACT_TOLERANCE
-        if self.tolerance is None:
-            return wanted
-        np.maximum(wanted, (self.found.upper - self.tolerance)[self.checker.kinds(pairs)], out=wanted)
+    def wanted(self, kinds: np.ndarray, margins: FloatArray) -> FloatArray:
+        """Return the distances (n,) from which on pairs of some kinds and margins (n,) are done with, m."""
+        wanted = margins - CONTACT_TOLERANCE
+        if self.tolerance is not None:
+            np.maximum(wanted, (self.found.upper - self.tolerance)[kinds], out=wanted)
         return wanted
 
     def step(self) -> None:
@@ -221,37 +220,42 @@ class _Search:
             items = self._all_items(postures, displacements, middles)
             normals = np.zeros((len(items.rows), 2, 3))
         motions = self.checker.motions(displacements, items)
-        wanted = self.wanted(items.pairs)
+        kinds, margins = self.checker.kinds(items.pairs), self.checker.margins_of(items.pairs)
+        wanted = self.wanted(kinds, margins)
         near = self.checker.bounds(postures, items, wanted + motions)
         seen = (near - motions < wanted) & normals.any(axis=(1, 2))
         if seen.any():
             bounds = plane_bounds(self.checker, postures, Items(items.rows[seen], items.pairs[seen]), normals[seen])
             near[seen] = np.maximum(near[seen], bounds)
         low = near - motions
-        order = np.argsort(low, kind="stable")
+        left = np.flatnonzero((low < wanted) & (near - wanted < motions / ENOUGH_PARTS))
+        looked: list[int] = []
+        planes: list[FloatArray] = []
         upper = self.found.upper
-        for item in order.tolist():
+        for item in left[np.argsort(low[left], kind="stable")].tolist():
             if low[item] >= wanted[item] or motions[item] / ENOUGH_PARTS <= near[item] - wanted[item]:
-                continue
+                continue  # by now
             if not self.has_budget:
                 break
             row, pair = int(items.rows[item]), int(items.pairs[item])
-            apart = self._look(postures, row, pair, float(middles[row]))
+            apart = self._look(postures, row, pair, float(middles[row]), int(kinds[item]), float(margins[item]))
             near[item] = apart.proved
             low[item] = apart.proved - motions[item]
-            normals[item] = normals_at(self.checker, postures, row, pair, apart.normal)
+            looked.append(item)
+            planes.append(apart.normal)
             if self.found.hit is not None and self.tolerance is None:
                 break
             if self.tolerance is not None and (self.found.upper < upper).any():
                 upper = self.found.upper
-                wanted = self.wanted(items.pairs)
-        self._split(_Batch(starts, ends, items, normals), near, low, self.wanted(items.pairs))
+                wanted = self.wanted(kinds, margins)
+        if looked:
+            these = Items(items.rows[looked], items.pairs[looked])
+            normals[looked] = normals_at(self.checker, postures, these, np.array(planes))
+        self._split(_Batch(starts, ends, items, normals), near, low, wanted, kinds)
 
-    def _look(self, postures: Postures, row: int, pair: int, time: float) -> Separation:
+    def _look(self, postures: Postures, row: int, pair: int, time: float, kind: int, margin: float) -> Separation:
         apart = self.checker.separate(postures, row, pair)
         self.found.distances += 1
-        kind = int(self.checker.kinds(np.array([pair]))[0])
-        margin = float(self.checker.margins_of(np.array([pair]))[0])
         self.found.see(kind, Nearest(apart.distance, time, pair, apart.point, margin))
         return apart
 
@@ -262,7 +266,8 @@ class _Search:
             wanted = np.where(asked, self.checker.margins - CONTACT_TOLERANCE, -np.inf)
             if self.tolerance is not None:
                 row, pair = self.checker.nearest_item(postures, wanted)
-                self._look(postures, row, pair, float(middles[row]))
+                margin = float(self.checker.margins_of(np.array([pair]))[0])
+                self._look(postures, row, pair, float(middles[row]), kind, margin)
                 least = self.found.upper[kind] - self.tolerance
                 wanted = np.where(asked, np.maximum(wanted, least), -np.inf)
             near, least = self.checker.near_items(postures, displacements.sum(axis=2), wanted)
@@ -273,14 +278,14 @@ class _Search:
     def _done(self, kind: int, low: FloatArray) -> None:
         self.found.lower[kind] = min(self.found.lower[kind], low.min(initial=np.inf))
 
-    def _split(self, batch: _Batch, near: FloatArray, low: FloatArray, wanted: FloatArray) -> None:
+    def _split(self, batch: _Batch, near: FloatArray, low: FloatArray, wanted: FloatArray, kinds: np.ndarray) -> None:
         """Split the intervals on which pairs are left, into as many parts as should do."""
         starts, ends, items, normals = batch
         if items is None:
             raise ValueError("nothing was looked at")
         left = low < wanted
         for kind in KINDS:
-            self._done(kind, low[~left & (self.checker.kinds(items.pairs) == kind)])
+            self._done(kind, low[~left & (kinds == kind)])
         rows, pairs, normals = items.rows[left], items.pairs[left], normals[left]
         if not len(rows):
             return
@@ -291,7 +296,7 @@ class _Search:
         short = (ends - starts)[rows] < self.least
         middles = (starts + ends) / 2.0
         for kind in KINDS:
-            self._done(kind, low[left][short & (self.checker.kinds(pairs) == kind)])
+            self._done(kind, low[left][short & (kinds[left] == kind)])
         self.stuck += [
             (float(middles[row]), int(pair), float(distance))
             for row, pair, distance in zip(rows[short], pairs[short], near[left][short], strict=True)

@@ -75,13 +75,25 @@ class Obstacles:
         self.normals = np.array([normal for normal, _ in planes]).reshape(-1, 3)
         self.offsets = np.array([offset for _, offset in planes])
 
-        balls = [_balls(piece) for piece in self.pieces]
-        self._ball_counts = np.array([len(radii) for _, radii in balls], dtype=int)
-        self._first_balls = np.cumsum(self._ball_counts) - self._ball_counts
-        self._ball_centers = np.concatenate([np.empty((0, 3)), *(centers for centers, _ in balls)])
-        self._ball_radii = np.concatenate([np.empty(0), *(radii for _, radii in balls)])
+        self._set_balls()
         leaves = k_d_leaves(self.centers, MOST_IN_GROUP)
         self._set_groups([*leaves, *(np.array([len(self.pieces) + k]) for k in range(len(self.half_spaces)))])
+
+    def _set_balls(self) -> None:
+        """Keep the balls of clusters, as many of each, the last one several times, about the middles of their boxes."""
+        clusters = {row: _balls(piece) for row, piece in enumerate(self.pieces) if isinstance(piece.shape, Cluster)}
+        self._balls = clusters
+        self._cluster_numbers = np.full(len(self.pieces), -1)
+        self._cluster_numbers[list(clusters)] = np.arange(len(clusters))
+        counts = np.array([len(balls.radii) for balls in clusters.values()], dtype=int)
+        most = int(counts.max(initial=0))
+        first = np.cumsum(counts) - counts
+        kept = first[:, None] + np.minimum(np.arange(most), counts[:, None] - 1)
+        centers = np.concatenate([np.empty((0, 3)), *(balls.centers for balls in clusters.values())])
+        self._ball_centers = centers[kept] - self.centers[list(clusters), None]
+        self._ball_squares = (self._ball_centers**2).sum(axis=-1)
+        self._ball_radii = np.concatenate([np.empty(0), *(balls.radii for balls in clusters.values())])[kept]
+        self._ball_reach = float(np.abs(centers).max(initial=0.0))
 
     def _set_groups(self, members: Sequence[np.ndarray]) -> None:
         """Keep groups of obstacles by the numbers of their members, and spheres about those that are pieces."""
@@ -134,30 +146,38 @@ class Obstacles:
         distances: FloatArray = np.sqrt((inside**2).sum(axis=-1)) - self.radii[rows][:, None]
         return distances
 
+    def balls(self, row: int) -> Cluster:
+        """Return the balls of a piece that is a cluster, in the base frame."""
+        return self._balls[row]
+
     def has_balls(self, rows: np.ndarray) -> np.ndarray:
         """Tell which pieces (n,) are clusters of balls."""
-        return np.asarray(self._ball_counts[rows] > 0)
+        return np.asarray(self._cluster_numbers[rows] >= 0)
 
     def ball_distances(self, starts: FloatArray, ends: FloatArray, rows: np.ndarray) -> FloatArray:
         """Compute the distances of line segments (n, 3) from the balls of clusters (n,): (n,), m; rounding included."""
         distances = np.empty(len(rows))
-        at_once = max(1, MOST_BALLS // max(1, int(self._ball_counts.max(initial=0))))
+        at_once = max(1, MOST_BALLS // max(1, self._ball_radii.shape[1]))
         for first in range(0, len(rows), at_once):
             part = slice(first, first + at_once)
             distances[part] = self._ball_distances(starts[part], ends[part], rows[part])
         return distances
 
     def _ball_distances(self, starts: FloatArray, ends: FloatArray, rows: np.ndarray) -> FloatArray:
-        of, balls = _ranges(self._first_balls[rows], self._ball_counts[rows])
-        way = ends - starts
-        square = (way**2).sum(axis=1)
-        apart = self._ball_centers[balls] - starts[of]
-        along = np.einsum("ij,ij->i", apart, way[of]) / np.where(square > 0.0, square, 1.0)[of]
-        apart -= np.clip(along, 0.0, 1.0)[:, None] * way[of]
-        distances = np.sqrt(np.einsum("ij,ij->i", apart, apart)) - self._ball_radii[balls]
-        scale = 1.0 + np.abs(starts).max() + np.abs(self._ball_centers).max()
-        counts = self._ball_counts[rows]
-        return np.asarray(np.minimum.reduceat(distances, np.cumsum(counts) - counts) - ROUNDING * scale)
+        """Compute |c - s - u w| - r at the share u of the way w where it is least, all about the cluster's middle."""
+        clusters = self._cluster_numbers[rows]
+        from_middle, way = starts - self.centers[rows], ends - starts
+        products = self._ball_centers[clusters] @ np.stack([from_middle, way], axis=2)
+        length = (way**2).sum(axis=1)[:, None]
+        along = products[..., 1] - (from_middle * way).sum(axis=1)[:, None]
+        shares = np.clip(along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+        squares = self._ball_squares[clusters] + (from_middle**2).sum(axis=1)[:, None]
+        squares -= 2.0 * products[..., 0]
+        squares -= shares * (2.0 * along - shares * length)
+        scale = np.abs(from_middle).sum(axis=1) + np.abs(way).sum(axis=1) + self.halves[rows].sum(axis=1)
+        squares -= (ROUNDING * scale**2)[:, None]
+        distances = np.sqrt(np.maximum(squares, 0.0, out=squares)) - self._ball_radii[clusters]
+        return np.asarray(distances.min(axis=1) - ROUNDING * (1.0 + np.abs(starts).max() + self._ball_reach))
 
     def plane_distances(self, points: FloatArray, rows: np.ndarray) -> FloatArray:
         """Compute the distances of points (n, spheres, 3) from half spaces (n,): (n, spheres), m, negative inside."""
@@ -177,9 +197,9 @@ def _pieces_of(thing: SceneObject, base: Pose | None) -> Iterator[Obstacle]:
 
 
 def _balls(piece: Obstacle) -> Cluster:
-    """Return the balls of a cluster in the base frame; a piece of another shape has none."""
+    """Return the balls of a cluster in the base frame."""
     if not isinstance(piece.shape, Cluster):
-        return Cluster(np.empty((0, 3)), np.empty(0))
+        raise TypeError(f"{piece.name} is no cluster")
     return Cluster(piece.shape.centers @ piece.rotation.T + piece.translation, piece.shape.radii)
 
 

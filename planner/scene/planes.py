@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from planner.spatial import FloatArray
 
 
-def normals_at(checker: CollisionChecker, postures: Postures, row: int, pair: int, normal: FloatArray) -> FloatArray:
-    """Return the normal (3,) of a plane between a pair at a posture in the frames of both of its joints (2, 3)."""
-    joints = checker.joints_of(np.array([pair]))[0]
-    normals: FloatArray = normal @ postures.rotations[row, joints]
-    return normals
+def normals_at(checker: CollisionChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:
+    """Return the normals (n, 3) of planes between n pairs in the frames of both of their joints: (n, 2, 3)."""
+    joints = checker.joints_of(items.pairs)
+    turned: FloatArray = (normals[:, None, None] @ postures.rotations[items.rows[:, None], joints])[:, :, 0]
+    return turned
 
 
 def plane_bounds(checker: CollisionChecker, postures: Postures, items: Items, normals: FloatArray) -> FloatArray:

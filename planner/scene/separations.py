@@ -28,6 +28,12 @@ SUSPICIOUS = 1e-4
 way: it is some nanometres as a rule, and several millimetres for one in a million pairs of hulls."""
 
 
+SPECK = Sphere(1e-6)
+"""What stands for a ball of a point cloud, so that coal needs one geometry for all of them."""
+
+WITHOUT_TURN = np.eye(3)
+"""The rotation of balls."""
+
 NO_NORMAL = np.zeros(3)
 """The normal that stands where no one plane proves a distance, or no other posture has a use for it."""
 
@@ -83,35 +89,28 @@ def separation(first: Placed, second: Placed) -> Separation:
     return best._replace(distance=min(distances, default=best.proved))
 
 
-def cluster_separation(first: Placed, cluster: Cluster, rotation: FloatArray, translation: FloatArray) -> Separation:
-    """Compute how far a shape is from the balls of a cluster, the nearest balls first.
-
-    Args:
-        first: The shape.
-        cluster: The balls, in a frame of their own.
-        rotation: (3, 3), of that frame.
-        translation: (3,), m, of that frame.
-    """
-    centers = cluster.centers @ rotation.T + translation
+def cluster_separation(first: Placed, balls: Cluster) -> Separation:
+    """Compute how far a shape is from the balls of a cluster, which are where they stand, the nearest balls first."""
     capsule = first.shape.bounding_capsule
     if capsule is None:
         raise ValueError("what moves with a robot has an end")
     start, end = (first.rotation @ point + first.translation for point in capsule[:2])
-    bounds = _distances_to_segment(centers, start, end) - capsule.radius - cluster.radii
+    bounds = _distances_to_segment(balls.centers, start, end) - capsule.radius - balls.radii
     if isinstance(first.shape, Sphere | Capsule):  # which is its own bound
         row = int(np.argmin(bounds))
-        scale = 1.0 + float(np.abs(centers[row]).max() + np.abs(start).max())
-        return Separation(float(bounds[row]) - ROUNDING * scale, float(bounds[row]), centers[row], NO_NORMAL)
+        scale = 1.0 + float(np.abs(balls.centers[row]).max() + np.abs(start).max())
+        return Separation(float(bounds[row]) - ROUNDING * scale, float(bounds[row]), balls.centers[row], NO_NORMAL)
     best: Separation | None = None
     least = np.inf
-    for row in np.argsort(bounds).tolist():
+    for row in np.argsort(bounds, kind="stable").tolist():
         if bounds[row] - ROUNDING * 10.0 >= least:
             break
-        ball = Placed(Sphere(float(cluster.radii[row])), rotation, centers[row])
-        found = separation(first, ball)
-        least = min(least, found.proved)
-        if best is None or found.distance < best.distance:
-            best = found
+        # A ball is as far away as a smaller one around the same center, less what its radius is larger.
+        more = float(balls.radii[row]) - SPECK.radius
+        found = separation(first, Placed(SPECK, WITHOUT_TURN, balls.centers[row]))
+        least = min(least, found.proved - more)
+        if best is None or found.distance - more < best.distance:
+            best = found._replace(distance=found.distance - more)
     if best is None:
         raise ValueError("a cluster has balls")
     return best._replace(proved=least, normal=NO_NORMAL)

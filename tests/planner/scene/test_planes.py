@@ -37,9 +37,7 @@ def test_planes_never_prove_more_than_there_is() -> None:
     count = checker.own_pairs + len(checker.bodies.pieces) * len(checker.obstacles.all)
     items = Items(*(part.ravel() for part in np.meshgrid(np.arange(6), np.arange(count), indexing="ij")))
     found = [checker.separate(here, row, pair) for row, pair in zip(*items, strict=True)]
-    normals = np.array(
-        [normals_at(checker, here, *item, apart.normal) for *item, apart in zip(*items, found, strict=True)]
-    )
+    normals = normals_at(checker, here, items, np.array([apart.normal for apart in found]))
     seen = normals.any(axis=(1, 2))
     proved = np.array([apart.proved for apart in found])
     at_once = plane_bounds(checker, here, items, normals)

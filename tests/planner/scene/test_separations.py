@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from planner.scene.point_cloud import PointCloud, k_d_leaves
+from planner.scene.obstacles import Obstacles
+from planner.scene.point_cloud import Cluster, PointCloud, k_d_leaves
+from planner.scene.scene import SceneObject
 from planner.scene.segments import segment_distances
 from planner.scene.separations import Placed, cluster_separation, separation
 from planner.shapes import Box, Capsule, ConvexHull, Shape, Sphere
-from planner.spatial import FloatArray, rotation_from_rpy
+from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.sizes import SIZE
 
 PAIRS = 10_000 if SIZE.examples > 100 else 150
@@ -121,7 +123,31 @@ def test_a_cluster_is_as_near_as_its_nearest_ball() -> None:
     assert sum(len(cluster.radii) for cluster in cloud.clusters) == len(cloud.balls.radii)
     for shape in (Box([0.1, 0.2, 0.3]), Sphere(0.1), Capsule(0.05, 0.2)):
         first = Placed(shape, np.eye(3), np.array([2.0, 0.5, 0.0]))
-        found = min(cluster_separation(first, each, rotation, translation).proved for each in cloud.clusters)
+        there = [Cluster(each.centers @ rotation.T + translation, each.radii) for each in cloud.clusters]
+        found = min(cluster_separation(first, each).proved for each in there)
         centers = cloud.balls.centers @ rotation.T + translation
         balls = (Placed(Sphere(r), np.eye(3), c) for c, r in zip(centers, cloud.balls.radii.tolist(), strict=True))
         assert found == pytest.approx(min(distance(first, ball) for ball in balls), abs=2e-6)
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.1, 10.0, 300.0])
+@pytest.mark.parametrize("place", [0.0, 1.0, 300.0])
+def test_segments_are_as_far_from_balls_as_a_closed_form_says(size: float, place: float) -> None:
+    """Long ones and points, inside of balls and far away, beside clusters of one ball, of many, and of none."""
+    rng = np.random.default_rng(8)
+    clouds = [PointCloud(place + size * rng.uniform(-1.0, 1.0, (count, 3)), 0.01, 0.001) for count in (1, 7, 500)]
+    pose = Pose(np.array([0.3, -0.2, 0.1]), rotation_from_rpy(0.3, -0.4, 1.0))
+    obstacles = Obstacles([SceneObject("box", [Box([1.0, 1.0, 1.0])]), SceneObject("all", clouds, pose)], None)
+    numbers = np.flatnonzero(obstacles.has_balls(np.arange(len(obstacles.pieces))))
+    assert numbers.tolist() == list(range(1, len(obstacles.pieces)))
+    rows = np.repeat(numbers, 20)
+    centers = np.array([rng.permutation(obstacles.balls(row).centers)[0] for row in rows.tolist()])
+    starts = centers + rng.choice([0.0, 0.01, 1.0], (len(rows), 1)) * size * rng.normal(size=(len(rows), 3))
+    ends = starts + rng.choice([0.0, 1e-9, 1.0], (len(rows), 1)) * size * rng.normal(size=(len(rows), 3))
+    found = obstacles.ball_distances(starts, ends, rows)
+    for row, start, end, bound in zip(rows.tolist(), starts, ends, found.tolist(), strict=True):
+        balls = obstacles.balls(row)
+        way = end - start
+        shares = np.clip((balls.centers - start) @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
+        truth = (np.linalg.norm(balls.centers - start - shares[:, None] * way, axis=1) - balls.radii).min()
+        assert truth - 1e-5 * (1e-3 + size) - 2e-9 <= bound <= truth
