@@ -120,11 +120,11 @@ class Bodies:
     def _levers(self, rotations: FloatArray, origins: FloatArray, spheres: FloatArray) -> FloatArray:
         """Return the levers (N, bodies, joints); a convex function is largest at the ends of the capsule's axis."""
         axes = rotations[:, 1:, :, 2]
-        ends = spheres[:, :, [0, -1]].reshape(len(axes), -1, 3)
+        ends = spheres[:, :, [0, -1]].reshape(len(axes), 2 * len(self.pieces), 3)
         along = ends @ axes.transpose(0, 2, 1) - (origins[:, 1:] * axes).sum(axis=-1)[:, None]
         feet = origins[:, None, 1:] + along[..., None] * axes[:, None]
         distances = np.linalg.norm(ends[:, :, None] - feet, axis=-1)
-        levers = distances.reshape(len(axes), -1, 2, axes.shape[1]).max(axis=2) + self.radii[:, None]
+        levers = distances.reshape(len(axes), len(self.pieces), 2, axes.shape[1]).max(axis=2) + self.radii[:, None]
         levers = np.where(self.is_angle, levers * (1.0 + ROUNDING) + ROUNDING, 1.0)
         return np.where(self.is_moved, levers, 0.0)
 

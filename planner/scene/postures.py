@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.errors import InvalidProblem
 from planner.scene.checker import CONTACT_TOLERANCE, Items
 from planner.scene.continuous import DEFAULT_BUDGET, clearances
 from planner.trajectories.polynomials import PiecewisePolynomial
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from planner.scene.bodies import Postures
     from planner.scene.checker import CollisionChecker
     from planner.scene.continuous import Budget
@@ -36,7 +39,7 @@ class PostureCollision:
     depth: float
 
 
-def is_free(checker: CollisionChecker, positions: FloatArray) -> np.ndarray:
+def is_free(checker: CollisionChecker, positions: ArrayLike) -> np.ndarray:
     """Tell which postures are proved to keep every margin.
 
     Args:
@@ -46,6 +49,9 @@ def is_free(checker: CollisionChecker, positions: FloatArray) -> np.ndarray:
     Returns:
         (N,), bool.
 
+    Raises:
+        InvalidProblem: The positions are not of this robot, or no numbers.
+
     Examples:
         >>> import planner
         >>> floor = planner.SceneObject("floor", [planner.HalfSpace([0.0, 0.0, 1.0], -0.05)])
@@ -54,8 +60,8 @@ def is_free(checker: CollisionChecker, positions: FloatArray) -> np.ndarray:
         >>> planner.is_free(checker, robot.middle[None])
         array([ True])
     """
-    free = np.ones(len(positions), dtype=bool)
-    postures = checker.bodies.at(positions)
+    postures = checker.bodies.at(_checked(checker, positions))
+    free = np.ones(len(postures.origins), dtype=bool)
     items, _, wanted = _near_pairs(checker, postures)
     for row, pair, least in zip(items.rows.tolist(), items.pairs.tolist(), wanted.tolist(), strict=True):
         if free[row]:
@@ -63,7 +69,7 @@ def is_free(checker: CollisionChecker, positions: FloatArray) -> np.ndarray:
     return free
 
 
-def collisions_at(checker: CollisionChecker, positions: FloatArray) -> tuple[PostureCollision | None, ...]:
+def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[PostureCollision | None, ...]:
     """Find what is in the way at postures: of each the pair that is furthest beyond its margin.
 
     Args:
@@ -72,6 +78,9 @@ def collisions_at(checker: CollisionChecker, positions: FloatArray) -> tuple[Pos
 
     Returns:
         One of each posture; None: it is free, as `is_free` tells.
+
+    Raises:
+        InvalidProblem: As `is_free`.
 
     Examples:
         >>> import planner
@@ -82,8 +91,8 @@ def collisions_at(checker: CollisionChecker, positions: FloatArray) -> tuple[Pos
         >>> found.pair[1]
         'block'
     """
-    postures = checker.bodies.at(positions)
-    deepest: list[tuple[float, int]] = [(0.0, -1)] * len(positions)
+    postures = checker.bodies.at(_checked(checker, positions))
+    deepest: list[tuple[float, int]] = [(0.0, -1)] * len(postures.origins)
     items, low, wanted = _near_pairs(checker, postures)
     rows = zip(items.rows.tolist(), items.pairs.tolist(), low.tolist(), wanted.tolist(), strict=True)
     for row, pair, bound, least in rows:
@@ -93,6 +102,14 @@ def collisions_at(checker: CollisionChecker, positions: FloatArray) -> tuple[Pos
         None if depth <= 0.0 else PostureCollision(checker.names(pair), depth + CONTACT_TOLERANCE)
         for depth, pair in deepest
     )
+
+
+def _checked(checker: CollisionChecker, positions: ArrayLike) -> FloatArray:
+    """Return joint positions (N, joints) that are those of the robot: nothing would be near it where it is nowhere."""
+    rows = np.asarray(positions, dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != checker.dof or not np.isfinite(rows).all():
+        raise InvalidProblem([(("positions",), f"rows of {checker.dof} numbers are needed, one a joint")])
+    return rows
 
 
 def _near_pairs(checker: CollisionChecker, postures: Postures) -> tuple[Items, FloatArray, FloatArray]:

@@ -162,6 +162,18 @@ def test_names_that_mean_nothing_are_refused(scene: Scene, field: tuple[str | in
     assert [fault.field for fault in refusal.value.faults] == [field]
 
 
+def test_postures_that_are_none_are_refused_and_none_at_all_are_free() -> None:
+    """Nothing is known of where an arm is at NaN: it is not proved to be free there."""
+    checker = CollisionChecker(KUKA, Scene([SceneObject("ball", [Sphere(0.02)], ahead(0.1))]))
+    assert is_free(checker, [HOME.tolist()]).shape == (1,)
+    assert is_free(checker, np.empty((0, 6))).shape == (0,)
+    assert planner.collisions_at(checker, np.empty((0, 6))) == ()
+    for positions in (HOME, np.zeros((2, 5)), [[*HOME[:5], np.nan]], np.full((1, 6), np.inf)):
+        for ask in (is_free, planner.collisions_at):
+            with pytest.raises(InvalidProblem, match="positions: rows of 6 numbers are needed"):
+                ask(checker, positions)
+
+
 NOWHERE = Pose([np.nan, 0.0, 0.0])
 STRETCHED = Pose([1.0, 0.0, 0.0], np.diag([2.0, 1.0, 1.0]))
 MIRRORED = Pose([1.0, 0.0, 0.0], np.diag([-1.0, 1.0, 1.0]))
