@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 NEARLY = 1e-3
 """A candidate that exists but for so little (imaginary part, cosine beyond 1) is kept: polishing decides."""
 
-NEARLY_PARALLEL = 0.9
-"""Cosine of the angle between axes from which on one does not tell the turn about the other."""
-
 FLAT = 1e-6
 """Singular value, relative to the largest, below which the first two axes of three count as meeting or parallel."""
 

@@ -70,7 +70,8 @@ def _thing_faults(things: Sequence[SceneObject | AttachedObject], kind: str) -> 
         if thing.margin is not None and not 0.0 <= thing.margin < np.inf:
             yield ("scene", kind, i, "margin"), NO_MARGIN
     positions = np.array([thing.pose.position for thing in things]).reshape(-1, 3)
-    rotations = [np.eye(3) if thing.pose.rotation is None else thing.pose.rotation for thing in things]
+    upright = np.eye(3)
+    rotations = [upright if thing.pose.rotation is None else thing.pose.rotation for thing in things]
     is_pose = np.isfinite(positions).all(axis=1) & is_rotation(np.array(rotations).reshape(-1, 3, 3))
     for i in np.flatnonzero(~is_pose).tolist():
         yield ("scene", kind, i, "pose"), "a pose is made of numbers and a rotation"
