@@ -25,7 +25,7 @@ FINENESS = 0.1
 """How near the largest free blend is found, as a share of its radius: each halving of that takes another plan."""
 
 MOST_PLANS = 40
-"""Number of plans that are made for the blends of one problem: eight at most for one blend, with room for several."""
+"""Number of plans that are made for the blends of one problem: seven at most for one blend, with room for several."""
 
 
 def blend_radii(problem: PlanningProblem) -> dict[int, float]:
@@ -99,7 +99,8 @@ class _Search:
     def _largest_at(self, corner: int, plan: Plan) -> Plan:
         """Return the plan with the largest free radius at a corner: the one asked for, if another blend collided."""
         radii = blend_radii(plan.problem)
-        trial = refused = self.asked[corner]
+        refused = self.asked[corner]
+        trial = refused if len(self.pairs) > 1 else (radii[corner] * refused) ** 0.5
         while refused > radii[corner] * (1.0 + FINENESS) and self.plans_left:
             found = self._tried(radii | {corner: trial})
             if isinstance(found, Plan):
