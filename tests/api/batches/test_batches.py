@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
@@ -287,14 +286,15 @@ def test_clients_that_come_at_once_with_one_key_get_one_batch(service: RunningSe
 
 
 def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> None:
-    """Of two workers one: a plan of some milliseconds does not wait for plans of seconds."""
-    location = service.post(BATCHES, {"requests": slow_requests(8)}).headers["Location"]
+    """Of two workers one: nine plans of some milliseconds do not each wait for one of seconds."""
+    location = service.post(BATCHES, {"requests": slow_requests(16)}).headers["Location"]
     try:
-        time.sleep(0.5)
+        wait_until(lambda: status(service, location)["counts"]["planned"] > 0)
+        before = status(service, location)["counts"]["planned"]
         answers = [service.post("/v1/trajectories", request) for request in requests(9)]
         assert {answer.status_code for answer in answers} == {200}
-        assert sorted(answer.elapsed.total_seconds() for answer in answers)[4] < 0.5
-        assert status(service, location)["status"] == "running"
+        after = status(service, location)
+        assert after["status"] == "running" and after["counts"]["planned"] - before < 4
     finally:
         service.client.delete(location)
 
@@ -302,10 +302,8 @@ def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> N
 def test_a_cancelled_batch_keeps_what_is_done(service: RunningService) -> None:
     location = service.post(BATCHES, {"requests": requests(2) + slow_requests(8)}).headers["Location"]
     wait_until(lambda: status(service, location)["counts"]["planned"] >= 2)
-    begun = time.monotonic()
     assert service.client.delete(location).status_code == 204
     batch = status(service, location)
-    assert time.monotonic() - begun < 1.0
     assert batch["status"] == "cancelled" and batch["counts"]["waiting"] > 0
     assert len(results(service, location)) == batch["counts"]["planned"]
     assert service.post("/v1/trajectories", plan_request()).status_code == 200
