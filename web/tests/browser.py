@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
+
+from playwright.sync_api import expect
 
 from tests.locations import ROOT
 
@@ -105,6 +108,20 @@ def use_request(page: Page, text: str) -> None:
 def seconds(page: Page) -> float:
     """The time that is shown, s."""
     return float(page.locator("output.time").inner_text().split(" ")[0])
+
+
+def plays(page: Page) -> None:
+    """Wait until the time that is shown is more than a fifth of a second."""
+    expect(page.locator("output.time")).to_have_text(re.compile(r"^(0\.[2-9]|[1-9])"))
+
+
+@contextmanager
+def addressed(page: Page) -> Iterator[None]:
+    """Wait until the address has the change that is made inside: it follows a moment later."""
+    page.wait_for_url("**/#r=*")
+    before = page.url
+    yield
+    page.wait_for_url(lambda url: url != before)
 
 
 def drawn(page: Page) -> None:

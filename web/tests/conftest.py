@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from tests.api.conftest import RunningService, running_service, start_service
 from web.tests.browser import launched, opened, planned
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 __all__ = ["start_service"]
+
+expect.set_options(timeout=30_000)  # ms: as long as the other waits, for a busy machine
 
 
 @pytest.fixture(scope="session")

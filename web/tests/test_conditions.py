@@ -14,7 +14,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.locations import ROOT
-from web.tests.browser import PHONE, TOO_SHORT, WELDING, choose_example, opened, planned, seconds, use_request
+from web.tests.browser import PHONE, TOO_SHORT, WELDING, choose_example, drawn, opened, planned, plays, use_request
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -210,8 +210,8 @@ def test_the_first_view_comes_soon_and_playing_costs_little(
             views.append(page.evaluate(FIRST_VIEW_SEEN))
         first_view = min(views)
         use_request(page, json.dumps(long_request()))
-        expect(page.locator("[data-waypoint]")).to_have_count(300, timeout=30_000)
-        expect(page.locator(".verdict:not(.stale)")).to_contain_text("299.0", timeout=30_000)
+        expect(page.locator("[data-waypoint]")).to_have_count(300)
+        expect(page.locator(".verdict:not(.stale)")).to_contain_text("299.0")
         client = page.context.new_cdp_session(page)
         client.send("Performance.enable")
 
@@ -248,8 +248,7 @@ def test_a_report_opens_from_disk_and_plays(browser: Browser, service: RunningSe
         expect(page.locator(".verdict")).to_contain_text("Every enforced limit is kept")
         expect(page.locator(".wide-table tbody tr")).to_have_count(11)
         page.get_by_role("button", name="Play").click()
-        page.wait_for_timeout(500)
-        assert seconds(page) > 0.0
+        plays(page)
         assert violations(page) == []
 
 
@@ -266,7 +265,7 @@ def test_a_report_shows_what_is_carried(browser: Browser, service: RunningServic
         pictures = []
         for key in ("Home", "End"):
             page.get_by_role("slider", name="Time").press(key)
-            page.wait_for_timeout(500)
+            drawn(page)
             pictures.append(page.evaluate("document.querySelector('.stage canvas').toDataURL()"))
     assert (pictures[0] != pictures[1]) == takes
 
