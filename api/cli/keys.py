@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from api.access.keys import ID_BYTES, SCOPES, Scope
+from api.access.keys import SCOPES, Scope
 from api.cli.database import connected
 
 app = typer.Typer(
@@ -80,7 +80,7 @@ def list_() -> None:
         with engine.execution_options(reads=True).connect() as connection:
             found = all_keys(connection)
     table = plain_table(*COLUMNS)
-    table.columns[COLUMNS.index("id")].min_width = 2 * ID_BYTES  # the whole id is what `revoke` takes
+    table.columns[COLUMNS.index("scopes")].no_wrap = False  # so that there is room for the names
     for key in found:
         granted = (key.requests_per_minute, key.concurrent_requests, key.requests_per_day)
         limits = ("-" if limit is None else str(limit) for limit in granted)
@@ -118,4 +118,4 @@ def _audit(action: str, key_id: str) -> None:
 
 
 def _date(seconds: float | None) -> str:
-    return "-" if seconds is None else datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%d %H:%M")
+    return "-" if seconds is None else datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%d")

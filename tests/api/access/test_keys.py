@@ -12,7 +12,7 @@ import structlog
 from typer.testing import CliRunner
 
 from api.access import access as access_module
-from api.access.keys import digest_of, id_of, new_key
+from api.access.keys import SCOPES, digest_of, id_of, new_key
 from api.cli import app
 from api.operations import OPERATIONS
 from tests.api.conftest import wait_until
@@ -292,6 +292,12 @@ def test_a_key_is_kept_as_a_hash_and_shown_once(keyed: Keyed) -> None:
     for key in keyed.keys.values():
         assert secret_of(key) not in listed
         assert not any(secret_of(key).encode() in content for content in files)
+
+
+def test_keys_are_listed_by_their_names_with_all_that_they_may_do(keyed: Keyed) -> None:
+    """The column of the scopes left no room for that of the names, and was cut off."""
+    words = planner("keys", "list").stdout.split()
+    assert {"name", "a", "minute", "at", "once", "day", "revoked", *NAMES, *SCOPES} <= set(words)
 
 
 def test_the_command_line_refuses_what_there_is_not(keyed: Keyed) -> None:
