@@ -57,7 +57,7 @@ class SpeedZone:
     Attributes:
         clearance: The zone: where the distance of the robot from these objects may be less than this, m.
         speed: The highest speed there of any point, m/s.
-        objects: Names of the objects that have this zone about them; None: all of the scene that stand still.
+        objects: Names of objects that have this zone about them, one or more; None: all of the scene that stand still.
 
     Examples:
         >>> import planner
@@ -96,6 +96,11 @@ def speed_zone_faults(scene: Scene | None, zones: Sequence[SpeedZone]) -> Iterat
         for name in ("clearance", "speed"):
             if not 0.0 < getattr(zone, name) < np.inf:
                 yield ("speed_zones", i, name), "must be greater than 0, and have an end"
+        if zone.objects is not None and not zone.objects:
+            yield (
+                ("speed_zones", i, "objects"),
+                "a zone about no object slows nothing; without this field it is about all",
+            )
         for k, name in enumerate(zone.objects or ()):
             if name not in known:
                 yield ("speed_zones", i, "objects", k), f"nothing in the scene is called {name!r}"

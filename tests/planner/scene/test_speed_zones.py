@@ -203,6 +203,7 @@ def test_durations_that_are_too_short_are_refused(kind: str) -> None:
         ),
         (replace(PAST, speed_zones=[ZONE, SpeedZone(0.3, 0.0)]), planner.Cubic(), ("speed_zones", 1, "speed")),
         (replace(PAST, speed_zones=[SpeedZone(-0.1, 0.1)]), planner.Cubic(), ("speed_zones", 0, "clearance")),
+        (replace(PAST, speed_zones=[SpeedZone(0.3, 0.1, [])]), planner.Cubic(), ("speed_zones", 0, "objects")),
         (PAST, planner.Trapezoidal(acceleration_time=0.3), ("backend", "acceleration_time")),
         (PAST, planner.Ruckig(final_velocity=(0.1, 0.0, 0.0, 0.0, 0.0, 0.0)), ("backend", "final_velocity")),
         (
