@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from planner.kinematics import IsFree
     from planner.limits import SegmentLimits
+    from planner.paths.half_spaces import HalfSpaces
     from planner.problems.problem import AnyWaypoint, PlanningProblem, Transition
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -89,6 +90,7 @@ class JointPath:
         tool_motions: (segments,), the path of the tool; None: a joint motion.
         passed_at: The velocities (joints,), rad/s or m/s, asked where waypoints are passed, by the segment that begins
             there.
+        half_spaces: Where a back end that searches between joint waypoints is to keep what it finds; None: anywhere.
     """
 
     robot: Robot
@@ -100,6 +102,7 @@ class JointPath:
     runs: tuple[Run, ...] = field(repr=False)
     tool_motions: tuple[PosePath | None, ...] = field(repr=False)
     passed_at: Mapping[int, FloatArray] = field(default_factory=dict)
+    half_spaces: HalfSpaces | None = field(default=None, repr=False)
 
     def keeping(self, quantities: Collection[str]) -> JointPath:
         """Return the path without those limits of the tool that are not among some quantities."""

@@ -22,6 +22,7 @@ from planner.errors import ClearanceUnproved, Collision, InvalidProblem, LimitsU
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.limits import JOINT_QUANTITIES
+from planner.plans.half_spaces import half_spaces_between
 from planner.timing.action_times import action_times
 from planner.timing.durations import duration_error, in_asked_durations
 from planner.timing.slowing import slowed
@@ -51,6 +52,9 @@ people and things near the arm have to reckon with it."""
 
 NEARER = (0.3, 0.1)
 """Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""
+
+AHEAD = (0.001, 0.002, 0.004, 0.008)
+"""Distances, m, by which pairs that were too near are kept further away than their margins, search after search."""
 
 MOST_NAMED = 10
 """The most waypoints that one warning names."""
@@ -133,7 +137,8 @@ class Plan:
 def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Plan:
     """Put time on the path of a problem and certify the trajectory.
 
-    Where a back end searches for a better motion and that would collide, it is held nearer to the motion that its
+    Where a back end searches for a better motion and that would collide, it searches again in half-spaces that cut off
+    what collides. Where that does not lead to a free motion either, it is held nearer to the motion that its
     search begins with, or takes that, if that is free; a warning says so.
 
     Args:
@@ -151,17 +156,18 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
         LimitsUnsatisfiable: No duration keeps the limits, or the trajectory breaks one that the back end enforces.
         PlanningError: Another refusal of the back end.
     """
+    trajectory = timed(problem, backend, path)
     try:
-        return certified(problem, backend, path, timed(problem, backend, path))
+        return certified(problem, backend, path, trajectory)
     except (Collision, ClearanceUnproved):
-        plan = _held_nearer(problem, backend, path) if isinstance(backend, Searching) else None
+        plan = _kept_clear(problem, backend, path, trajectory) if isinstance(backend, Searching) else None
         if plan is None:
             raise
         return plan
 
 
-def _held_nearer(problem: PlanningProblem, backend: Searching, path: JointPath) -> Plan | None:
-    """Return the plan nearer to the motion that a search begins with; None: that motion is refused, too."""
+def _kept_clear(problem: PlanningProblem, backend: Searching, path: JointPath, found: Trajectory) -> Plan | None:
+    """Return a plan in place of what a search has found; None: the motion that it begins with is refused, too."""
 
     def plan_by(other: BackEnd, held: str) -> Plan:
         plan = certified(problem, other, path, timed(problem, other, path))
@@ -176,10 +182,37 @@ def _held_nearer(problem: PlanningProblem, backend: Searching, path: JointPath) 
         first = plan_by(without, "what is returned is the motion that it begins with")
     except PlanningError:
         return None
+    cut_off = _in_half_spaces(problem, backend, path, first.trajectory, found)
+    if cut_off is not None:
+        return cut_off
     for share in NEARER:
         with suppress(PlanningError):
             return plan_by(backend.held_nearer(share), f"it is held within {share:g} of the deviation allowed")
     return first
+
+
+def _in_half_spaces(
+    problem: PlanningProblem, backend: Searching, path: JointPath, free: Trajectory, found: Trajectory
+) -> Plan | None:
+    """Return the plan that a search finds where what collides is cut off, again and again; None: there is none.
+
+    Args:
+        problem: What is asked.
+        backend: What searches.
+        path: The solved path of the problem.
+        free: The motion that the search begins with, which is free.
+        found: What it has found, which is not.
+    """
+    checkers, half_spaces = segment_checkers(problem, path.positions), None
+    for ahead in AHEAD:
+        cut = half_spaces_between(checkers, free, found, ahead)
+        half_spaces = cut if half_spaces is None else half_spaces.joined(cut)
+        with suppress(Collision, ClearanceUnproved):
+            found = timed(problem, backend, replace(path, half_spaces=half_spaces))
+            if np.array_equal(found.coefficients, free.coefficients):
+                return None
+            return certified(problem, backend, path, found)
+    return None
 
 
 def timed(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:

@@ -62,7 +62,7 @@ def is_free(checker: CollisionChecker, positions: ArrayLike) -> np.ndarray:
     """
     postures = checker.bodies.at(_checked(checker, positions))
     free = np.ones(len(postures.origins), dtype=bool)
-    items, _, wanted = _near_pairs(checker, postures)
+    items, _, wanted = near_pairs(checker, postures)
     for row, pair, least in zip(items.rows.tolist(), items.pairs.tolist(), wanted.tolist(), strict=True):
         if free[row]:
             free[row] = checker.separate(postures, row, pair).proved >= least
@@ -93,7 +93,7 @@ def collisions_at(checker: CollisionChecker, positions: ArrayLike) -> tuple[Post
     """
     postures = checker.bodies.at(_checked(checker, positions))
     deepest: list[tuple[float, int]] = [(0.0, -1)] * len(postures.origins)
-    items, low, wanted = _near_pairs(checker, postures)
+    items, low, wanted = near_pairs(checker, postures)
     rows = zip(items.rows.tolist(), items.pairs.tolist(), low.tolist(), wanted.tolist(), strict=True)
     for row, pair, bound, least in rows:
         if bound < 0.0 or least - bound > deepest[row][0]:  # a bound that is negative says nothing
@@ -112,18 +112,26 @@ def _checked(checker: CollisionChecker, positions: ArrayLike) -> FloatArray:
     return rows
 
 
-def _near_pairs(checker: CollisionChecker, postures: Postures) -> tuple[Items, FloatArray, FloatArray]:
+def near_pairs(
+    checker: CollisionChecker, postures: Postures, ahead: float = 0.0
+) -> tuple[Items, FloatArray, FloatArray]:
     """Find the pairs that cheap bounds do not prove to keep their margins, the nearest first.
+
+    Args:
+        checker: The robot and what is around it.
+        postures: N postures.
+        ahead: What is added to the margins, m.
 
     Returns:
         The pairs, their bounds (n,), m, and the distances (n,) from which on they keep their margins, m.
     """
+    beyond = ahead - CONTACT_TOLERANCE
     count = len(postures.origins)
     own = checker.own_items(count)
     still = np.zeros((count, len(checker.bodies.pieces)))
-    near, _ = checker.near_items(postures, still, checker.margins - CONTACT_TOLERANCE)
+    near, _ = checker.near_items(postures, still, checker.margins + beyond)
     items = Items(np.concatenate([own.rows, near.rows]), np.concatenate([own.pairs, near.pairs]))
-    wanted = checker.margins_of(items.pairs) - CONTACT_TOLERANCE
+    wanted = checker.margins_of(items.pairs) + beyond
     low = checker.bounds(postures, items, wanted)
     order = np.argsort(low, kind="stable")
     order = order[low[order] < wanted[order]]

@@ -42,8 +42,9 @@ class MinEffort(MinEffortOptions):
     no choice of a duration, and what one saves can be read off. With `time_weight` the duration is found, too: it
     minimises cost + `time_weight` x duration.
 
-    In a scene the motion that is found may collide where the one that the search begins with does not: then it is held
-    nearer to that one, or is that one (`planner.plans.result.certified_plan`).
+    In a scene the motion that is found may collide where the one that the search begins with does not: then half-spaces
+    of the joint positions cut off what collides, and the search is made again in them, until what it finds is free; or
+    it is held nearer to the motion that it begins with, or is that one (`planner.plans.result.certified_plan`).
 
     Where accelerations of the tool are limited, no way between waypoints is searched for: the quintic is the answer,
     with a warning. Along a given way the law is found within them. The same goes for joints that turn so often that the

@@ -70,6 +70,9 @@ WORK_OF_TOOL = 1.0
 WORK_OF_WAY = 0.5
 """How much longer an iteration takes where the motion is held near a way, as a share."""
 
+WORK_OF_HALF_SPACE = 0.07
+"""How much longer an iteration takes for each half-space at an instant, as a share."""
+
 NEARER = 1.002
 """Factor by which the deviation allowed is narrowed beyond its excess."""
 
@@ -83,8 +86,8 @@ REPAIRS_SHARE = 2
 
 def _work(layout: Layout) -> int:
     """Return what one iteration takes, as a number of intervals."""
-    own_share = 1.0 + WORK_OF_TOOL * layout.watches_tool + WORK_OF_WAY * bool(layout.way_instants)
-    return round(layout.segments * layout.intervals * own_share)
+    more = WORK_OF_TOOL * layout.watches_tool + WORK_OF_WAY * bool(layout.way_instants)
+    return round(layout.segments * layout.intervals * (1.0 + more + WORK_OF_HALF_SPACE * layout.half_spaces))
 
 
 class Optimum(ABC):
@@ -285,6 +288,7 @@ class ThroughWaypoints(Optimum):
             upper=limits.upper,
             way=way,
             near=np.empty(0),
+            half_spaces=np.empty(0),
             rates=np.abs([limits.bounds(quantity) for quantity in JOINT_DERIVATIVES[1:]]),
             torque=torque,
             tool=tool,
@@ -299,7 +303,8 @@ class ThroughWaypoints(Optimum):
         holds = self.options.max_deviation is not None, self.options.max_joint_deviation is not None
         begin, again = PiecewisePolynomial(first.lengths, first.coefficients), None
         margins, nearer = np.full((segments * intervals, 1), FIRST_MARGIN), FIRST_MARGIN
-        layout = Layout(segments, intervals, self.options.objective, watches_tool, *holds)
+        cuts = 0 if self.path.half_spaces is None else self.path.half_spaces.rows
+        layout = Layout(segments, intervals, self.options.objective, watches_tool, *holds, cuts)
         left = MOST_WORK if self.options.iterations is None else self.options.iterations * _work(layout)
         for _ in range(MOST_REPAIRS):
             if left <= 0:
@@ -310,6 +315,7 @@ class ThroughWaypoints(Optimum):
                 torque=torque[:, rows] / margins,
                 tool=(tool[rows] / margins) ** 2,
                 near=np.empty(0) if way is None else way.limits(nearer),
+                half_spaces=self._half_spaces(layout),
             )
             most = -(-left // (REPAIRS_SHARE * work))
             fruitless = HOPELESS if self.begins_outside else most
@@ -334,6 +340,14 @@ class ThroughWaypoints(Optimum):
                 margins = margins * (1.0 + REPAIR * excess + LEAST_REPAIR * (excess > 0.0))[:, None]
                 nearer, again = nearer * max(NEARER * away, 1.0), motion
         return None
+
+    def _half_spaces(self, layout: Layout) -> FloatArray:
+        """Return the normals and offsets (rows (joints + 1), dense instants) of the half-spaces at the instants."""
+        if self.path.half_spaces is None:
+            return np.empty(0)
+        segments, shares = layout.dense_shares
+        normals, offsets = self.path.half_spaces.at(self.run.segments[segments], shares)
+        return np.concatenate([normals, offsets[..., None]], axis=2).reshape(len(shares), -1).T
 
     def _use(self, pieces: SegmentedPolynomial) -> FloatArray:
         """Return the largest share (pieces,) of a limit of torque or tool speed that each piece uses."""

@@ -83,6 +83,7 @@ class Numbers(NamedTuple):
         upper: (joints,).
         way: The way to stay near to; None: it may go anywhere.
         near: (rows,), limits of the rows of how near.
+        half_spaces: (rows (joints + 1), dense instants), normals and offsets of the half-spaces to stay in.
         rates: (3, 2, segments, joints): magnitudes of the lower and upper limits of velocity, acceleration and jerk,
             infinite: none.
         torque: (2, pieces, joints), magnitudes of the lower and upper limits, infinite: none.
@@ -101,6 +102,7 @@ class Numbers(NamedTuple):
     upper: FloatArray
     way: Way | None
     near: FloatArray
+    half_spaces: FloatArray
     rates: FloatArray
     torque: FloatArray
     tool: FloatArray
@@ -259,6 +261,7 @@ class Program:
             np.maximum(torque[:-1], torque[1:]).T,
             tool.T,
             *self._way(m),
+            m.half_spaces,
             m.units[:2],
             m.units[2],
             m.free.astype(float),
@@ -281,8 +284,9 @@ class Program:
         with np.errstate(invalid="ignore"):
             ratios = [own / own.min(axis=0) for own in limits]
         torque, *rates = (np.where(np.isnan(own), 1.0, own).reshape(2, -1) for own in ratios)
-        rows = self.inequalities - torque.shape[1] - sum(own.shape[1] for own in rates)
-        return np.concatenate([torque, np.ones((2, rows)), *rates], axis=1)
+        rims = np.ones((2, self.layout.half_spaces * self.layout.dense_instants)) * [[np.inf], [1.0]]
+        rows = self.inequalities - torque.shape[1] - sum(own.shape[1] for own in [*rates, rims])
+        return np.concatenate([torque, np.ones((2, rows)), *rates, rims], axis=1)
 
     def _way(self, m: Numbers) -> list[FloatArray]:
         """Return the reciprocals of the limits of how near the way is, and its constants."""

@@ -18,11 +18,14 @@ from __future__ import annotations
 from itertools import accumulate
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 if TYPE_CHECKING:
     import casadi as ca
 
     from planner.backends.min_effort.cost import Objective
     from planner.backends.min_effort.stage import RowStage, Stage
+    from planner.spatial import FloatArray
 
 RESTING = 3
 """Coefficients at each end that are the end position itself."""
@@ -41,6 +44,7 @@ class Layout(NamedTuple):
         watches_tool: Whether the tool's speed is limited.
         holds_tool: Whether the tool is held near a way.
         holds_joints: Whether the joints are held near a way.
+        half_spaces: In how many half-spaces the joints are held at each instant.
     """
 
     segments: int
@@ -49,6 +53,7 @@ class Layout(NamedTuple):
     watches_tool: bool
     holds_tool: bool = False
     holds_joints: bool = False
+    half_spaces: int = 0
 
     @property
     def instants(self) -> int:
@@ -56,15 +61,28 @@ class Layout(NamedTuple):
         return self.segments * self.intervals - 1
 
     @property
+    def dense_instants(self) -> int:
+        """The number of the inner breakpoints, then the shares of every interval."""
+        return self.instants + len(TOOL_SHARES) * (self.instants + 1)
+
+    @property
+    def dense_shares(self) -> tuple[np.ndarray, FloatArray]:
+        """The segments (dense instants,) of these, and the shares (dense instants,) of their time."""
+        ends = np.arange(1, self.instants + 1)
+        between = (np.arange(self.instants + 1) + np.array(TOOL_SHARES)[:, None]).ravel()
+        intervals = np.concatenate([ends, between])
+        segments = np.concatenate([ends, np.tile(np.arange(self.instants + 1), len(TOOL_SHARES))]) // self.intervals
+        return segments, intervals / self.intervals - segments
+
+    @property
     def tool_instants(self) -> int:
-        """The number of those of the tool's speed: the inner breakpoints, then the shares of every interval."""
-        return self.instants + len(TOOL_SHARES) * (self.instants + 1) if self.watches_tool else 0
+        """The number of instants at which the tool's speed is limited: the dense ones, or none."""
+        return self.dense_instants if self.watches_tool else 0
 
     @property
     def way_instants(self) -> int:
         """The number of those at which the motion is held near a way: the same."""
-        holds = self.holds_tool or self.holds_joints
-        return self.instants + len(TOOL_SHARES) * (self.instants + 1) if holds else 0
+        return self.dense_instants if self.holds_tool or self.holds_joints else 0
 
 
 class Parameters:
@@ -85,6 +103,7 @@ class Parameters:
         self.tool = ca.MX.sym("tool", 2, layout.tool_instants)
         self.near = ca.MX.sym("near", layout.holds_tool + joints * layout.holds_joints + 1, layout.way_instants)
         self.way = ca.MX.sym("way", 3 * joints + 1, layout.way_instants)
+        self.half_spaces = ca.MX.sym("half_spaces", layout.half_spaces * (joints + 1), layout.dense_instants)
         self.units = ca.MX.sym("units", 2, joints)
         self.unit_of_jerk = ca.MX.sym("unit_of_jerk", joints)
         self.is_free = ca.MX.sym("is_free", layout.segments)
@@ -111,7 +130,8 @@ class Terms(NamedTuple):
         tool_states: (2 joints, tool instants), what that of the tool is.
         way_states: (joints, way instants), what that of the way is.
         smooth: The part of the cost that has nothing to do with torques.
-        rest: Constraints that have nothing to do with torques, the tool and the way: rates, waypoints, total duration.
+        rest: Constraints that have nothing to do with torques, the tool and the way: rates, half-spaces (1 at their
+            rims, less inside), waypoints, total duration.
         at_via: Those of the waypoints.
         motion: Position, velocity and acceleration at the breakpoints, jerk and length of the pieces.
     """
@@ -160,7 +180,9 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
         smooth = smooth + ca.sum2(ca.sum1((j / ca.repmat(p.unit_of_jerk, 1, pieces)) ** 2) * h)
     at_via = ca.vec(shape[:, layout.intervals : -1 : layout.intervals] - p.via)
     rest = ca.veccat(bounds[:, 2:-2] * p.velocity, a[:, 1:-1] * p.acceleration, j * p.jerk)
-    rest = ca.vertcat(rest, at_via, ca.dot(p.is_free, durations))
+    half_spaces = ca.vertsplit(p.half_spaces, n + 1) if layout.half_spaces else []
+    inside = [ca.sum1(own[:n, :] * all_positions) - own[n, :] for own in half_spaces]
+    rest = ca.vertcat(rest, *[1.0 - depth.T / length for depth in inside], at_via, ca.dot(p.is_free, durations))
     return Terms(x, states, tool_states, way_states, smooth, rest, at_via, [q, v, a, j, h])
 
 

@@ -1,0 +1,109 @@
+"""Half-spaces of joint positions between a motion that is free and one that is not: what keeps the next one clear."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.paths.half_spaces import HalfSpaces
+from planner.scene.postures import near_pairs
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.scene import CollisionChecker
+    from planner.spatial import FloatArray
+    from planner.trajectories.trajectory import Trajectory
+
+SHARES = 129
+"""Number of shares of a segment's time at which there may be half-spaces."""
+
+REACH = 0.05
+"""Distance, m, beyond what is wanted, up to which a pair that is too near somewhere is held elsewhere, too: a motion
+would only be too near a little earlier or later."""
+
+HALVINGS = 12
+"""Number of halvings of the way between two postures, to find where a pair comes as near as it may."""
+
+STEP = 1e-4
+"""Step of finite differences of distances, rad or m: distances are good to a millionth of it."""
+
+LEAST_SLOPE = 1e-3
+"""Change of a distance with the joints, m/rad or 1, below which no half-space stands for it."""
+
+AT_ONCE = 2
+"""The most half-spaces that are found at one share: several pairs may be too near."""
+
+
+def half_spaces_between(
+    checkers: Sequence[CollisionChecker], free: Trajectory, other: Trajectory, ahead: float
+) -> HalfSpaces:
+    """Return half-spaces that hold a free motion and cut off what is too near to something in another one.
+
+    The distance of a pair is linear in them, as it is at the posture of the other motion or, where it is less than
+    wanted there, where it comes to be on the straight way from the posture of the free motion at that share.
+
+    Args:
+        checkers: The robot and what is around it on each segment.
+        free: A motion that keeps all margins.
+        other: A motion through the same waypoints.
+        ahead: How much further away than their margins pairs are to stay, m, or half of what they have in the free one.
+    """
+    shares = np.linspace(0.0, 1.0, SHARES)
+    found = [
+        _cuts(checker, _at(free, segment, shares), _at(other, segment, shares), ahead)
+        for segment, checker in enumerate(checkers)
+    ]
+    normals, offsets = (np.array(each) for each in zip(*found, strict=True))
+    return HalfSpaces(normals, offsets)
+
+
+def _at(motion: Trajectory, segment: int, shares: FloatArray) -> FloatArray:
+    """Return the postures (N, joints) at shares (N,) of a segment's time."""
+    begin, end = motion.departures[segment], motion.arrivals[segment + 1]
+    return motion.evaluate(begin + shares * (end - begin), [0])[0]
+
+
+def _cuts(
+    checker: CollisionChecker, free: FloatArray, other: FloatArray, ahead: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the normals (N, AT_ONCE, joints) and offsets (N, AT_ONCE) at postures (N, joints) of both motions."""
+    normals, offsets = np.zeros((len(free), AT_ONCE, checker.dof)), np.full((len(free), AT_ONCE), -1.0)
+    (rows, pairs), bounds, far = near_pairs(checker, checker.bodies.at(other), ahead + REACH)
+    near = bounds < far - REACH
+    too_near = _distances(checker, other[rows[near]], pairs[near]) < checker.margins_of(pairs[near]) + ahead
+    held = np.isin(pairs, pairs[near][too_near])
+    rows, pairs = rows[held], pairs[held]
+    start, end, margins = free[rows], other[rows], checker.margins_of(pairs)
+    room, seen = (_distances(checker, ends, pairs) for ends in (start, end))
+    wanted = margins + np.clip((room - margins) / 2.0, 0.0, ahead)
+    low, high = np.where(seen < wanted, 0.0, 1.0), np.ones(len(rows))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        keeps = _distances(checker, start + middle[:, None] * (end - start), pairs) >= wanted
+        low, high = np.where(keeps, middle, low), np.where(keeps, high, middle)
+    edge = start + low[:, None] * (end - start)
+    steps = STEP * np.eye(checker.dof)
+    rises = [_distances(checker, edge + step, pairs) - _distances(checker, edge - step, pairs) for step in steps]
+    slopes = np.stack(rises, axis=1) / (2.0 * STEP)
+    lengths = np.linalg.norm(slopes, axis=1)
+    left_over = _distances(checker, edge, pairs) - wanted
+    taken = np.zeros(len(free), dtype=int)
+    for k in np.lexsort([left_over, low]).tolist():  # those first that are left first on the way
+        row, column = rows[k], taken[rows[k]]
+        if column == AT_ONCE or lengths[k] < LEAST_SLOPE:
+            continue
+        normal = slopes[k] / lengths[k]
+        normals[row, column] = normal
+        offsets[row, column] = min(normal @ edge[k] - left_over[k] / lengths[k], normal @ start[k])
+        taken[row] += 1
+    return normals, offsets
+
+
+def _distances(checker: CollisionChecker, positions: FloatArray, pairs: np.ndarray) -> FloatArray:
+    """Return the distances (n,), m, of pairs (n,), each at its own posture (n, joints); negative where they overlap."""
+    if not len(pairs):
+        return np.empty(0)
+    postures = checker.bodies.at(positions)
+    return np.array([checker.separate(postures, row, pair).proved for row, pair in enumerate(pairs.tolist())])
