@@ -6,15 +6,19 @@ import json
 from typing import TYPE_CHECKING
 
 from playwright.sync_api import expect
+from typer.testing import CliRunner
 
+from api.cli import app
 from tests.api.conftest import wait_until
 from tests.locations import ROOT
 from web.tests.browser import DESKTOP, PHONE, opened, planned, plays
 from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
+    import pytest
     from playwright.sync_api import Browser, Page
 
     from tests.api.conftest import RunningService
@@ -60,6 +64,31 @@ def test_what_is_no_batch_is_said(browser: Browser, service: RunningService) -> 
         page.get_by_role("combobox", name="A batch by its id").fill("nonsense")
         page.get_by_role("button", name="Open").click()
         expect(page.get_by_role("alert", name="The batch was refused")).to_contain_text("GET /v1/batches lists")
+
+
+def test_files_of_a_batch_are_saved_where_keys_are_asked_for(
+    browser: Browser,
+    start_service: Callable[..., RunningService],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    """A link sends no key: what was saved under its name was the refusal."""
+    monkeypatch.setenv("PLANNER_DATA_DIRECTORY", str(tmp_path))
+    key = CliRunner().invoke(app, ["keys", "create", "page"]).stdout.strip()
+    service = start_service(access="keys", workers=1)
+    with opened(browser, f"{service.url}/", may_fail=("status of 401",)) as page:
+        page.get_by_label("API key").fill(key)
+        page.get_by_role("button", name="Use key").click()
+        planned(page)
+        page.get_by_role("tab", name="Batch").click()
+        page.get_by_role("textbox", name="Values").fill("0.9, 1")
+        page.get_by_role("button", name="Plan 2 requests").click()
+        expect(page.get_by_role("region", name="The batch", exact=True)).to_contain_text("Completed")
+        for name, start in (("Report", b"<!DOCTYPE html>"), ("All results as zip", b"PK")):
+            with page.expect_download() as download:
+                page.get_by_role("link", name=name).click()
+            download.value.save_as(tmp_path / "saved")
+            assert (tmp_path / "saved").read_bytes().startswith(start)
 
 
 def test_a_report_opens_from_disk_and_shows_the_worst_plans(

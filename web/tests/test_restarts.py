@@ -127,6 +127,8 @@ def test_a_batch_that_was_not_kept_is_said(
         batch = batch_under_way(page)
         first.process.kill()
         first.process.wait(30.0)
+        batch.get_by_role("button", name="Cancel").click()
+        expect(page.get_by_role("alert", name="The batch was refused")).to_contain_text("does not answer")
         start_again(first, workers=1)
         expect(page.get_by_role("alert", name="The batch was refused")).to_contain_text("GET /v1/batches lists")
         expect(batch).to_have_count(0)

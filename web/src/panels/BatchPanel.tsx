@@ -1,12 +1,14 @@
 // Batches: one is sent as a grid or opened by its id, and seen while it is planned.
 import { useEffect } from 'preact/hooks';
 import { seconds, short } from '../plan/units';
-import { base } from '../service/client';
+import { apiKey, base } from '../service/client';
 import type { Batch } from '../service/types';
-import { batches, batchProblem, cancelBatch, listBatches, openBatch, reasons, shownBatch } from '../state/batches';
+import { batches, batchProblem, cancelBatch, fileOf, listBatches, openBatch, reasons, shownBatch } from '../state/batches';
+import type { BatchFile } from '../state/batches';
 import { texts } from '../texts';
 import { BatchGrid } from './BatchGrid';
 import { equalParts, Histogram } from './Histogram';
+import { save } from './save';
 
 export function BatchPanel() {
   useEffect(() => void listBatches(), []);
@@ -83,15 +85,32 @@ function BatchView({ shown }: { shown: Batch }) {
             {texts.batch.cancel}
           </button>
         ) : (
-          <a href={`${base}/v1/batches/${id}/results.zip`} download>
-            {texts.batch.results}
-          </a>
+          <FileLink id={id} file="results.zip" name={`${id}.zip`} text={texts.batch.results} />
         )}
-        <a href={`${base}/v1/batches/${id}/report`} download={`${id}.html`}>
-          {texts.batch.report}
-        </a>
+        <FileLink id={id} file="report" name={`${id}.html`} text={texts.batch.report} />
       </div>
     </section>
+  );
+}
+
+// A link is saved as it comes, however large; where an API key is asked for, the page fetches the file with it.
+function FileLink({ id, file, name, text }: { id: string; file: BatchFile; name: string; text: string }) {
+  const fetched = async (): Promise<void> => {
+    const content = await fileOf(id, file);
+    if (content) save(name, content);
+  };
+  return (
+    <a
+      href={`${base}/v1/batches/${id}/${file}`}
+      download={name}
+      onClick={(event) => {
+        if (apiKey.value === '') return;
+        event.preventDefault();
+        void fetched();
+      }}
+    >
+      {text}
+    </a>
   );
 }
 

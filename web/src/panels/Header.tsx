@@ -3,7 +3,7 @@ import type { Backend } from '../service/types';
 import { EXAMPLES } from '../request/examples';
 import type { Example } from '../request/examples';
 import { apiKey, useKey } from '../service/client';
-import { chooseExample, chooseRobot, redo, show, undo } from '../state/actions';
+import { chooseExample, chooseRobot, redo, settle, show, undo } from '../state/actions';
 import { planNow } from '../state/planning';
 import { backends, history, notice, planning, problem, request, robots } from '../state/store';
 import { switchTheme } from '../state/theme';
@@ -116,7 +116,7 @@ function Key() {
       onSubmit={(event) => {
         event.preventDefault();
         useKey(new FormData(event.currentTarget).get('key') as string);
-        void planNow();
+        void settle(); // nothing has been answered without it, not even the robot
       }}
     >
       <label>

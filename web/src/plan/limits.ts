@@ -3,8 +3,6 @@ import type { Limits, PlanRequest, Robot } from '../service/types';
 
 export type Quantity = 'position' | 'velocity' | 'acceleration' | 'jerk' | 'torque';
 
-export const QUANTITIES: readonly Quantity[] = ['position', 'velocity', 'acceleration', 'jerk', 'torque'];
-
 export interface Band {
   lower: number | null;
   upper: number | null;

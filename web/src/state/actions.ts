@@ -45,7 +45,7 @@ function step(turn: typeof undone, said: string): void {
 }
 
 // Makes what is shown fit the request: its robot, a waypoint that there is, a plan.
-async function settle(): Promise<void> {
+export async function settle(): Promise<void> {
   const shown = request.value;
   if (!shown) return;
   selected.value = Math.min(selected.value, shown.waypoints.length - 1);

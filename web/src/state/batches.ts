@@ -52,8 +52,21 @@ async function lookedAt(id: string, stop: AbortSignal): Promise<Batch | null> {
 }
 
 export async function cancelBatch(id: string): Promise<void> {
-  const { error } = await client.DELETE('/v1/batches/{id}', { params: { path: { id } } });
-  if (error) batchProblem.value = error;
+  const call = client.DELETE('/v1/batches/{id}', { params: { path: { id } } });
+  const found = await outcome(call.then(({ error, response }) => ({ data: response.ok || undefined, error })));
+  if (found.problem) batchProblem.value = found.problem;
+}
+
+// The files that there are of a batch, by the ends of their paths.
+export type BatchFile = 'report' | 'results.zip';
+
+// A file of a batch, for those who send an API key, as no link does; null: the service refused it.
+export async function fileOf(id: string, file: BatchFile): Promise<Blob | null> {
+  const path = `/v1/batches/{id}/${file}` as '/v1/batches/{id}/report';
+  const call = client.GET(path, { params: { path: { id } }, parseAs: 'blob' });
+  const found = await outcome(call as unknown as Promise<{ data?: Blob; error?: unknown }>);
+  batchProblem.value = found.problem ?? null;
+  return found.answer ?? null;
 }
 
 export async function listBatches(): Promise<void> {
