@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
-from planner.scene.carried import segment_scenes
+from planner.scene.carried import checkers_of_segments
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
 from planner.scene.continuous import Nearest, clearances
 from planner.scene.postures import edge
@@ -134,8 +134,7 @@ def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[C
     """
     if problem.scene is None:
         return (checker_of(problem.robot, None, problem.self_collision),) * max(1, len(positions) - 1)
-    scenes = segment_scenes(problem.robot, problem.scene, problem.handling, positions)
-    return tuple(checker_of(problem.robot, scene, problem.self_collision) for scene in scenes)
+    return checkers_of_segments(problem.robot, problem.scene, problem.self_collision, problem.handling, positions)
 
 
 def certify_clearance_along(

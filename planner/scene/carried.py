@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.scene.checker import CollisionChecker, checker_of
+from planner.scene.checker import checker_of
 from planner.scene.point_cloud import PointCloud
 from planner.scene.scene import HERE, AttachedObject, SceneObject
 from planner.spatial import Pose
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
     from planner.robots import Robot
+    from planner.scene.checker import CollisionChecker
     from planner.scene.scene import Handling, Scene
     from planner.spatial import FloatArray
 
@@ -26,6 +28,13 @@ measured. What is deeper is a collision."""
 ROOM_ON_THE_WAY = 1e-4
 """Distance, m, by which what touches where an object is taken or put down may come nearer on the way there or from
 there: lines of the tool are kept as well as that."""
+
+MOST_LISTS_KEPT = 2
+"""Number of lists of waypoints of which a process keeps the checkers of all segments: the motions of one are timed,
+slowed and certified, and tried again, one after the other."""
+
+MOST_SCENES_KEPT = 4
+"""Number of scenes without what is handled that a process keeps."""
 
 
 def segment_scenes(
@@ -57,11 +66,45 @@ def segment_scenes(
     return tuple(scenes)
 
 
+def checkers_of_segments(
+    robot: Robot, scene: Scene, self_collision: bool | None, handling: Sequence[Handling], positions: FloatArray
+) -> tuple[CollisionChecker, ...]:
+    """Return the checker of each segment, the same object where nothing changes, prepared when it is first asked for.
+
+    Args:
+        robot: The arm, with its tool and mounting.
+        scene: What is around it at the start.
+        self_collision: See `CollisionChecker`.
+        handling: What the robot does at each waypoint.
+        positions: (waypoints, joints), where it does that, rad or m.
+    """
+    where = [None if done.is_none else tuple(at) for done, at in zip(handling, positions.tolist(), strict=True)]
+    return _checkers_of_segments(robot, scene, self_collision, tuple(handling), tuple(where))
+
+
+@lru_cache(maxsize=MOST_LISTS_KEPT)
+def _checkers_of_segments(
+    robot: Robot,
+    scene: Scene,
+    self_collision: bool | None,
+    handling: tuple[Handling, ...],
+    where: tuple[tuple[float, ...] | None, ...],
+) -> tuple[CollisionChecker, ...]:
+    """Return the checker of each segment; positions only where the robot does something."""
+    positions = np.array([at or (0.0,) * robot.dof for at in where])
+    scenes = segment_scenes(robot, scene, handling, positions)
+    return tuple(checker_of(robot, each, self_collision) for each in scenes)
+
+
 def without_handled(scene: Scene, handling: Sequence[Handling]) -> Scene:
     """Return a scene without the objects that the robot takes or puts down on its way, which may touch it there."""
-    handled = {name for done in handling for name in (*(take.id for take in done.taken), *done.put_down)}
-    if not handled:
-        return scene
+    handled = frozenset(name for done in handling for name in (*(take.id for take in done.taken), *done.put_down))
+    return _without(scene, handled) if handled else scene
+
+
+@lru_cache(maxsize=MOST_SCENES_KEPT)
+def _without(scene: Scene, handled: frozenset[str]) -> Scene:
+    """Return a scene without objects of some names, the same for equal calls."""
     return replace(
         scene,
         objects=[thing for thing in scene.objects if thing.id not in handled],
@@ -149,7 +192,7 @@ def _near(
     """
     if not moving:
         return
-    checker = CollisionChecker(robot, scene, self_collision=False)
+    checker = checker_of(robot, scene, False)
     postures = checker.bodies.at(position[None])
     near: dict[tuple[str, str], float] = {}
     nearer, _ = checker.near_items(postures, np.zeros((1, len(checker.bodies.pieces))), checker.margins)
@@ -165,7 +208,7 @@ def _near(
 def _frame(robot: Robot, link: str | None, position: FloatArray) -> Pose:
     """Return the pose in the base frame of a link, or (None) of the tool, at a posture (joints,)."""
     frame = robot.model.frames[_frame_id(robot, link)]
-    rotations, origins = CollisionChecker(robot, self_collision=False).bodies.frames(position[None])
+    rotations, origins = checker_of(robot, None, False).bodies.frames(position[None])
     joint = Pose(origins[0, frame.parentJoint], rotations[0, frame.parentJoint])
     return Pose(frame.placement.translation, frame.placement.rotation).from_frame(joint)
 

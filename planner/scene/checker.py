@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -366,15 +367,10 @@ def _least(numbers: FloatArray, most: int) -> np.ndarray:
     return np.sort(np.argpartition(numbers, most)[:most]) if len(numbers) > most else np.arange(len(numbers))
 
 
+@lru_cache(maxsize=MOST_KEPT)
 def checker_of(robot: Robot, scene: Scene | None, self_collision: bool | None) -> CollisionChecker:
-    """Return the checker of a robot in a scene, prepared when it is first asked for."""
-    key = id(robot), id(scene), self_collision
-    known = _known.get(key)
-    if known is None or known[0] is not robot or known[1] is not scene:
-        while len(_known) >= MOST_KEPT:
-            del _known[next(iter(_known))]
-        known = _known[key] = robot, scene, CollisionChecker(robot, scene, self_collision=self_collision)
-    return known[2]
+    """Return the checker of a robot in a scene, the very same objects, prepared when it is first asked for."""
+    return CollisionChecker(robot, scene, self_collision=self_collision)
 
 
 def _bodies_of(robot: Robot, thing: AttachedObject) -> Sequence[Body]:
@@ -384,6 +380,3 @@ def _bodies_of(robot: Robot, thing: AttachedObject) -> Sequence[Body]:
     rotation = frame.placement.rotation @ turn
     translation = frame.placement.rotation @ thing.pose.position + frame.placement.translation
     return [Body(thing.id, int(frame.parentJoint), rotation, translation, shape) for shape in thing.shapes]
-
-
-_known: dict[object, tuple[Robot, Scene | None, CollisionChecker]] = {}

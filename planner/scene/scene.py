@@ -115,6 +115,11 @@ class Handling:
     taken: Sequence[Attach] = ()
     put_down: Sequence[str] = ()
 
+    def __post_init__(self) -> None:
+        """Keep lists in tuples, which cannot change."""
+        object.__setattr__(self, "taken", tuple(self.taken))
+        object.__setattr__(self, "put_down", tuple(self.put_down))
+
     @property
     def is_none(self) -> bool:
         """Whether it does nothing."""

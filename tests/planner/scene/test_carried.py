@@ -14,7 +14,7 @@ import planner
 from planner.certificate.clearance import certify_clearance_along, segment_checkers
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem
 from planner.robots import Robot, load_robot
-from planner.scene import CONTACT_TOLERANCE, AttachedObject, Scene, SceneObject
+from planner.scene import CONTACT_TOLERANCE, AttachedObject, CollisionChecker, Scene, SceneObject
 from planner.scene.carried import DEEPEST_SUPPORT, ROOM_ON_THE_WAY
 from planner.shapes import Box, Cylinder, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
@@ -304,6 +304,37 @@ def test_what_was_put_down_stays_there() -> None:
     assert refusal.value.segment == len(problem.waypoints) + 1
     idle = [replace(waypoint, attach=(), detach=(), payload=None, put_down=False) for waypoint in whole.waypoints]
     assert planner.plan(replace(whole, waypoints=[*idle[3:4], *idle[5:]])).certificate.satisfied
+
+
+def test_checkers_are_prepared_once_however_often_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Speed zones and the certificate ask for those of the same segments; another list of waypoints has its own."""
+    made: list[CollisionChecker] = []
+    prepare = CollisionChecker.__init__
+
+    def counted(checker: CollisionChecker, *args: Any, **more: Any) -> None:
+        made.append(checker)
+        prepare(checker, *args, **more)
+
+    monkeypatch.setattr(CollisionChecker, "__init__", counted)
+    problem = carried_over(0.3)
+    plan = planner.plan(problem, planner.Quintic())
+    alone, at_waypoints, beside_what_touches, on_segments = 1, 1, 3, 5
+    assert len(made) <= alone + at_waypoints + beside_what_touches + on_segments
+    made.clear()
+    slowed = planner.plan(replace(problem, speed_zones=[planner.SpeedZone(0.1, 0.25)]), planner.Quintic())
+    assert slowed.trajectory.duration > 1.01 * plan.trajectory.duration
+    assert not made
+
+    positions = plan.path.positions.copy()
+    checkers = segment_checkers(problem, positions)
+    positions[2] += 0.01  # where nothing is taken nor put down
+    assert segment_checkers(problem, positions) == checkers and not made
+    positions[4] += 0.01
+    elsewhere = segment_checkers(problem, positions)
+    balls = [found[-1].scene.objects[-1].pose.position for found in (checkers, elsewhere)]
+    assert np.abs(balls[1] - balls[0]).max() > 1e-3
+    kept = replace(problem, waypoints=[*problem.waypoints[:4], replace(problem.waypoints[4], detach=())])
+    assert [thing.id for thing in segment_checkers(kept, positions[:5])[-1].scene.attached] == ["ball"]
 
 
 def test_a_gripper_is_put_down_and_taken_again() -> None:
