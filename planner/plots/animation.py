@@ -11,6 +11,7 @@ import numpy as np
 from planner.plots.planned import stops_of
 from planner.plots.quantities import MILLIMETRES
 from planner.plots.stick_model import stick_model
+from planner.plots.xml import well_formed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -183,7 +184,7 @@ def _svg(
         *before,
         "</svg>",
     ]
-    return "\n".join(rows)
+    return well_formed("\n".join(rows))
 
 
 def _points(points: FloatArray) -> str:

@@ -24,6 +24,7 @@ from planner.plots.quantities import (
 )
 from planner.plots.space import VIEWS, draw_path, draw_points, draw_postures, draw_robot
 from planner.plots.style import STYLE
+from planner.plots.xml import well_formed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -77,7 +78,8 @@ class Picture:
 
     def svg(self) -> bytes:
         """Write it as SVG; the same picture gives the same bytes."""
-        return self._written("svg", metadata={"Date": None})
+        written = self._written("svg", metadata={"Date": None})
+        return well_formed(written.decode()).encode()  # matplotlib writes texts as they are, into comments
 
     def png(self) -> bytes:
         """Write it as PNG."""

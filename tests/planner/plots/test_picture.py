@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from defusedxml.ElementTree import fromstring
 
 from planner.backends import Trapezoidal
 from planner.errors import InvalidProblem
@@ -106,3 +107,23 @@ def test_stick_models_go_from_the_base_to_the_tool(robot_id: str) -> None:
     turning = np.append(robot.is_angle, True)
     lengths = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (one, other)]
     assert lengths[0][turning] == pytest.approx(lengths[1][turning], abs=1e-12)
+
+
+ODD = "a\x00\x01\x1b\x7f\x85\ufffe\uffff\U0001ffffb <--> & z"
+"""Characters that XML has, that it discourages, and that it has not."""
+
+
+@pytest.mark.filterwarnings("ignore:Glyph")
+def test_pictures_are_well_formed_whatever_titles_and_names_hold(slowed: Plan) -> None:
+    first, *others = slowed.problem.waypoints
+    asked = replace(slowed.problem, waypoints=(replace(first, name=ODD), *others))
+    named = replace(slowed, problem=asked)
+    at_zero = draw_robot_at(load_robot("three_dof_arm"), title=ODD)
+    for picture in (slowed.plot("position", title=ODD), named.plot("position", "path"), at_zero):
+        svg = picture.svg().decode()
+        assert "&amp; z" in svg or "& z" in svg
+        assert fromstring(svg).tag.endswith("svg")
+    moving = named.animate().svg
+    texts = [text.text for text in fromstring(moving).iter("{http://www.w3.org/2000/svg}text")]
+    kept = ODD.replace("\x00\x01\x1b", "\ufffd" * 3).replace("\ufffe\uffff", "\ufffd" * 2)
+    assert any(text is not None and kept in text for text in texts)
