@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import JOINTS, moves, name_of, numbers, units_of
+from planner.export.programs import JOINTS, moves, name_of, numbers, on_one_line, units_of
 
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
@@ -60,10 +60,11 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             statements.append(f"WAIT {step:.2f}(sec) ;" if isinstance(step, float) else _output(step))
     if len(points) > MOST_POINTS:
         raise UnsupportedFormat(f"LS takes {MOST_POINTS} points; ask for a longer sample period")
+    comment = on_one_line(plan.path.robot.id)[:16].replace('"', "'")
     lines = [
         "/PROG  PLANNED",
         "/ATTR",
-        f'COMMENT = "{plan.path.robot.id[:16]}";',
+        f'COMMENT = "{comment}";',
         "PROTECT = READ_WRITE;",
         "DEFAULT_GROUP = 1,*,*,*,*;",
         "/MN",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import JOINTS, moves, name_of, numbers, tolerances_of
+from planner.export.programs import JOINTS, moves, name_of, numbers, origin, tolerances_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,7 +40,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     external = ", E1 and so on its external axes in degrees or mm" if robot.external_axes else ""
     lines = [
         "DEF planned_trajectory()",
-        f"; {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: a point every {options.sample_period:g} s",
+        f"; {origin(plan)}: a point every {options.sample_period:g} s",
         f"; A1 to A6 are the joints of the model in degrees{external}: its zeros and signs have to be the robot's",
         "; the controller plans its own spline through the points; velocities and torques are not carried",
         f"IF {away} THEN",

@@ -153,13 +153,23 @@ def _between(plan: Plan, stops: list[int], period: float, outputs: list[TimedAct
             yield Move(time - start, position, rest, tuple(here))
 
 
+def origin(plan: Plan) -> str:
+    """Tell on one line, for a comment, what a program is from."""
+    return f"{on_one_line(plan.path.robot.id)}, {plan.backend.kind}, {plan.trajectory.duration!r} s"
+
+
+def on_one_line(name: str) -> str:
+    """Return a name with a space for what is not printed: behind a line break a comment would go on as a statement."""
+    return "".join(letter if letter.isprintable() else " " for letter in name)
+
+
 def name_of(output: SetOutput, pattern: str, language: str, example: str) -> re.Match[str]:
     """Match the name of an output with those that a language has.
 
     Raises:
         UnsupportedFormat: It has no such name.
     """
-    found = re.fullmatch(pattern, output.name)
+    found = re.fullmatch(pattern, output.name, re.ASCII)
     if found is None:
         raise UnsupportedFormat(f"{language} has no output called {output.name!r}; a name is like {example}")
     return found

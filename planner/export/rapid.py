@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import APPROACH, JOINTS, moves, name_of, numbers, tolerances_of
+from planner.export.programs import APPROACH, JOINTS, moves, name_of, numbers, origin, tolerances_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,7 +44,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     away = " OR ".join(f"Abs(actual.{name}-({value}))>{most:.3f}" for name, value, most in near)
     lines = [
         "MODULE PlannedTrajectory",
-        f"  ! {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: a point every {period:g} s",
+        f"  ! {origin(plan)}: a point every {period:g} s",
         "  ! rax_1 to rax_6 are the joints of the model in degrees: its zeros and signs have to be the robot's,",
         "  ! and its third joint that of the upper arm; velocities and torques are not carried",
         "  PROC planned_trajectory()",

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format, sample
-from planner.export.programs import APPROACH, AT_START, JOINTS, name_of, stops
+from planner.export.programs import APPROACH, AT_START, JOINTS, name_of, origin, stops
 from planner.problems.actions import SetOutput
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         UnsupportedFormat: The arm has not six joints that turn, the trajectory begins or ends in motion, or an output
             has a name that the controller has not.
     """
-    robot, duration = plan.path.robot, plan.trajectory.duration
+    robot = plan.path.robot
     if robot.dof != JOINTS or not robot.is_angle.all():
         raise UnsupportedFormat(f"URScript moves arms of {JOINTS} joints that turn, which {robot.id} is not")
     stops(plan, "URScript")
@@ -41,7 +41,7 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
             nearest = int(np.abs(samples.time - timed.time).argmin())
             outputs.setdefault(nearest, []).append(f"  {set_output(timed.action)}")
     lines = [
-        f"# {robot.id}, {plan.backend.kind}, {duration!r} s: joint positions (rad) every {options.sample_period:g} s.",
+        f"# {origin(plan)}: joint positions (rad) every {options.sample_period:g} s.",
         f"# The controller runs behind them by up to {LOOKAHEAD} s; outputs are set with the nearest point;",
         "# velocities and torques are not carried.",
         "def planned_trajectory():",

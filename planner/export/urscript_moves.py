@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
-from planner.export.programs import moves
+from planner.export.programs import moves, origin
 from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.guarantees import leaves_straight_motions
 from planner.problems.problem import JointMotion, LinearMotion, StopTransition
@@ -29,11 +29,10 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
         UnsupportedFormat: A waypoint is passed without a stop, a motion is neither straight in joint space nor a line
             of the tool, or the arm has not six joints that turn.
     """
-    robot = plan.path.robot
     motions = moves(plan, "URScript", options.sample_period)
     program = "\n".join(
         [
-            f"# {robot.id}, {plan.backend.kind}, {plan.trajectory.duration!r} s: joint positions in rad.",
+            f"# {origin(plan)}: joint positions in rad.",
             "# The controller plans each motion by its own law in the time given: the certificate is not that of what",
             "# it does. Lines are those of the tool that is set there, which has to be the plan's at the start.",
             "def planned_trajectory():",

@@ -11,8 +11,10 @@ import pytest
 from planner.backends import Cubic, MinEffort, Quintic, Ruckig
 from planner.errors import UnsupportedFormat
 from planner.export import ExportOptions, render
+from planner.export.urscript import set_output
 from planner.planning import plan
 from planner.plans.result import Plan
+from planner.problems.actions import AtTime, SetOutput
 from planner.problems.problem import (
     BlendTransition,
     CircularMotion,
@@ -43,6 +45,12 @@ WAYPOINTS = [
 @pytest.fixture(scope="module")
 def solved() -> Plan:
     return plan(PlanningProblem(ROBOT, WAYPOINTS), Quintic())
+
+
+@pytest.fixture(scope="module")
+def solved_moves() -> Plan:
+    """What every form can carry."""
+    return plan(PlanningProblem(ROBOT, [JointWaypoint(START), JointWaypoint(THIRD)]), Cubic())
 
 
 @dataclass
@@ -243,6 +251,27 @@ ROWS = {
     ),
 }
 """Positions of an arm on a rail and a turntable, as each language writes them."""
+
+
+@pytest.mark.parametrize("name", ["krl", "rapid", "urscript", "urscript_moves", "fanuc_ls"])
+@pytest.mark.parametrize("mark", ["\n", "\r\n", "\x0b", "\x85", "\u2028", '"; ', "\x00"])
+def test_what_a_robot_is_called_becomes_no_statement(solved_moves: Plan, name: str, mark: str) -> None:
+    robot = replace(ROBOT, id=f"arm{mark}HALT;")
+    path = replace(solved_moves.path, robot=robot)
+    plain, odd = (
+        render(each, name, ExportOptions(PERIOD)).decode().splitlines()
+        for each in (solved_moves, replace(solved_moves, path=path))
+    )
+    assert len(odd) == len(plain)
+    (line,) = [line for line, as_plain in zip(odd, plain, strict=True) if line != as_plain]
+    assert line.lstrip().startswith((";", "!", "#", 'COMMENT = "arm'))
+    assert name != "fanuc_ls" or re.fullmatch('COMMENT = "[^"]{1,16}";', line)
+
+
+def test_digits_of_outputs_are_those_that_controllers_read() -> None:
+    output = SetOutput(AtTime(0.0), "standard_digital_out_\N{ARABIC-INDIC DIGIT THREE}", True)
+    with pytest.raises(UnsupportedFormat, match="no output called"):
+        set_output(output)
 
 
 @pytest.mark.parametrize("name", ROWS)
