@@ -165,10 +165,8 @@ class NamedContents(Generic[C]):
 
     def forget(self, connection: Connection, digests: Sequence[str | None]) -> None:
         """Delete contents for which no id stands, and which no batch needs."""
-        digest = self.contents.c.digest
-        needed_by_id = select(self.ids.c.id).where(self.ids.c.digest == digest).exists()
-        needed_by_item = select(items.c.batch).where(self.needed_by_item == digest).exists()
-        connection.execute(delete(self.contents).where(digest.in_(digests), ~needed_by_id, ~needed_by_item))
+        unneeded = not_(self._is_needed(true()))
+        connection.execute(delete(self.contents).where(self.contents.c.digest.in_(digests), unneeded))
 
     def _named(self, namespace: str, name: str) -> ColumnElement[bool]:
         return and_(self.ids.c.namespace == namespace, self.ids.c.id == name)
@@ -195,9 +193,11 @@ class NamedContents(Generic[C]):
         own = self.contents.c.digest.in_(select(self.ids.c.digest).where(*others, self.ids.c.digest != content.digest))
         if own_ids >= bounds.ids_of_owner or self._size(connection, own) + content.size > bounds.size_of_owner:
             return "too_many"
-        more = 0 if self._is_kept(connection, content) else content.size
+        digest = self.contents.c.digest
+        replaced = digest.in_(select(self.ids.c.digest).where(named))
+        besides = self._size(connection, digest != content.digest, or_(not_(replaced), self._is_needed(not_(named))))
         ids = connection.execute(select(func.count()).select_from(self.ids).where(not_(named))).scalar_one()
-        return "full" if self._size(connection, true()) + more > bounds.size or ids >= bounds.ids else None
+        return "full" if besides + content.size > bounds.size or ids >= bounds.ids else None
 
     def _keep(self, connection: Connection, content: C) -> None:
         if not self._is_kept(connection, content):
@@ -206,9 +206,15 @@ class NamedContents(Generic[C]):
     def _is_kept(self, connection: Connection, content: C) -> bool:
         return bool(connection.scalar(select(exists().where(self.contents.c.digest == content.digest))))
 
-    def _size(self, connection: Connection, which: ColumnElement[bool]) -> int:
+    def _is_needed(self, by: ColumnElement[bool]) -> ColumnElement[bool]:
+        """Tell whether one of some ids stands for a content, or a batch needs it."""
+        digest = self.contents.c.digest
+        by_id = select(self.ids.c.id).where(self.ids.c.digest == digest, by).exists()
+        return or_(by_id, select(items.c.batch).where(self.needed_by_item == digest).exists())
+
+    def _size(self, connection: Connection, *which: ColumnElement[bool]) -> int:
         """Add up the bytes of some of the contents."""
-        total = select(func.coalesce(func.sum(self.contents.c.size), 0)).where(which)
+        total = select(func.coalesce(func.sum(self.contents.c.size), 0)).where(*which)
         size: int = connection.execute(total).scalar_one()
         return size
 

@@ -21,15 +21,16 @@ from typer.testing import CliRunner
 
 from api.access.access import Client
 from api.access.keys import KeyRecord
+from api.batches.items import NewItem
 from api.cli import app
 from api.content.robots import RobotContent
 from api.content.scenes import SceneContent
-from api.database.batches import find_batch
+from api.database.batches import Arrival, BatchBounds, append_items, begin_batch, find_batch
 from api.database.database import Database, make_engine, sqlite_url
 from api.database.keys import add_key, all_keys, find_key, revoke_key
 from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.database.named_contents import ROBOTS, SCENES, Bounds
-from api.database.tables import metadata, robot_contents, robots, scene_contents
+from api.database.tables import items, metadata, robot_contents, robots, scene_contents
 from api.errors import DatabaseUnavailable
 from api.routes.ordinary import run_with_body
 from api.server.traffic import Traffic
@@ -289,6 +290,28 @@ def test_a_scene_grows_no_further_than_the_share_of_its_client(connection: Conne
     assert replace("a", scene("other", 250)) == "replaced"  # its own bytes of before do not count
     assert replace("other", scene("b", 200)) == "replaced"  # the same as another one takes no more
     assert SCENES.replace(connection, "", "a", "b", scene("most", 999), None, WIDE) == "full"
+
+
+def test_a_scene_shrinks_where_all_bytes_are_taken(connection: Connection) -> None:
+    """What it frees counts, unless another id or a batch needs it still."""
+    add = partial(SCENES.add, connection, "", owner="me", bounds=WIDE)
+    assert [add("a", content=scene("a", 600)), add("b", content=scene("b", 300))] == ["added"] * 2
+    full = WIDE._replace(size=scene("a", 600).size + scene("b", 300).size)
+    replace = partial(SCENES.replace, connection, "", owner="me", bounds=full)
+    assert replace("a", "a", scene("more", 601)) == "full"
+    assert replace("a", "a", scene("as_large", 600)) == "replaced"
+    assert replace("a", "as_large", scene("less", 590)) == "replaced"
+    assert replace("a", "less", scene("less", 590)) == "replaced"
+    assert SCENES.add(connection, "", "copy", scene("less", 590), "me", full) == "added"
+    assert replace("a", "less", scene("least", 100)) == "full"  # the copy needs what was
+    assert replace("a", "less", scene("b", 300)) == "replaced"
+    arrival = begin_batch(connection, "me", None, "engine", BatchBounds(1, 1, 10**6))
+    assert isinstance(arrival, Arrival)
+    append_items(connection, arrival.number, 0, [NewItem(b"", None, "copy", 10.0)], "")
+    assert replace("copy", "less", scene("least", 100)) == "full"  # the batch needs what was
+    connection.execute(delete(items))
+    assert replace("copy", "less", scene("least", 100)) == "replaced"
+    assert sorted(connection.scalars(select(scene_contents.c.digest))) == ["b", "least"]
 
 
 def test_settings_keep_the_password_to_themselves() -> None:
