@@ -271,8 +271,8 @@ def _parameters(operation: Operation) -> list[dict[str, Any]]:
             {
                 "name": "format",
                 "in": "query",
-                **({"required": True} if operation.file else {}),
-                "description": f"Form of {'the file' if operation.file else 'the plans'}.",
+                **({"required": True} if is_one_plan else {}),
+                "description": "Form of the file." if is_one_plan else "Form of the plans; omitted: `json`.",
                 "schema": {"type": "string", "enum": names, "title": "PlanFormat"},
             }
         )

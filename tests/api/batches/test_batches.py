@@ -143,6 +143,8 @@ def test_results_come_as_an_archive(service: RunningService, finished: str) -> N
     assert service.client.get(f"{finished}/results.zip?format=csv").content == answer.content
     with ZipFile(BytesIO(service.client.get(f"{finished}/results.zip?format=urscript").content)) as archive:
         assert json.loads(archive.read("000000.problem.json"))["code"] == "unsupported_format"
+    with ZipFile(BytesIO(service.client.get(f"{finished}/results.zip").content)) as archive:
+        assert archive.namelist()[:1] == ["000000.json"]
     assert service.client.get(f"{finished}/results.zip?format=of_nobody").json()["code"] == "not_acceptable"
 
 

@@ -260,3 +260,15 @@ def test_the_document_allows_as_many_waypoints_as_the_service_takes(
         ("InverseKinematicsRequest", "poses"),
     ):
         assert document["components"]["schemas"][schema]["properties"][field]["maxItems"] == most
+
+
+def test_a_format_is_required_where_nothing_is_answered_without(document: dict[str, Any]) -> None:
+    """The archive of a batch has JSON where none is asked."""
+    formats = {
+        operation["operationId"]: parameter.get("required", False)
+        for operation in operations(document).values()
+        for parameter in operation.get("parameters", ())
+        if parameter["name"] == "format"
+    }
+    assert {name for name, is_required in formats.items() if is_required} == {"export_trajectory"}
+    assert {"download_batch_results", "stream_batch_results", "get_batch_results"} < set(formats)
