@@ -6,10 +6,11 @@ import asyncio
 import time
 from dataclasses import replace
 from http import HTTPStatus
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import orjson
 from fastapi import Request, Response
+from sqlalchemy.exc import NoResultFound
 from starlette.responses import StreamingResponse
 
 from api.access.access import audit
@@ -25,13 +26,16 @@ from api.server.costs import Kind
 from api.workers.messages import Task
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping, Sequence
+    from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 
     from sqlalchemy import Connection
 
     from api.database.batches import BatchRecord, Outcomes
     from api.server.service import Service
     from api.workers.messages import Reply
+
+A = TypeVar("A")
+T = TypeVar("T")
 
 LINES = frozenset({"application/x-ndjson", "application/ndjson", "application/jsonl"})
 """The media types of bodies with one request a line."""
@@ -47,6 +51,9 @@ KEEP_ALIVE = 15.0
 
 RESULTS_AT_ONCE = 100
 """The number of results that are read for one piece of a stream."""
+
+FORGOTTEN = "no batch has this id; GET /v1/batches lists those that are kept"
+"""What is told of a batch that there is not, or not any more."""
 
 MOST_TRIES = 30
 """The number of times that a piece of a stream is tried, a second apart, while the service has too much to do."""
@@ -232,12 +239,24 @@ async def _batch(request: Request, batch_id: str) -> BatchRecord:
     """Find a batch that the client may see."""
     found = await service_of(request).database.read(batches.find_batch, batch_id, client(request).batches_of)
     if found is None:
-        raise UnknownBatch("no batch has this id; GET /v1/batches lists those that are kept")
+        raise UnknownBatch(FORGOTTEN)
     return found
 
 
+async def _read(service: Service, work: Callable[[Connection, A], T], argument: A) -> T:
+    """Read what a batch needs.
+
+    Raises:
+        UnknownBatch: It is gone: the batch has been forgotten since it was found.
+    """
+    try:
+        return await service.database.read(work, argument)
+    except NoResultFound as error:
+        raise UnknownBatch(FORGOTTEN) from error
+
+
 async def _described(service: Service, batch: BatchRecord) -> dict[str, Any]:
-    return described(batch, *await service.database.read(_outcomes, batch.number))
+    return described(batch, *await _read(service, _outcomes, batch.number))
 
 
 def _outcomes(connection: Connection, number: int) -> tuple[list[Outcomes], list[int], dict[str, int]]:
@@ -258,7 +277,7 @@ async def _results(service: Service, batch: BatchRecord, behind: int, limit: int
 async def _definitions(service: Service, results: Sequence[Result]) -> Mapping[str, bytes]:
     """Find the added robots and scenes that results need, by their digests."""
     digests = {digest for result in results for digest in (result.robot, result.scene) if digest is not None}
-    return {digest: await service.database.read(claims.definition_of, digest) for digest in digests}
+    return {digest: await _read(service, claims.definition_of, digest) for digest in digests}
 
 
 def _form(request: Request) -> str | None:

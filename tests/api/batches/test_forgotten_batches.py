@@ -1,0 +1,89 @@
+"""Batches that are forgotten exactly while they are read: nobody knows them any more."""
+
+from __future__ import annotations
+
+import asyncio
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from fastapi import Request
+
+from api.access.access import Client
+from api.batches.items import PLANNED, NewItem
+from api.content.robots import RobotContent
+from api.database import batches, claims
+from api.database.batches import (
+    Arrival,
+    BatchBounds,
+    append_items,
+    begin_batch,
+    cancel_batch,
+    discard_batches,
+    open_batch,
+)
+from api.database.claims import Outcome, settle
+from api.database.database import Database, sqlite_url
+from api.database.named_contents import ROBOTS, Bounds
+from api.errors import UnknownBatch
+from api.routes.batches import get_batch, get_batch_report, get_batch_results
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+    from pathlib import Path
+
+    from sqlalchemy import Connection
+
+
+def ended_batch(connection: Connection) -> str:
+    """The id of a batch with a plan and a refusal, which is the last to need a robot."""
+    bounds = Bounds(ids=1, ids_of_owner=1, size=1000, size_of_owner=1000)
+    ROBOTS.add(connection, "", "arm", RobotContent("x", b"definition", b"{}", b"{}"), "me", bounds)
+    arrival = begin_batch(connection, "me", None, "service", BatchBounds(1, 1, 1000))
+    assert isinstance(arrival, Arrival)
+    append_items(connection, arrival.number, 0, [NewItem(b"", "arm", None, 10.0)] * 2, "")
+    open_batch(connection, arrival.number, "digest")
+    outcomes = [(0, PLANNED, 2.0), (1, "unreachable_waypoint", None)]
+    settle(connection, [Outcome(arrival.number, k, outcome, b"", length, length) for k, outcome, length in outcomes])
+    cancel_batch(connection, arrival.number)
+    ROBOTS.delete(connection, "", "arm", "me")
+    return arrival.id
+
+
+@pytest.mark.parametrize(
+    ("read", "module", "before"),
+    [
+        (get_batch, batches, "outcomes_of"),
+        (get_batch_report, batches, "outcomes_of"),
+        (get_batch_results, claims, "results_behind"),
+    ],
+)
+def test_who_reads_a_batch_that_is_forgotten_meanwhile_is_told_so(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    read: Callable[[Request], Awaitable[Any]],
+    module: Any,
+    before: str,
+) -> None:
+    """PostgreSQL lets a reader see what others have done since its last statement."""
+    database = Database(sqlite_url(tmp_path))
+    database.open()
+    original = getattr(module, before)
+
+    def then_forget(connection: Connection, number: int, *others: Any, **options: Any) -> Any:
+        found = original(connection, number, *others, **options)
+        discard_batches(connection, [number])
+        return found
+
+    monkeypatch.setattr(module, before, then_forget)
+
+    async def run() -> None:
+        batch_id = await database.write(ended_batch)
+        app = SimpleNamespace(state=SimpleNamespace(service=SimpleNamespace(database=database)))
+        scope = {"type": "http", "method": "GET", "path": "/", "headers": [], "query_string": b"", "app": app}
+        scope |= {"path_params": {"id": batch_id}, "state": {"client": Client("127.0.0.1")}}
+        with pytest.raises(UnknownBatch, match="no batch has this id"):
+            await read(Request(scope))
+
+    asyncio.run(run())
+    database.close()
