@@ -33,6 +33,31 @@ describe('server-sent events', () => {
     expect(asked.map((headers) => headers['Last-Event-ID'])).toEqual([undefined, '1']);
     expect(asked[0]!.Authorization).toBe('Bearer secret');
   });
+
+  test.each([429, 503])('go on after an answer that says to come later: %i', async (status) => {
+    const answers = [new Response('{}', { status, headers: { 'Retry-After': '5' } }), new Response('id: 1\nevent: end\ndata: a\n\n')];
+    const asked = vi.fn(() => Promise.resolve(answers[asked.mock.calls.length - 1]!));
+    vi.stubGlobal('fetch', asked);
+    vi.useFakeTimers({ toFake: ['setTimeout'] });
+    const heard: string[] = [];
+    const done = listen('/events', new AbortController().signal, ({ data }) => {
+      heard.push(data);
+      return false;
+    });
+    await vi.advanceTimersByTimeAsync(4900);
+    expect(asked).toHaveBeenCalledTimes(1);
+    await vi.advanceTimersByTimeAsync(200);
+    await done;
+    vi.useRealTimers();
+    expect(heard).toEqual(['a']);
+    expect(asked).toHaveBeenCalledTimes(2);
+  });
+
+  test('that are refused end it', async () => {
+    const refused = new Response('{}', { status: 404 });
+    vi.stubGlobal('fetch', () => Promise.resolve(refused));
+    expect(await listen('/events', new AbortController().signal, () => true)).toBe(refused);
+  });
 });
 
 describe('a grid', () => {

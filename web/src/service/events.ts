@@ -24,19 +24,23 @@ export function parsed(text: string): [ServerEvent[], string] {
   return [events.filter(({ data }) => data !== ''), rest];
 }
 
-const AGAIN = 1000; // ms until a broken connection is tried anew
+const AGAIN = 1000; // ms until a broken connection is tried anew, unless the service asks for more
 
 // Hears events until `hear` returns false or the signal aborts; a broken connection goes on where it was.
 // Returns the answer where there is no stream of events.
 export async function listen(path: string, signal: AbortSignal, hear: (event: ServerEvent) => boolean): Promise<Response | null> {
   let last = '';
   while (!signal.aborted) {
+    let pause = AGAIN;
     const headers: Record<string, string> = { Accept: 'text/event-stream' };
     if (apiKey.value !== '') headers.Authorization = `Bearer ${apiKey.value}`;
     if (last !== '') headers['Last-Event-ID'] = last;
     try {
       const answer = await fetch(base + path, { headers, signal });
-      if (answer.status >= 500) throw new Error('away'); // as a proxy says while the service is restarted
+      if (answer.status >= 500 || answer.status === 429) { // as a proxy says while the service is restarted; too many requests
+        pause = Math.max(AGAIN, 1000 * Number(answer.headers.get('Retry-After') ?? 0) || 0);
+        throw new Error('away');
+      }
       if (!answer.ok || !answer.body) return answer;
       const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
       let text = '';
@@ -51,7 +55,7 @@ export async function listen(path: string, signal: AbortSignal, hear: (event: Se
     } catch {
       // The service is away, or the signal has aborted.
     }
-    await new Promise((resolve) => setTimeout(resolve, AGAIN));
+    await new Promise((resolve) => setTimeout(resolve, pause));
   }
   return null;
 }
