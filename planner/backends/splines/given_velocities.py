@@ -91,7 +91,7 @@ class PassingSpline:
             VelocityOutOfReach: No durations were found that keep the limits.
         """
         free = np.isnan(asked)
-        found = self._slowed(np.where(free, self._least_durations(), asked), free)
+        found = self._slowed(self._first_trial(np.where(free, self._least_durations(), asked), free), free)
         excess = self.excesses(found)
         several = free & (np.bincount(self.parts, weights=free)[self.parts] > 1.0)
         if several.any():
@@ -115,9 +115,13 @@ class PassingSpline:
 
     def excesses(self, durations: FloatArray) -> FloatArray:
         """Return the worst excesses (parts,) of the spline with these durations (segments,); up to 0: none."""
-        firsts = np.flatnonzero(np.diff(self.parts, prepend=-1))
-        worst: FloatArray = np.maximum.reduceat(self.held(durations).excesses, firsts)
+        worst: FloatArray = np.maximum.reduceat(self.held(durations).excesses, self._firsts)
         return worst
+
+    @property
+    def _firsts(self) -> np.ndarray:
+        """Index (parts,) of the first segment of each part."""
+        return np.flatnonzero(np.diff(self.parts, prepend=-1))
 
     def _least_durations(self) -> FloatArray:
         """Return durations (segments,), s, that none can be shorter than: at the velocity limits all the way."""
@@ -128,6 +132,29 @@ class PassingSpline:
             speeds = np.nan_to_num(np.abs(self.velocities)).max()
             least = np.abs(travels).max(axis=1) / speeds
         return np.where(least > 0.0, least, 0.2 * least.max())
+
+    def _first_trial(self, least: FloatArray, free: np.ndarray) -> FloatArray:
+        """Return durations (segments,), s, that are whole steps from the least ones, past those that need no trial.
+
+        While a part takes the time T, the speed of a joint is no more than v + a min(t, T - t) with v the higher one at
+        the ends of the part, so that it travels v T + a T^2 / 4 at most: T is 2 d / (v + sqrt(v^2 + a d)) at least.
+
+        Args:
+            least: Durations (segments,), s, none of which is to be shorter.
+            free: Whether (segments,) a duration may change.
+        """
+        parts, firsts = self.parts, self._firsts
+        travels = np.add.reduceat(np.abs(np.diff(self.positions, axis=0)), firsts)
+        accelerations = np.maximum.reduceat(np.maximum(*np.abs(self.limits.bounds("acceleration"))), firsts)
+        speeds = np.abs(self._at_waypoints()[np.append(firsts, -1)])
+        fastest, moves = np.maximum(speeds[:-1], speeds[1:]), travels > 0.0
+        gained = np.sqrt(np.multiply(accelerations, travels, out=np.zeros_like(travels), where=moves))
+        average = (fastest + np.hypot(fastest, gained)) / 2.0
+        needed = np.divide(travels, average, out=np.zeros_like(travels), where=moves).max(axis=1)
+        kept, own = (np.bincount(parts, weights=np.where(mask, least, 0.0)) for mask in (~free, free))
+        factors = np.divide(needed - kept, own, out=np.ones_like(own), where=own > 0.0)
+        steps = np.floor(np.log(np.maximum(factors, 1.0)) / np.log(STEP))
+        return np.where(free, least * STEP ** steps[parts], least)
 
     def _longest_durations(self) -> FloatArray:
         """Return durations (segments,), s, at which rates are as low as durations can make them."""

@@ -364,6 +364,33 @@ def test_accelerations_alone_limit_a_spline(degree: Degree) -> None:
 
 
 @pytest.mark.parametrize("degree", DEGREES)
+@pytest.mark.parametrize("others", [0.0, NONE], ids=["one segment a part", "several segments a part"])
+def test_next_to_no_velocity_takes_few_trials_where_accelerations_alone_limit_a_spline(
+    others: float, degree: Degree, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first trials were as short as 1e-300 takes to be reached: 6,000 of them, and half a minute."""
+    trials: list[FloatArray] = []
+    excesses = PassingSpline.excesses
+
+    def counted(spline: PassingSpline, durations: FloatArray) -> FloatArray:
+        trials.append(durations)
+        return excesses(spline, durations)
+
+    monkeypatch.setattr(PassingSpline, "excesses", counted)
+    positions = np.array([[0.0, 0.0], [0.5, 0.2], [1.0, -0.3], [1.3, 0.1], [0.9, 0.4]])
+    none, limited = np.full((4, 2), INF), np.full((4, 2), 2.0)
+    limits = spline_limits(np.full(2, -INF), np.full(2, INF), none, limited, none)
+    found, counts = [], []
+    for velocity in (1e-6, 1e-30, 1e-300):
+        velocities = np.array([[velocity, 0.0], [others, others], [velocity, -velocity]])
+        trials.clear()
+        found.append(timed(positions, velocities, limits, free(4), degree).lengths)
+        counts.append(len(trials))
+    assert max(counts) <= 60, counts
+    assert found[1] == pytest.approx(found[0], rel=1e-4) and found[2] == pytest.approx(found[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("degree", DEGREES)
 def test_a_velocity_without_room_before_it_is_refused(degree: Degree) -> None:
     """Brakes need v^2 / 2a = 0.125: a wall is 0.05 behind the waypoint."""
     positions = np.array([[0.0, 0.0], [0.5, 0.0], [0.2, 0.0]])
