@@ -126,6 +126,11 @@ class CollisionChecker:
         """Whether there is nothing to be held against anything."""
         return not self.own_pairs and not self.asked
 
+    def all_pairs(self) -> np.ndarray:
+        """Return the numbers (n,) of all pairs that are held against each other."""
+        among = np.flatnonzero(np.isfinite(self.margins))
+        return np.concatenate([np.arange(self.own_pairs), self.own_pairs + among])
+
     def kinds(self, pairs: np.ndarray) -> np.ndarray:
         """Return `ITSELF`, `AMONG_OBJECTS` or `CONTACTS` of pairs (n,)."""
         kinds = np.full(len(pairs), ITSELF)

@@ -309,12 +309,11 @@ class _Search:
 
     def finish(self) -> None:
         """Say what is left: what was not looked at may be as near as anything."""
-        left = [(batch.starts, batch.ends, batch.items) for batch in self.waiting if batch.items is not None]
-        for starts, ends, items in left:
-            for kind in np.unique(self.checker.kinds(items.pairs)).tolist():
+        for starts, ends, items, _ in self.waiting:
+            row, pairs = (0, self.checker.all_pairs()) if items is None else (int(items.rows[0]), items.pairs)
+            for kind in np.unique(self.checker.kinds(pairs)).tolist():
                 self.found.lower[kind] = -np.inf
-            middle = float((starts[items.rows[0]] + ends[items.rows[0]]) / 2.0)
-            self.stuck.append((middle, int(items.pairs[0]), -np.inf))
+            self.stuck.append((float((starts[row] + ends[row]) / 2.0), int(pairs[0]), -np.inf))
         if self.stuck and self.found.hit is None:
             time, pair, distance = min(self.stuck, key=lambda each: each[2])
             margin = float(self.checker.margins_of(np.array([pair]))[0])
