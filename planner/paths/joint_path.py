@@ -179,7 +179,7 @@ def solve_path(problem: PlanningProblem) -> JointPath:
         dtype=float,
     )
     transitions = [_transition(waypoints[before + 1 : after + 1]) for before, after in pairwise(moving.tolist())]
-    transitions = _with_stops_where_sharp(waypoints, solved, limits, moving, transitions)
+    transitions = _with_stops_where_sharp(solved, limits, moving, transitions)
     stops = _stops(transitions)
     runs = tuple(
         build_run(
@@ -246,7 +246,6 @@ def _stops(transitions: Sequence[Transition]) -> list[int]:
 
 
 def _with_stops_where_sharp(
-    waypoints: Sequence[AnyWaypoint],
     solved: Sequence[SolvedWaypoint],
     limits: SegmentLimits,
     moving: np.ndarray,
