@@ -2,30 +2,57 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
 from planner.fields import KIND
-from planner.kinematics.configurations import named_parts
-from planner.problems.problem import CartesianMotion, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.kinematics.configurations import Configuration, Elbow, Shoulder, Wrist, named_parts
+from planner.kinematics.options import InverseKinematicsOptions, Preference
+from planner.problems.motion_around import FreeMotion, Objective
+from planner.problems.problem import (
+    CartesianMotion,
+    Frame,
+    JointMotion,
+    JointWaypoint,
+    PoseWaypoint,
+    RelativeWaypoint,
+    Singularity,
+    Turns,
+)
 from planner.problems.regions import Region, region_faults
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.fields import FieldPath
-    from planner.kinematics.options import InverseKinematicsOptions
     from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
     from planner.spatial import Pose
+
+CHOICES = (
+    (JointMotion, "turns", Turns),
+    (FreeMotion, "optimise", Objective),
+    (CartesianMotion, "singularity", Singularity),
+    (RelativeWaypoint, "frame", Frame),
+    (Configuration, "shoulder", Shoulder),
+    (Configuration, "elbow", Elbow),
+    (Configuration, "wrist", Wrist),
+    (InverseKinematicsOptions, "prefer", Preference),
+)
+"""Fields whose value is one of some names, or what it is unless it is given: their class, name, and the names."""
 
 
 def waypoint_faults(
     robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
 ) -> Iterator[tuple[FieldPath, str]]:
     """Find the faults that keep the list from saying where the robot is to go."""
+    yield from _choice_faults(options, ("inverse_kinematics",))
     for i, waypoint in enumerate(waypoints):
+        yield from _choice_faults(waypoint, ("waypoints", i))
+        yield from _choice_faults(waypoint.motion, ("waypoints", i, "motion"))
+        if isinstance(waypoint, PoseWaypoint):
+            yield from _choice_faults(waypoint.configuration, ("waypoints", i, "configuration"))
         if isinstance(waypoint, JointWaypoint) and len(waypoint.position) != robot.dof:
             count = len(waypoint.position)
             yield ("waypoints", i, "position"), f"{count} values for the {robot.dof} joints of {robot.id}"
@@ -56,6 +83,19 @@ def waypoint_faults(
             ("inverse_kinematics", "reference"),
             f"{len(options.reference)} values for the {robot.dof} joints of {robot.id}",
         )
+
+
+def _choice_faults(asked: object, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+    """Find what is none of the names that there are: it would be taken for one of them."""
+    for kind, name, choices in CHOICES:
+        if isinstance(asked, kind):
+            value, known = getattr(asked, name), get_args(choices)
+            if value not in (getattr(kind, name), *known):
+                yield (*field, name), f"{value!r} is none of {', '.join(known)}"
+    if isinstance(asked, PoseWaypoint | CartesianMotion):
+        free = asked.free
+        if not (free is None or isinstance(free, Region) or free == "rotation_z"):
+            yield (*field, "free"), f"{free!r} is neither rotation_z nor a region"
 
 
 def _is_finite(pose: Pose) -> bool:

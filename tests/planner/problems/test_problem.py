@@ -6,9 +6,20 @@ import numpy as np
 import pytest
 
 from planner.errors import ConfigurationChange, InvalidProblem
-from planner.kinematics import all_solutions, forward_kinematics, manipulability, tool_pose
+from planner.kinematics import Configuration, all_solutions, forward_kinematics, manipulability, tool_pose
+from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.motion_around import FreeMotion
+from planner.problems.problem import (
+    AnyWaypoint,
+    CartesianMove,
+    JointMotion,
+    JointWaypoint,
+    LinearMotion,
+    PlanningProblem,
+    PoseWaypoint,
+    RelativeWaypoint,
+)
 from planner.robots import load_robot
 from planner.spatial import Pose, quaternion
 
@@ -97,3 +108,37 @@ def test_positions_and_poses_that_are_no_numbers_are_refused() -> None:
             plan(PlanningProblem(robot, [JointWaypoint(HOME), waypoint]))
         field = "position" if isinstance(waypoint, JointWaypoint) else "pose"
         assert [fault.field for fault in refused.value.faults] == [("waypoints", 1, field)]
+
+
+@pytest.mark.parametrize(
+    ("waypoint", "field"),
+    [
+        (JointWaypoint(PICK, motion=FreeMotion(optimise="foo")), ("motion", "optimise")),  # type: ignore[arg-type]
+        (JointWaypoint(PICK, motion=JointMotion("shortest")), ("motion", "turns")),  # type: ignore[arg-type]
+        (JointWaypoint(PICK, motion=LinearMotion(singularity="avoid")), ("motion", "singularity")),  # type: ignore[arg-type]
+        (JointWaypoint(PICK, motion=LinearMotion(free="rotation_x")), ("motion", "free")),  # type: ignore[arg-type]
+        (PoseWaypoint(Pose([1.0, 0.0, 1.0], np.eye(3)), free="all"), ("free",)),  # type: ignore[arg-type]
+        (RelativeWaypoint(CartesianMove((0.0, 0.0, 0.1)), frame="world"), ("frame",)),  # type: ignore[arg-type]
+        (
+            PoseWaypoint(Pose([1.0, 0.0, 1.0]), Configuration(elbow="left")),  # type: ignore[arg-type]
+            ("configuration", "elbow"),
+        ),
+    ],
+    ids=lambda value: ".".join(value) if isinstance(value, tuple) else "",
+)
+def test_what_is_none_of_the_names_is_refused_and_not_taken_for_one(
+    waypoint: AnyWaypoint, field: tuple[str, ...]
+) -> None:
+    """What a way is made better by was taken for effort, and axes of the world for those of the base."""
+    with pytest.raises(InvalidProblem) as refused:
+        plan(PlanningProblem(load_robot("kuka_kr16_2"), [JointWaypoint(HOME), waypoint]))
+    assert [fault.field for fault in refused.value.faults] == [("waypoints", 1, *field)]
+
+
+def test_a_preference_that_there_is_not_is_refused() -> None:
+    options = InverseKinematicsOptions(prefer="beauty")  # type: ignore[arg-type]
+    with pytest.raises(InvalidProblem) as refused:
+        plan(PlanningProblem(load_robot("kuka_kr16_2"), [JointWaypoint(HOME)], inverse_kinematics=options))
+    (fault,) = refused.value.faults
+    assert fault.field == ("inverse_kinematics", "prefer")
+    assert "manipulability" in fault.message
