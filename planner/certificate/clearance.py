@@ -108,21 +108,7 @@ def certify_clearance(
         Collision: A margin is not kept later.
         ClearanceUnproved: It takes too long to prove.
     """
-    if checker.is_empty:
-        return None
-    found = clearances(checker, trajectory, tolerance=tolerance)
-    if found.hit is not None:
-        raise _collision(checker, trajectory, found.hit)
-    if found.undecided is not None:
-        first, second = checker.names(found.undecided.pair)
-        raise ClearanceUnproved(
-            f"that {first} keeps {found.undecided.margin:g} m clear of {second} near {found.undecided.time:.4g} s "
-            f"could not be proved after {found.distances} distances: they come as near as that, or nearly so, for long",
-            time=found.undecided.time,
-            limit=found.undecided.margin,
-            pair=(first, second),
-        )
-    return report_of(checker, found)
+    return certify_clearance_along((checker,), trajectory, tolerance)
 
 
 def segment_checkers(problem: PlanningProblem, positions: FloatArray) -> tuple[CollisionChecker, ...]:
@@ -152,21 +138,33 @@ def certify_clearance_along(
     """
     report: ClearanceReport | None = None
     for checker, part, begin in _parts(checkers, trajectory):
-        try:
-            found = certify_clearance(checker, part, tolerance)
-        except StartInCollision as refusal:
-            if begin == 0.0:
-                raise
-            waypoint = int(part.segments[0])
-            fields = {name: getattr(refusal, name) for name in ("pair", "depth", "point", "position", "value", "limit")}
-            message = refusal.message.replace("where the robot starts", f"from waypoint {waypoint} on")
-            raise Collision(message, **fields, time=begin, segment=waypoint, waypoint=waypoint) from None
-        except (Collision, ClearanceUnproved) as refusal:
-            if refusal.time is not None:
-                refusal.time += begin
-            raise
-        report = _nearer(report, _later(found, begin))
+        if not checker.is_empty:
+            report = _nearer(report, _later(_certified_part(checker, part, begin, tolerance), begin))
     return report
+
+
+def _certified_part(
+    checker: CollisionChecker, part: Trajectory, begin: float, tolerance: float | None
+) -> ClearanceReport:
+    """Prove that a part of a trajectory, which begins at a time, s, keeps every margin; times are those of the part.
+
+    Raises:
+        PlanningError: See `certify_clearance`; times are those of the whole.
+    """
+    found = clearances(checker, part, tolerance=tolerance)
+    if found.hit is not None:
+        raise _collision(checker, part, begin, found.hit)
+    if found.undecided is not None:
+        first, second = checker.names(found.undecided.pair)
+        time = begin + found.undecided.time
+        raise ClearanceUnproved(
+            f"that {first} keeps {found.undecided.margin:g} m clear of {second} near {time:.4g} s "
+            f"could not be proved after {found.distances} distances: they come as near as that, or nearly so, for long",
+            time=time,
+            limit=found.undecided.margin,
+            pair=(first, second),
+        )
+    return report_of(checker, found)
 
 
 def _parts(
@@ -185,14 +183,12 @@ def _parts(
         yield checkers[numbers[first]], part, float(trajectory.breakpoints[first])
 
 
-def _later(report: ClearanceReport | None, begin: float) -> ClearanceReport | None:
+def _later(report: ClearanceReport, begin: float) -> ClearanceReport:
     """Return the clearances of a part that begins at a time, s."""
 
     def later(part: Clearance | None) -> Clearance | None:
         return part if part is None or part.time is None else replace(part, time=part.time + begin)
 
-    if report is None:
-        return None
     return ClearanceReport(later(report.itself), later(report.scene), later(report.contacts))
 
 
@@ -225,22 +221,24 @@ def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
     return ClearanceReport(part(ITSELF), part(AMONG_OBJECTS), part(CONTACTS))
 
 
-def _collision(checker: CollisionChecker, trajectory: Trajectory, hit: Nearest) -> Collision:
-    """Return the refusal of a trajectory with a pair that is too near, from when on it is."""
-    (start,) = trajectory.evaluate(np.zeros(1), [0])
+def _collision(checker: CollisionChecker, part: Trajectory, begin: float, hit: Nearest) -> Collision:
+    """Return the refusal of a part of a trajectory with a pair that is too near, from when on it is."""
+    (start,) = part.evaluate(np.zeros(1), [0])
     at_start = clearances(checker, edge(start[0], start[0])).hit
     first, second = checker.names((at_start or hit).pair)
     if at_start is not None:
-        nearness = _nearness(first, second, at_start)
-        return StartInCollision(
-            f"where the robot starts, {nearness}", **_fields(checker, at_start, start[0], 0.0), waypoint=0
-        )
-    time = _first_contact(checker, trajectory, hit)
-    segment = int(trajectory.segments[trajectory.locate(np.array([time]))[0][0]])
-    nearness = _nearness(first, second, hit)
-    message = f"on the way from waypoint {segment} to {segment + 1}, {nearness}, too near from {time:.4g} s on"
-    (there,) = trajectory.evaluate(np.array([hit.time]), [0])
-    return Collision(message, **_fields(checker, hit, there[0], time), segment=segment)
+        nearness, known = _nearness(first, second, at_start), _fields(checker, at_start, start[0], begin)
+        if begin == 0.0:
+            return StartInCollision(f"where the robot starts, {nearness}", **known, waypoint=0)
+        waypoint = int(part.segments[0])
+        message = f"from waypoint {waypoint} on, {nearness}"
+        return Collision(message, **known, segment=waypoint, waypoint=waypoint)
+    time = _first_contact(checker, part, hit)
+    segment = int(part.segments[part.locate(np.array([time]))[0][0]])
+    nearness, when = _nearness(first, second, hit), begin + time
+    message = f"on the way from waypoint {segment} to {segment + 1}, {nearness}, too near from {when:.4g} s on"
+    (there,) = part.evaluate(np.array([hit.time]), [0])
+    return Collision(message, **_fields(checker, hit, there[0], when), segment=segment)
 
 
 def refuse_collision_at(checker: CollisionChecker, position: FloatArray, waypoint: int) -> None:

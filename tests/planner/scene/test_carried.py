@@ -274,6 +274,7 @@ def test_what_is_carried_hits_what_the_arm_alone_does_not() -> None:
     error = refusal.value
     assert (error.pair, error.segment) == (("ball", "wall"), 2)
     assert error.time is not None and error.depth > 0.0
+    assert f"too near from {error.time:.4g} s on" in error.message
 
 
 def test_what_is_taken_out_of_something_else_is_refused_where_that_is() -> None:
@@ -287,7 +288,8 @@ def test_what_is_taken_out_of_something_else_is_refused_where_that_is() -> None:
     with pytest.raises(Collision) as refusal:
         planner.plan(replace(problem, scene=replace(problem.scene, objects=[*problem.scene.objects, stone])))
     found = refusal.value
-    assert (found.waypoint, set(found.pair)) == (1, {"ball", "stone"})
+    assert (found.waypoint, found.segment, set(found.pair)) == (1, 1, {"ball", "stone"})
+    assert found.message.startswith("from waypoint 1 on, ") and type(found) is Collision
     assert found.depth == pytest.approx(0.015, abs=1e-6)
     assert found.position == pytest.approx(np.array(problem.waypoints[1].position), abs=1e-9)
 
