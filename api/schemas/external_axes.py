@@ -20,7 +20,7 @@ class ExternalAxis(Schema):
     """The kind of joint: `prismatic`, a rail; `revolute`, a turntable, or `continuous` without position limits."""
     axis: Vector3
     """The direction along which the axis slides, or about which it turns, in its own frame, without unit and of any
-    length."""
+    length above 1e-9."""
     origin: Pose | None = None
     """Where the axis stands at position 0: its frame in the base frame (m), or in the link that the axis before it
     moves; omitted: the same frame."""

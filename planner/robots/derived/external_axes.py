@@ -39,7 +39,7 @@ LIMITS = ("lower", "upper", "velocity", "acceleration", "jerk", "torque")
 """Names of the limits that an external axis may have."""
 
 LEAST_AXIS = 1e-9
-"""Length of a direction, without unit, below which it is none."""
+"""Length of a direction, without unit, up to which it is rounding and none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,8 @@ class ExternalAxis:
     Attributes:
         name: The joint's name.
         kind: `prismatic` (a rail), `revolute` or `continuous` (a turntable).
-        axis: (3,), the direction that it slides along or turns about, in its own frame; of any length.
+        axis: (3,), the direction that it slides along or turns about, in its own frame; its length
+            does not matter, above 1e-9 and up to 1e9.
         origin: Where the axis stands at position 0: its frame in the base frame, or in the link of the axis before it;
             None: the same.
         lower: Lower position limit, rad or m.
@@ -177,7 +178,8 @@ def _direction(axis: ExternalAxis, findings: Findings) -> FloatArray:
     length = float(np.linalg.norm(direction)) if direction.shape == (3,) else 0.0
     if not LEAST_AXIS < length <= MAX_NUMBER:
         name = shown(axis.name)
-        findings.error("zero_axis", name, f"the axis of {name} is no direction: three numbers that are not all 0")
+        text = f"the axis of {name} is no direction: three numbers, together longer than {LEAST_AXIS:g}"
+        findings.error("zero_axis", name, text)
         return np.array([0.0, 0.0, 1.0])
     return direction / length
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -10,7 +12,7 @@ from hypothesis import strategies as st
 
 from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidRobotModel
-from planner.kinematics import jacobian
+from planner.kinematics import jacobian, tool_pose
 from planner.robots import ExternalAxis, Robot, load_robot
 from planner.robots.describe import describe
 from planner.spatial import Pose, rotation_from_rpy
@@ -137,6 +139,7 @@ def test_the_base_is_mounted_and_no_more_the_arm() -> None:
     ("changes", "code"),
     [
         ({"axis": (0.0, 0.0, 0.0)}, "zero_axis"),
+        ({"axis": (0.0, 1e-9, 0.0)}, "zero_axis"),
         ({"lower": None}, "missing_position_limit"),
         ({"lower": 3.0, "upper": 1.0}, "lower_not_below_upper"),
         ({"upper": float("nan")}, "non_finite_number"),
@@ -153,6 +156,14 @@ def test_an_axis_that_cannot_be_is_refused(changes: dict[str, object], code: str
     with pytest.raises(InvalidRobotModel) as refused:
         KUKA.derived(external_axes=[ExternalAxis(**{**vars(RAIL), **changes})])  # type: ignore[arg-type]
     assert code in errors(refused)
+
+
+def test_the_length_of_an_axis_does_not_matter() -> None:
+    poses = []
+    for length in (1.1e-9, 1.0, 1e8):
+        robot = KUKA.derived(external_axes=[replace(RAIL, axis=(0.0, length, 0.0))])
+        poses.append(tool_pose(robot, [0.7, 0.1, -1.2, 1.1, 0.3, 0.4, 0.5]).position)
+    np.testing.assert_allclose(poses, [poses[1]] * 3, atol=1e-12)
 
 
 def test_an_origin_without_axes_and_too_many_axes_are_refused() -> None:
