@@ -51,12 +51,14 @@ class MadeUpPool:
     most_behind = 2
 
     def __init__(self) -> None:
+        self.begun: Counter[bytes] = Counter()
         self.asked: Counter[bytes] = Counter()
         self.seconds = 0.002
 
     async def run_behind(self, task: Task, kind: object, seconds: float) -> Reply:
-        await asyncio.sleep(self.seconds)
         bodies = [body for body, _ in task.arguments["items"]]
+        self.begun.update(bodies)
+        await asyncio.sleep(self.seconds)
         self.asked.update(bodies)
         if b"late" in bodies:
             raise DeadlineExceeded("too late")
@@ -141,6 +143,42 @@ def test_what_does_not_end_well_is_a_result_too_and_what_is_cancelled_is_given_u
         await database.write(cancel_batch, other)  # as another service would
         await until(lambda: _true(not engine._under_way and not engine._claimed))
         assert sum(pool.asked.values()) < 2000
+        await engine.stop()
+        database.close()
+
+    asyncio.run(run())
+
+
+def test_of_a_batch_that_is_cancelled_nothing_ends_and_nothing_begins(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Without a beat, which would find out later: each plan takes a minute, and more are claimed than are under way."""
+    monkeypatch.setattr(engine_module, "BEAT", 60.0)
+
+    async def run() -> None:
+        database, pool = Database(sqlite_url(tmp_path)), MadeUpPool()
+        database.open()
+        planners = planners_of(pool)
+        engine = Engine(database, planners, Settings(), Metrics())
+        pool.seconds = 60.0
+        number, _ = await batch_of(database, *[b"%d" % k for k in range(50)])
+        await engine.start()
+        await until(lambda: _true(sum(pool.begun.values()) == planners.at_once))
+        assert engine._claimed
+        await database.write(cancel_batch, number)
+        engine.forget(number)
+        begun = pool.begun.copy()
+        pool.seconds = 0.002
+        _, behind = await batch_of(database, b"behind")
+        engine.wake()
+
+        async def completed() -> bool:
+            batch = await database.read(find_batch, behind)
+            return batch is not None and batch.status == "completed"
+
+        await until(completed)
+        assert pool.begun == begun + Counter([b"behind"])
+        assert pool.asked == Counter([b"behind"])
         await engine.stop()
         database.close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
@@ -24,6 +25,21 @@ if TYPE_CHECKING:
 BATCHES = "/v1/batches"
 SLOW = {"robot": "kuka_kr16_2", "backend": {"kind": "min_effort"}, "deadline": 60.0}
 """What takes a second and more."""
+
+A_MINUTE = {
+    "robot": "kuka_kr16_2",
+    "waypoints": [
+        joint(0.9, -0.9, 1.2, 0.0, 0.8, 0.0),
+        joint(-0.9, -0.9, 1.2, 0.0, 0.8, 0.0, motion={"kind": "free", "optimise": "duration", "time_budget": 600.0}),
+    ],
+    "scene": {
+        "objects": [
+            {"id": "wall", "shape": {"kind": "box", "size": [0.8, 0.1, 1.6]}, "pose": {"position": [1.3, 0.0, 0.8]}}
+        ]
+    },
+    "deadline": 60.0,
+}
+"""What is made better until its deadline."""
 
 
 def requests(count: int, **changes: Any) -> list[dict[str, Any]]:
@@ -299,6 +315,26 @@ def test_a_batch_leaves_a_worker_to_other_requests(service: RunningService) -> N
         assert after["status"] == "running" and after["counts"]["planned"] - before < 4
     finally:
         service.client.delete(location)
+
+
+def test_a_cancelled_batch_takes_no_worker_any_more(service: RunningService) -> None:
+    """Each of its plans takes a minute: the one that has begun is given up, and what is behind it is planned."""
+    wait_until(lambda: busy(service) == 0)
+    location = service.post(BATCHES, {"requests": [A_MINUTE] * 4}).headers["Location"]
+    wait_until(lambda: busy(service) == 1)
+    assert service.client.delete(location).status_code == 204
+    batch = status(service, location)
+    assert (batch["status"], batch["counts"]["waiting"]) == ("cancelled", 4)
+    wait_until(lambda: busy(service) == 0, 20.0)
+    behind = service.post(BATCHES, {"requests": requests(3)}).headers["Location"]
+    wait_until(lambda: status(service, behind)["status"] == "completed", 20.0)
+    assert status(service, location) == batch and results(service, location) == []
+
+
+def busy(service: RunningService) -> int:
+    """How many workers have something to do."""
+    found = re.search(r'planner_workers{lane="all",state="busy"} (\d+)', service.client.get("/metrics").text)
+    return 0 if found is None else int(found[1])
 
 
 def test_a_cancelled_batch_keeps_what_is_done(service: RunningService) -> None:
