@@ -37,6 +37,8 @@ def speeds_hold(robot: Robot, request: dict[str, Any], answer: dict[str, Any], c
     trajectory = Answered(answer["polynomials"])
     for first, last, around in stages(robot, request, answer) if zones else []:
         ends = np.clip([first, last], *trajectory.breakpoints[[0, -1]])
+        if ends[0] == ends[1]:  # what is put down where the trajectory ends is near for no time
+            continue
         for zone, check in zip(zones, checks, strict=True):
             speed_holds(around, zone, check, trajectory, ends)
 
