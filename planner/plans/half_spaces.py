@@ -103,7 +103,5 @@ def _cuts(
 
 def _distances(checker: CollisionChecker, positions: FloatArray, pairs: np.ndarray) -> FloatArray:
     """Return the distances (n,), m, of pairs (n,), each at its own posture (n, joints); negative where they overlap."""
-    if not len(pairs):
-        return np.empty(0)
     postures = checker.bodies.at(positions)
     return np.array([checker.separate(postures, row, pair).proved for row, pair in enumerate(pairs.tolist())])

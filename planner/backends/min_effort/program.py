@@ -292,7 +292,7 @@ class Program:
         """Return the reciprocals of the limits of how near the way is, and its constants."""
         if m.way is None:
             return []
-        return [np.tile(1.0 / m.near[:, None], self.layout.way_instants), m.way.constants(self.layout.intervals).T]
+        return [np.tile(1.0 / m.near[:, None], self.layout.way_instants), m.way.constants(self.layout).T]
 
     def _box(self, m: Numbers, length: float) -> tuple[FloatArray, FloatArray]:
         """Bounds on the coefficients that are unknown, by the position limits."""

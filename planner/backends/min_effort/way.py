@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.min_effort.terms import TOOL_SHARES
 from planner.kinematics.forward import jacobian
 from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
 
 if TYPE_CHECKING:
     from planner.backends.min_effort.options import MinEffortOptions
+    from planner.backends.min_effort.terms import Layout
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
@@ -50,21 +50,20 @@ class Way:
         joints = [] if self.max_joint_deviation is None else [self.max_joint_deviation / margin] * self.robot.dof
         return np.array([*tool, *joints, 1.0])
 
-    def constants(self, intervals: int) -> FloatArray:
-        """Return the constants (`Layout.way_instants`, 3 joints + 1) of `way_stage_of`, for intervals a segment.
+    def constants(self, layout: Layout) -> FloatArray:
+        """Return the constants (`Layout.way_instants`, 3 joints + 1) of `way_stage_of`.
 
         A straight way may be followed at any pace: a posture is compared with the point of it that is nearest in the
         measure of the tool's motion there. A bent one is followed at the pace of its motion, whatever the share.
         """
-        segments, even = by_segment(self.motion), np.arange(intervals)[:, None] + [1.0, *TOOL_SHARES]
-        times = [even / intervals * own.breakpoints[-1] for own in segments]
-        rows = [own.evaluate(own_times.ravel(), [0])[0] for own, own_times in zip(segments, times, strict=True)]
-        dof = self.robot.dof
-        by_share = np.concatenate(rows).reshape(-1, 1 + len(TOOL_SHARES), dof).transpose(1, 0, 2)
-        positions = np.concatenate([by_share[0, :-1], by_share[1:].reshape(-1, dof)])
+        segments, of_segment = layout.dense_shares
+        positions = np.empty((len(segments), self.robot.dof))
+        for segment, own in enumerate(by_segment(self.motion)):
+            there = segments == segment
+            positions[there] = own.evaluate(of_segment[there] * own.breakpoints[-1], [0])[0]
         shares = np.full((len(positions), 1), 0.5)
         slope, gradient = np.zeros_like(positions), np.zeros_like(positions)
-        if len(segments) == 1:
+        if layout.segments == 1:
             start, end = self.motion.evaluate(self.motion.breakpoints[[0, -1]], [0])[0]
             slope += end - start
             shares = (positions - start) @ slope[:1].T / (slope[:1] @ slope[:1].T)
