@@ -78,6 +78,11 @@ async def batch_of(database: Database, *requests: bytes) -> tuple[int, str]:
     return arrival.number, arrival.id
 
 
+async def is_completed(database: Database, batch_id: str) -> bool:
+    batch = await database.read(find_batch, batch_id)
+    return batch is not None and batch.status == "completed"
+
+
 async def until(condition: Callable[[], Awaitable[bool]]) -> None:
     async with asyncio.timeout(20.0):
         while not await condition():
@@ -101,10 +106,9 @@ def test_the_database_goes_away_in_the_middle(postgres: PostgresServer) -> None:
 
         async def completed() -> bool:
             try:
-                batch = await database.read(find_batch, batch_id)
+                return await is_completed(database, batch_id)
             except DatabaseUnavailable:
                 return False
-            return batch is not None and batch.status == "completed"
 
         await until(some)
         await asyncio.to_thread(postgres.stop)
@@ -131,11 +135,7 @@ def test_what_does_not_end_well_is_a_result_too_and_what_is_cancelled_is_given_u
         other, _ = await batch_of(database, *[b"%d" % k for k in range(2000)])
         await engine.start()
 
-        async def completed() -> bool:
-            batch = await database.read(find_batch, batch_id)
-            return batch is not None and batch.status == "completed"
-
-        await until(completed)
+        await until(lambda: is_completed(database, batch_id))
         (late, in_time), _ = await database.read(results_behind, number, -1, 10, ended=True)
         assert (late.outcome, in_time.outcome) == ("deadline_exceeded", "planned")
         await until(lambda: _true(sum(pool.asked.values()) > 100))
@@ -172,11 +172,7 @@ def test_of_a_batch_that_is_cancelled_nothing_ends_and_nothing_begins(
         _, behind = await batch_of(database, b"behind")
         engine.wake()
 
-        async def completed() -> bool:
-            batch = await database.read(find_batch, behind)
-            return batch is not None and batch.status == "completed"
-
-        await until(completed)
+        await until(lambda: is_completed(database, behind))
         assert pool.begun == begun + Counter([b"behind"])
         assert pool.asked == Counter([b"behind"])
         await engine.stop()
@@ -193,18 +189,14 @@ def test_a_batch_is_planned_though_one_of_its_number_was_cancelled(tmp_path: Pat
         database.open()
         engine = Engine(database, planners_of(pool), Settings(), Metrics())
 
-        async def completed(batch_id: str) -> bool:
-            batch = await database.read(find_batch, batch_id)
-            return batch is not None and batch.status == "completed"
-
         first, first_id = await batch_of(database, b"1")
         await engine.start()
-        await until(lambda: completed(first_id))
+        await until(lambda: is_completed(database, first_id))
         engine.forget(first)  # somebody cancels it, too late
         await database.write(clean_up, time.time() + 1.0)
         second, second_id = await batch_of(database, b"2")
         assert second == first
-        await until(lambda: completed(second_id))
+        await until(lambda: is_completed(database, second_id))
         await engine.stop()
         database.close()
 
@@ -222,11 +214,7 @@ def test_the_end_of_a_batch_does_not_wait_for_a_beat(monkeypatch: pytest.MonkeyP
         await asyncio.sleep(0.1)  # the first beat is over
         _, batch_id = await batch_of(database, b"1", b"2", b"3")
 
-        async def completed() -> bool:
-            batch = await database.read(find_batch, batch_id)
-            return batch is not None and batch.status == "completed"
-
-        await until(completed)
+        await until(lambda: is_completed(database, batch_id))
         await engine.stop()
         database.close()
 

@@ -21,10 +21,10 @@ from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObjec
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import Pose
 from tests.planner.problems_of_tests import backend_of
+from tests.planner.scene.around_a_ball import BALL, GOAL, KUKA, REST, effort
 from tests.planner.scene.brute_force import distances_over_time, least_distance
 from tests.sizes import SIZE
 
-KUKA = load_robot("kuka_kr16_2")
 TABLE = SceneObject("table", [Box([1.0, 2.0, 0.05])], Pose([1.3, 0.0, 0.3]))
 WALL = SceneObject("wall", [Box([0.3, 0.05, 0.4])], Pose([1.2, 0.0, 0.5]))
 LEFT, RIGHT = (planner.PoseWaypoint(Pose.from_rpy([1.2, y, 0.7], [0.0, np.pi, 0.0])) for y in (-0.6, 0.6))
@@ -54,11 +54,7 @@ def test_every_back_end_keeps_clear(kind: str) -> None:
     assert load_plan(save_plan(plan), plan.problem, plan.backend).certificate == plan.certificate
 
 
-REST = planner.JointWaypoint((0.0, -1.57, 1.57, 0.0, 0.5, 0.0))
-GOAL = planner.JointWaypoint((1.2, -1.2, 1.9, 0.2, 0.9, 0.3))
 SEARCHING = planner.MinEffort(knots=8)
-BALL = SceneObject("ball", [Sphere(0.02)], Pose([0.6286, -0.4701, 0.8621]))
-"""Between the straight joint motion from REST to GOAL and that of least effort, whose third link meets it."""
 
 
 @pytest.mark.parametrize("ahead", [result.AHEAD, ()], ids=["cut off", "held nearer"])
@@ -77,7 +73,7 @@ def test_a_search_that_leads_to_a_collision_keeps_clear(
     assert plan.backend == SEARCHING
     assert [warning.code for warning in plan.warnings] == ([] if ahead else ["suboptimal"])
     assert plan.trajectory.duration == pytest.approx(straight.trajectory.duration, rel=1e-9)
-    least, found, most = (effort(each.trajectory) for each in (blind, plan, straight))
+    least, found, most = (effort(KUKA, each.trajectory) for each in (blind, plan, straight))
     assert found < least + (0.02 if ahead else 0.5) * (most - least)
 
 
@@ -90,13 +86,6 @@ def test_remedies_of_a_search_work_though_they_are_proved_without_it() -> None:
     assert refusal.value.remedies
     remedy = refusal.value.remedies[0]
     planner.plan(remedy.applied_to(problem), SEARCHING)
-
-
-def effort(trajectory: planner.Trajectory) -> float:
-    """The integral of the squared torques by their limits, s, by dense samples."""
-    times = np.linspace(0.0, trajectory.duration, 2001)
-    torques = planner.inverse_dynamics(KUKA, *trajectory.evaluate(times, [0, 1, 2])) / KUKA.limit("torque")
-    return float(np.trapezoid((torques**2).sum(axis=1), times))
 
 
 def test_a_collision_says_when_and_where() -> None:
