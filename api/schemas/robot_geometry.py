@@ -94,8 +94,11 @@ class LinkPair(Answer):
     link_2: str
     """The name of the second link."""
     reason: Literal["neighbours", "srdf", "always"] | None
-    """Why the two are not checked against each other: at most one joint is between them (`neighbours`), the `srdf` says
-    so, or they are in contact in 95 % of random positions or more (`always`); null: they are checked."""
+    """Why the two are not checked against each other: no joint is between them (`neighbours`), the `srdf` says so, or
+    all their shapes are in contact in 95 % of random positions or more (`always`); null: they are checked."""
+    always_touching: list[list[int]]
+    """The shapes of a checked pair that are left out, in contact in 95 % of random positions or more. Each item has the
+    index in `shapes` of a shape of `link_1`, and of one of `link_2`."""
     contact_share: float | None
     """The share of random positions in which a pair that is checked is in contact, from 0 to 1, without unit; null: it
     is not checked."""

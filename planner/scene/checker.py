@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -321,8 +320,8 @@ class CollisionChecker:
         for number in sorted(described):
             of_link.setdefault(pieces[number].name, []).append(number)
         for pair in robot.collision_pairs:
-            if pair.reason is None and not self._may_touch(pair.link_1, pair.link_2):
-                yield from product(of_link.get(pair.link_1, ()), of_link.get(pair.link_2, ()))
+            if not self._may_touch(pair.link_1, pair.link_2):
+                yield from pair.checked_shapes(of_link)
         touched = {thing.id: {thing.link or robot.tip_frame, *thing.touch_links} for thing in self.scene.attached}
         for second in range(links, len(pieces)):
             held = pieces[second]

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner.robots.collision.pairs import MANY_POSITIONS, contacts
+from planner.robots.collision.pairs import MANY_POSITIONS, contacts, shapes_of_links
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 from planner.spatial import quaternion
 
 if TYPE_CHECKING:
     from planner.robots.collision.geometry import LinkShape
+    from planner.robots.collision.pairs import CollisionPair
     from planner.robots.robot import Robot
     from planner.shapes import Shape
     from planner.spatial import FloatArray
@@ -28,15 +29,21 @@ def describe_collision_geometry(robot: Robot) -> dict[str, Any]:
     How often the links of a pair are in contact is sampled here: a pair that never is, is checked all the same.
     """
     shapes, pairs = robot.collision_shapes, robot.collision_pairs
-    checked = [(pair.link_1, pair.link_2) for pair in pairs if pair.reason is None]
-    shares = contacts(robot.model, (robot.limit("lower"), robot.limit("upper")), shapes, checked)
+    of_link = shapes_of_links(shapes)
+    checked = {pair: tuple(pair.checked_shapes(of_link)) for pair in pairs if pair.reason is None}
+    shares = contacts(robot.model, (robot.limit("lower"), robot.limit("upper")), shapes, checked.values())
     return {
         "id": robot.id,
         "shapes": list(map(_describe_link_shape, shapes)),
-        "pairs": [asdict(pair) | {"contact_share": shares.get((pair.link_1, pair.link_2))} for pair in pairs],
+        "pairs": [_describe_pair(pair, shares[checked[pair]] if pair in checked else None) for pair in pairs],
         "sampled_positions": MANY_POSITIONS,
         "findings": [asdict(finding) for finding in robot.collision_findings],
     }
+
+
+def _describe_pair(pair: CollisionPair, contact_share: float | None) -> dict[str, Any]:
+    always_touching = [list(both) for both in pair.always_touching]
+    return asdict(pair) | {"always_touching": always_touching, "contact_share": contact_share}
 
 
 def describe_drawn_links(robot: Robot) -> list[dict[str, Any]]:

@@ -1,9 +1,9 @@
-"""Which links of a robot are checked against each other, and why others are not."""
+"""Pairs of links and shapes that are checked against each other, and the reasons of those that are not."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from itertools import combinations, product
 from typing import TYPE_CHECKING, Literal
 
 import coal
@@ -23,9 +23,12 @@ ReasonUnchecked = Literal["neighbours", "srdf", "always"]
 
 Links = tuple[str, str]
 
+Shapes = tuple[int, int]
+"""Numbers of two shapes of a robot."""
+
 ALWAYS_IN_CONTACT = 0.95
-"""Share of random positions from which on two links in contact say nothing about the arm, only about their shapes: what
-MoveIt's setup assistant takes."""
+"""Share of random positions from which on two shapes in contact say nothing about the arm, only about themselves: the
+share of MoveIt's setup assistant."""
 
 FEW_POSITIONS = 20
 """Number of random positions that tell most pairs that are not always in contact from the others."""
@@ -48,8 +51,10 @@ class CollisionPair:
     Attributes:
         link_1: Name of a link.
         link_2: Name of another.
-        reason: Why they are not checked against each other: `neighbours` (at most one joint is between them), `srdf`,
-            or `always` (in contact in 95 % of random positions or more); None: they are.
+        reason: Why they are not checked against each other: `neighbours` (no joint is between them), `srdf`, or
+            `always` (all their shapes are in contact in 95 % of random positions or more); None: they are checked.
+        always_touching: The shapes of a checked pair that are left out, since they are in contact in 95 % of random
+            positions or more: numbers in `Robot.collision_shapes`, of `link_1` and of `link_2`.
 
     Examples:
         >>> import planner
@@ -61,6 +66,19 @@ class CollisionPair:
     link_1: str
     link_2: str
     reason: ReasonUnchecked | None
+    always_touching: tuple[Shapes, ...] = ()
+
+    def checked_shapes(self, of_link: Mapping[str, Sequence[int]]) -> list[Shapes]:
+        """List the shapes that are checked against each other.
+
+        Args:
+            of_link: The numbers of the shapes in question, by their links.
+        """
+        if self.reason is not None:
+            return []
+        left_out = set(self.always_touching)
+        both = product(of_link.get(self.link_1, ()), of_link.get(self.link_2, ()))
+        return [shapes for shapes in both if shapes not in left_out]
 
 
 def collision_pairs(
@@ -79,22 +97,20 @@ def collision_pairs(
     """
     known = {frozenset((pair.link_1, pair.link_2)) for pair in disabled}
     joints = {shape.link: shape.joint for shape in shapes}
-    parents = list(model.parents)
+    of_link = shapes_of_links(shapes)
 
     def reason(links: Links) -> ReasonUnchecked | None:
-        joint_1, joint_2 = (joints[link] for link in links)
-        if joint_1 == joint_2 or joint_1 == parents[joint_2] or joint_2 == parents[joint_1]:
+        if joints[links[0]] == joints[links[1]]:
             return "neighbours"
         return "srdf" if frozenset(links) in known else None
 
     def listed() -> tuple[CollisionPair, ...]:
-        reasons = {links: reason(links) for links in combinations(joints, 2)}
-        open_ones = [links for links, why in reasons.items() if why is None]
+        pairs = [CollisionPair(*links, reason(links)) for links in combinations(joints, 2)]
+        touching: set[tuple[Shapes, ...]] = {(both,) for pair in pairs for both in pair.checked_shapes(of_link)}
         for count in (FEW_POSITIONS, MANY_POSITIONS):
-            found = contacts(model, limits, shapes, open_ones, count)
-            open_ones = [links for links, share in found.items() if share >= ALWAYS_IN_CONTACT]
-        reasons |= dict.fromkeys(open_ones, "always")
-        return tuple(CollisionPair(*links, why) for links, why in reasons.items())
+            found = contacts(model, limits, shapes, sorted(touching), count)
+            touching = {group for group, share in found.items() if share >= ALWAYS_IN_CONTACT}
+        return tuple(_without_touching(pair, of_link, touching) for pair in pairs)
 
     placements = [placement.homogeneous for placement in model.jointPlacements.tolist()]
     kinds = ",".join(joint.shortname() for joint in model.joints.tolist()).encode()
@@ -103,24 +119,43 @@ def collision_pairs(
     return _KEPT.get((content, of_shapes, frozenset(known)), listed)
 
 
+def shapes_of_links(shapes: Sequence[LinkShape]) -> Mapping[str, Sequence[int]]:
+    """Return the numbers of the shapes of each link."""
+    of_link: dict[str, list[int]] = {}
+    for number, shape in enumerate(shapes):
+        of_link.setdefault(shape.link, []).append(number)
+    return of_link
+
+
+def _without_touching(
+    pair: CollisionPair, of_link: Mapping[str, Sequence[int]], touching: Collection[tuple[Shapes, ...]]
+) -> CollisionPair:
+    """Return a pair without the shapes that always touch: the whole pair where all of them do."""
+    checked = pair.checked_shapes(of_link)
+    left_out = tuple(both for both in checked if (both,) in touching)
+    if checked and len(left_out) == len(checked):
+        return replace(pair, reason="always")
+    return replace(pair, always_touching=left_out)
+
+
 def contacts(
     model: pin.Model,
     limits: tuple[FloatArray, FloatArray],
     shapes: Sequence[LinkShape],
-    pairs: Collection[Links],
+    groups: Collection[tuple[Shapes, ...]],
     count: int = MANY_POSITIONS,
-) -> Mapping[Links, float]:
-    """Sample how often links are in contact.
+) -> Mapping[tuple[Shapes, ...], float]:
+    """Sample how often shapes are in contact.
 
     Args:
         model: The arm.
         limits: Lower and upper position limits (joints,), rad or m, infinite where there are none.
         shapes: The shapes of its links.
-        pairs: The pairs of links in question.
+        groups: Pairs of shapes; a group is in contact where one of its pairs is.
         count: Number of random positions within the limits; half a turn and 1 m are taken for the limits that are not.
 
     Returns:
-        The share of the positions in which each pair is in contact, from 0 to 1.
+        The share of the positions in which each group is in contact, from 0 to 1.
     """
     angles = np.array([joint.shortname() == "JointModelRZ" for joint in model.joints.tolist()[1:]])
     widest = np.where(angles, np.pi, 1.0)
@@ -128,18 +163,18 @@ def contacts(
         np.where(np.isfinite(limit), limit, side * widest) for limit, side in zip(limits, (-1, 1), strict=True)
     )
     data, request, result = model.createData(), coal.CollisionRequest(), coal.CollisionResult()
-    of_link = {link: [shape for shape in shapes if shape.link == link] for links in pairs for link in links}
-    hits = dict.fromkeys(pairs, 0)
-    for q in np.random.default_rng(SEED).uniform(lower, upper, (count if pairs else 0, len(lower))):
+    needed = {number for group in groups for both in group for number in both}
+    hits = dict.fromkeys(groups, 0)
+    for q in np.random.default_rng(SEED).uniform(lower, upper, (count if groups else 0, len(lower))):
         pin.forwardKinematics(model, data, q)
-        posed = {link: [_posed(shape, data) for shape in own] for link, own in of_link.items()}
-        for links in pairs:
-            for a, b in ((a, b) for a in posed[links[0]] for b in posed[links[1]]):
+        posed = {number: _posed(shapes[number], data) for number in needed}
+        for group in groups:
+            for first, second in group:
                 result.clear()
-                if coal.collide(*a, *b, request, result):
-                    hits[links] += 1
+                if coal.collide(*posed[first], *posed[second], request, result):
+                    hits[group] += 1
                     break
-    return {links: hit / count for links, hit in hits.items()}
+    return {group: hit / count for group, hit in hits.items()}
 
 
 def _posed(shape: LinkShape, data: pin.Data) -> tuple[coal.CollisionGeometry, coal.Transform3s]:

@@ -66,7 +66,8 @@ def test_meshes_of_an_upload_are_cut_and_kept(service: RunningService) -> None:
     assert hand.kind == "convex"
     assert np.ptp(hand.vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3], abs=1e-7)
     assert geometry.shapes[0].position == [0.0, 0.0, 0.5]
-    assert [(pair.link_1, pair.link_2, pair.reason) for pair in geometry.pairs] == [("arm", "hand", "neighbours")]
+    ((pair),) = geometry.pairs
+    assert (pair.link_1, pair.link_2, pair.reason, pair.contact_share) == ("arm", "hand", None, 0.0)
     assert not geometry.findings
     again = service.client.get(f"{ROBOTS}/with_meshes/geometry", headers={"If-None-Match": answer.headers["ETag"]})
     assert again.status_code == 304

@@ -45,9 +45,15 @@ def test_the_shapes_of_a_description_stand_where_it_has_them() -> None:
     assert np.abs(axis) == pytest.approx([0, 0, 1], abs=1e-6)
 
 
-def test_links_that_a_joint_connects_are_not_checked_against_each_other() -> None:
-    pairs = {(pair.link_1, pair.link_2): pair.reason for pair in robot('<sphere radius="0.04"/>').collision_pairs}
-    assert pairs == {("base", "arm"): "neighbours", ("arm", "hand"): "neighbours", ("base", "hand"): None}
+def test_shapes_that_a_joint_connects_are_not_checked_against_each_other() -> None:
+    """The first and the last shape of the arm touch what its joints connect it with in every position, the others not.
+
+    The tube reaches from the base's joint to the hand's.
+    """
+    pairs = {(pair.link_1, pair.link_2): pair for pair in robot('<sphere radius="0.04"/>').collision_pairs}
+    assert [pair.reason for pair in pairs.values()] == [None] * 3
+    touching = {links: pair.always_touching for links, pair in pairs.items()}
+    assert touching == {("base", "arm"): ((0, 1), (0, 2)), ("arm", "hand"): ((1, 4), (3, 4)), ("base", "hand"): ()}
 
 
 def test_an_srdf_takes_pairs_out() -> None:
