@@ -61,8 +61,12 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
 
 
 def _positions_along(path: JointPath) -> tuple[FloatArray, np.ndarray]:
-    """Positions (N, joints) all along the path, and their segments (N,); one between two segments belongs to both."""
-    positions, segments = [], []
+    """Return positions (N, joints) all along the path and where the robot rests, and the segment (N,) of each.
+
+    A position between two segments belongs to both.
+    """
+    resting = path.still if len(path.durations) else np.zeros(1, dtype=int)  # the only waypoint counts as a segment
+    positions, segments = [path.positions[resting]], [resting]
     for run in path.every_run:
         curve = run.curve
         s = np.linspace(0.0, curve.breakpoints[-1], SAMPLES)

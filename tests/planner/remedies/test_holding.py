@@ -141,3 +141,30 @@ def test_where_nothing_helps_nothing_is_offered(robot: Robot) -> None:
     weak = replace(robot, joints=tuple(joints))
     assert refused(straight(weak), "quintic") == ()
     assert refused(straight(weak, payload=Payload(1.0)), "quintic") == ()
+
+
+@pytest.mark.parametrize(
+    "waypoints",
+    [
+        [JointWaypoint(position=START)],
+        [JointWaypoint(position=START)] * 3,
+        [JointWaypoint(position=START, dwell=1.0), JointWaypoint(position=START)],
+        [JointWaypoint(position=START), JointWaypoint(position=START, duration=1.0)],
+        [JointWaypoint(position=START), RelativeWaypoint(move=CartesianMove((0.0, 0.0, 0.0)), motion=LinearMotion())],
+    ],
+    ids=["one", "equal", "dwell", "rest", "line of no length"],
+)
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_arm_that_only_rests_is_held_by_the_remedy(
+    robot: Robot, kind: str, waypoints: list[JointWaypoint | RelativeWaypoint]
+) -> None:
+    """The remedies looked at what moves alone, and there was nothing of it."""
+    data = robot.model.createData()
+    gravity = np.abs(pin.computeGeneralizedGravity(robot.model, data, np.array(START)))
+    problem = straight(robot, waypoints=waypoints, limits=Limits(torque=narrowed(robot, 1.0)))
+    with pytest.raises(LimitsUnsatisfiable) as refusal:
+        plan(problem, BACKENDS[kind]())
+    (remedy,) = refusal.value.remedies
+    assert remedy.field == ("limits", "torque", SHOULDER)
+    assert gravity[SHOULDER] <= remedy.value < 1.02 * gravity[SHOULDER]
+    assert plan(remedy.applied_to(problem), BACKENDS[kind]()).certificate.satisfied
