@@ -17,6 +17,7 @@ STATUS_OF_CODE: dict[str, int] = {
     "invalid_request": 422,
     "unauthorized": 401,
     "forbidden": 403,
+    "foreign_origin": 403,
     "robot_of_another": 403,
     "scene_of_another": 403,
     "not_found": 404,
@@ -35,6 +36,7 @@ STATUS_OF_CODE: dict[str, int] = {
     "conflict": 409,
     "payload_too_large": 413,
     "unsupported_media_type": 415,
+    "misdirected_request": 421,
     "invalid_robot_model": 422,
     "unreachable_waypoint": 422,
     "configuration_change": 422,
@@ -131,6 +133,20 @@ class Forbidden(ServiceError):
 
     code = "forbidden"
     title = "The key does not allow this"
+
+
+class ForeignOrigin(ServiceError):
+    """A web page of another origin sent the request."""
+
+    code = "foreign_origin"
+    title = "The page that sent this is of another site"
+
+
+class MisdirectedRequest(ServiceError):
+    """The request was sent to a name that is not the service's."""
+
+    code = "misdirected_request"
+    title = "The service has another name"
 
 
 class NotFound(ServiceError):
@@ -239,7 +255,7 @@ class PayloadTooLarge(ServiceError):
 
 
 class UnsupportedMediaType(ServiceError):
-    """The body is not JSON."""
+    """The body is not declared to be JSON."""
 
     code = "unsupported_media_type"
     title = "The request body must be JSON"

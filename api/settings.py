@@ -38,6 +38,11 @@ class Settings(BaseSettings):
     cors_origins: Annotated[tuple[str, ...], NoDecode] = ()
     """The origins whose web pages may use the service from a browser, with commas between them, as in
     `https://cell.example.com,https://office.example.com`; `*` are all. Without any, only the service's own may."""
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
+    """The names that the service is served under, with commas between them, as in `planner.example.com`; a request to
+    another one is refused. IP addresses and `localhost` always pass. Without any, a service that asks for keys goes by
+    every name, one on a loopback address by no other, and one that is open elsewhere by those of private networks, as
+    `planner` or `planner.local`."""
     data_directory: Path | None = None
     """The folder in which robots and all else that clients leave is kept, in a file of SQLite; None: nothing outlives
     the service. Processes on one machine may share it."""
@@ -130,14 +135,14 @@ class Settings(BaseSettings):
     @property
     def asks_for_keys(self) -> bool:
         """Whether every request needs an API key."""
-        return not _is_loopback(self.host) if self.access is None else self.access == "keys"
+        return not is_loopback(self.host) if self.access is None else self.access == "keys"
 
-    @field_validator("cors_origins", mode="before")
+    @field_validator("cors_origins", "allowed_hosts", mode="before")
     @classmethod
-    def _between_commas(cls, origins: str | tuple[str, ...]) -> tuple[str, ...]:
-        if not isinstance(origins, str):
-            return origins
-        return tuple(origin.strip() for origin in origins.split(",") if origin.strip())
+    def _between_commas(cls, entries: str | tuple[str, ...]) -> tuple[str, ...]:
+        if not isinstance(entries, str):
+            return entries
+        return tuple(entry.strip() for entry in entries.split(",") if entry.strip())
 
     @model_validator(mode="after")
     def _has_a_database_for_keys(self) -> Settings:
@@ -157,7 +162,7 @@ class Settings(BaseSettings):
         return url
 
 
-def _is_loopback(host: str) -> bool:
+def is_loopback(host: str) -> bool:
     """Tell whether only programs on the same machine reach what listens on an address."""
     try:
         return ip_address(host).is_loopback

@@ -21,7 +21,7 @@ from api.batches.status import described, finished, listed, range_of_durations, 
 from api.database import batches, claims
 from api.database.batch_reports import report_figures, shown_results
 from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
-from api.routes.ordinary import client, page_limit, respond, run, service_of
+from api.routes.ordinary import client, is_json, media_type_of, page_limit, respond, run, service_of
 from api.server.costs import Kind
 from api.workers.messages import Task
 
@@ -61,10 +61,12 @@ MOST_TRIES = 30
 
 async def create_batch(request: Request) -> Response:
     """Answer POST /v1/batches."""
-    media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
+    media_type = media_type_of(request)
     is_lines = media_type in LINES
-    if not is_lines and media_type != "application/json" and not media_type.endswith("+json"):
-        raise UnsupportedMediaType("send the body as application/json, or lines of it as application/x-ndjson")
+    if not is_lines and not is_json(media_type):
+        raise UnsupportedMediaType(
+            "send the body with the header `Content-Type: application/json`, or `application/x-ndjson` for lines of it"
+        )
     key = request.headers.get("idempotency-key")
     if key is not None and not 1 <= len(key) <= LONGEST_KEY:
         raise invalid([{"pointer": "", "message": f"the header Idempotency-Key has 1 to {LONGEST_KEY} characters"}])

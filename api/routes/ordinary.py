@@ -217,17 +217,26 @@ def respond(reply: Reply) -> Response:
     return Answer([reply.body], reply.status, reply.media_type, reply.headers)
 
 
+def media_type_of(request: Request) -> str:
+    """Read the media type of the body; no header is no media type, as a page of any site may send that."""
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+def is_json(media_type: str) -> bool:
+    """Tell whether a media type is that of JSON (RFC 6839)."""
+    return media_type == "application/json" or (media_type.startswith("application/") and media_type.endswith("+json"))
+
+
 async def _read_body(request: Request) -> bytes:
     """Read the whole body, of no more than the allowed size, declared or not.
 
     Raises:
-        UnsupportedMediaType: It is declared to be something other than JSON.
+        UnsupportedMediaType: It is not declared to be JSON.
         PayloadTooLarge: It is larger than the service reads.
         Overloaded: There is no room for it now.
     """
-    media_type = request.headers.get("content-type", "application/json").partition(";")[0].strip().lower()
-    if media_type != "application/json" and not media_type.endswith("+json"):
-        raise UnsupportedMediaType("send the body as application/json")
+    if not is_json(media_type_of(request)):
+        raise UnsupportedMediaType("send the body with the header `Content-Type: application/json`")
     settings = service_of(request).settings
     too_large = PayloadTooLarge(f"the body may have {settings.max_body_bytes} bytes", headers={"Connection": "close"})
     declared = request.headers.get("content-length", "0")

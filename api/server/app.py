@@ -25,6 +25,7 @@ from api.server.middleware import RequestContext
 from api.server.pool import WorkerPool
 from api.server.service import Service
 from api.server.shared_answers import SharedAnswers
+from api.server.sites import Sites
 from api.server.traffic import Traffic
 from api.settings import Settings
 from api.telemetry.metrics import Metrics
@@ -144,7 +145,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     app.add_exception_handler(PlanningError, _answer_with_problem_document)
     app.add_exception_handler(ServiceError, _answer_with_problem_document)
     app.add_exception_handler(HTTPException, _answer_http_exception)
-    app.add_middleware(RequestContext, traffic=traffic, metrics=metrics, traces=traces)
+    app.add_middleware(RequestContext, sites=Sites(settings), traffic=traffic, metrics=metrics, traces=traces)
     if settings.cors_origins:
         methods = sorted({operation.method for operation in OPERATIONS})
         app.add_middleware(

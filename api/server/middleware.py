@@ -13,7 +13,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect
 
 from api.access.access import client_by_address
-from api.errors import InternalError
+from api.errors import InternalError, ServiceError
 from api.failures import where_from
 from api.problem_documents import MEDIA_TYPE, problem_document
 from api.telemetry.traces import Outcome, trace_context
@@ -21,7 +21,7 @@ from api.telemetry.traces import Outcome, trace_context
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-    from api.errors import ServiceError
+    from api.server.sites import Sites
     from api.server.traffic import Traffic
     from api.telemetry.metrics import Metrics
     from api.telemetry.traces import Traces
@@ -41,8 +41,9 @@ log = structlog.get_logger()
 class RequestContext:
     """The outermost layer of the application. It is pure ASGI, so that it costs microseconds."""
 
-    def __init__(self, app: ASGIApp, traffic: Traffic, metrics: Metrics, traces: Traces | None) -> None:
+    def __init__(self, app: ASGIApp, sites: Sites, traffic: Traffic, metrics: Metrics, traces: Traces | None) -> None:
         self.app = app
+        self._sites = sites
         self._traffic = traffic
         self._metrics = metrics
         self._traces = traces
@@ -78,7 +79,11 @@ class RequestContext:
 
         failure = None
         try:
+            self._sites.check(scope)
             await self.app(scope, receive, send_and_note)
+        except ServiceError as refusal:
+            state["code"] = refusal.code
+            await _send_problem(refusal, scope["path"], send_and_note)
         except ClientDisconnect:
             failure = "client_disconnected"
         except Exception as error:  # noqa: BLE001 - the outermost boundary: a problem, not a traceback

@@ -12,7 +12,14 @@ if TYPE_CHECKING:
     from api.tasks.work import Work
     from api.workers.messages import Reply
 
-CONNECTION_CODES = ("malformed_request", "request_timeout", "too_many_requests", "header_too_large")
+CONNECTION_CODES = (
+    "malformed_request",
+    "request_timeout",
+    "foreign_origin",
+    "misdirected_request",
+    "too_many_requests",
+    "header_too_large",
+)
 """Codes of the problem documents that may be the answer to anything that arrives on a connection."""
 
 ACCESS_CODES = ("unauthorized", "forbidden", "database_unavailable")

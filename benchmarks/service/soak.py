@@ -129,7 +129,8 @@ async def _plan_again(client: httpx.AsyncClient, rng: random.Random) -> None:
 
 async def _ask_wrongly(client: httpx.AsyncClient, rng: random.Random) -> None:
     await client.post("/v1/trajectories", json=_request(rng, seed=-1))
-    await client.post("/v1/trajectories", content=b"{" * rng.randrange(100_000))
+    headers = {"Content-Type": "application/json"}
+    await client.post("/v1/trajectories", content=b"{" * rng.randrange(100_000), headers=headers)
 
 
 async def _hang_up(client: httpx.AsyncClient, rng: random.Random) -> None:

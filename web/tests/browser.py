@@ -18,7 +18,15 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Playwright, Response
 
 CHROMIUM = "/usr/bin/chromium"
-ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+REBOUND_NAME = "hostile.example"
+"""A name that its owner has pointed at the loopback address (DNS rebinding)."""
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    f"--host-resolver-rules=MAP {REBOUND_NAME} 127.0.0.1",
+]
 DESKTOP = {"width": 1440, "height": 900}
 PHONE = {"width": 390, "height": 844}
 REFUSED = "Failed to load resource: the server responded with a status of 422"

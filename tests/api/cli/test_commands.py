@@ -81,7 +81,7 @@ def test_plan_writes_json(request_file: Path, tmp_path: Path) -> None:
 def test_plan_writes_what_the_service_answers(service: RunningService, tmp_path: Path) -> None:
     request = EXAMPLES / "three_joint_arm_first.json"
     assert planner("plan", request, "-o", tmp_path / "out.json").exit_code == 0
-    answer = service.client.post("/v1/trajectories", content=request.read_bytes()).raise_for_status()
+    answer = service.client.post("/v1/trajectories", json=json.loads(request.read_bytes())).raise_for_status()
     assert (tmp_path / "out.json").read_bytes() == answer.content
 
 

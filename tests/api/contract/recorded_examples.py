@@ -160,7 +160,11 @@ def problems(service: RunningService) -> dict[str, Any]:
     for code, (method, path, body) in requests.items():
         found[code] = service.client.request(method, path, json=body).json()
     found["unsupported_media_type"] = service.client.post(PLAN, content="robot", headers={"Content-Type": "text/plain"})
-    found["payload_too_large"] = _raw(service, f"POST {PLAN} HTTP/1.1\r\nHost: x\r\nContent-Length: 999999999\r\n\r\n")
+    json_of_a_gigabyte = "Content-Type: application/json\r\nContent-Length: 999999999\r\n\r\n"
+    found["payload_too_large"] = _raw(service, f"POST {PLAN} HTTP/1.1\r\nHost: localhost\r\n{json_of_a_gigabyte}")
+    found["misdirected_request"] = service.client.get("/livez", headers={"Host": "planner.example.com"})
+    elsewhere = {"Origin": "https://elsewhere.example.com"}
+    found["foreign_origin"] = service.client.post(PLAN, json=plan_request(), headers=elsewhere)
     found["malformed_request"] = _raw(service, "robot\r\n\r\n")
     found["header_too_large"] = _raw(service, f"GET / HTTP/1.1\r\nX: {'a' * 70_000}")
     found["robot_exists"], found["robot_of_another"] = _robots(service)

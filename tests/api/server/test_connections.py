@@ -40,7 +40,7 @@ SETTINGS: dict[str, Any] = {
     "keep_alive_timeout": 1,
 }
 PLAN = "/v1/trajectories"
-HEAD = b"POST /v1/trajectories HTTP/1.1\r\nHost: planner\r\nContent-Type: application/json\r\n"
+HEAD = b"POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +98,7 @@ def test_a_header_without_end_is_refused_at_once(wary: RunningService) -> None:
 
 @pytest.mark.parametrize("lines", [b"X: %s\r\n" % (b"a" * 100_000), b"a: b\r\n" * 20_000], ids=["long", "many"])
 def test_a_head_that_comes_at_once_is_bounded(wary: RunningService, lines: bytes) -> None:
-    refusal = problem(received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: planner\r\n" + lines + b"\r\n")))
+    refusal = problem(received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: localhost\r\n" + lines + b"\r\n")))
     assert refusal["code"] == "header_too_large"
 
 
@@ -109,7 +109,7 @@ def test_a_head_that_comes_at_once_is_bounded(wary: RunningService, lines: bytes
         (HEAD, "head"),
         (HEAD + b"Content-Length: 100\r\n\r\n{", "body"),
         (HEAD + b"Transfer-Encoding: chunked\r\n\r\n5\r\n{", "body"),
-        (b"GET /livez HTTP/1.1\r\nHost: planner\r\n\r\nGET ", "head"),
+        (b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\nGET ", "head"),
     ],
     ids=["line", "head", "body", "chunk", "second head"],
 )
@@ -135,13 +135,13 @@ def test_a_body_that_comes_in_drops_is_given_up(wary: RunningService) -> None:
 
 def test_a_body_that_nobody_asked_for_does_not_hold_its_connection(wary: RunningService) -> None:
     """The answer is there before the body has come: what of it is still missing is not waited for."""
-    answer = received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: planner\r\nContent-Length: 100\r\n\r\n{"))
+    answer = received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\n\r\n{"))
     assert answer.startswith(b"HTTP/1.1 200")
 
 
 def test_idle_connections_are_closed(wary: RunningService) -> None:
     assert received(connect(wary)) == b""
-    assert received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: planner\r\n\r\n")).startswith(b"HTTP/1.1 200")
+    assert received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n")).startswith(b"HTTP/1.1 200")
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_a_request_that_offers_an_upgrade_keeps_its_body(wary: RunningService, u
     body = json.dumps(plan_request()).encode()
     offer = b"Connection: Upgrade, HTTP2-Settings\r\nUpgrade: %s\r\nHTTP2-Settings: AAEAAEAAAAIAAAAA\r\n" % upgrade
     sent = HEAD + offer + b"Content-Length: %d\r\n\r\n" % len(body) + body
-    goes_on = b"GET /livez HTTP/1.1\r\nHost: planner\r\nConnection: close\r\n\r\n"
+    goes_on = b"GET /livez HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
     assert received(connect(wary, sent + goes_on)).count(b"HTTP/1.1 200 ") == 2
 
 
@@ -179,7 +179,8 @@ def test_connections_of_one_client_and_of_all_are_counted(wary: RunningService) 
             stack.enter_context(connect(wary, b"GET", "127.0.0.2"))
         seventh = problem(received(connect(wary, b"", "127.0.0.2")))
         assert (seventh["code"], seventh["status"]) == ("too_many_requests", 429)
-        other = received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n", "127.0.0.3"))
+        alive = b"GET /livez HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
+        other = received(connect(wary, alive, "127.0.0.3"))
         assert other.startswith(b"HTTP/1.1 200")
         for _ in range(6):
             stack.enter_context(connect(wary, b"GET", "127.0.0.4"))

@@ -43,7 +43,7 @@ def test_what_happens_is_counted() -> None:
         before = metrics_of(client)
         plan = client.post("/v1/trajectories", json=plan_request()).json()
         client.post("/v1/trajectories", json=plan_request(robot="nobody"))
-        client.post("/v1/trajectories", content=b"{")
+        client.post("/v1/trajectories", content=b"{", headers={"Content-Type": "application/json"})
         client.get("/nowhere")
         made = client.post("/v1/batches", json={"requests": [plan_request(), plan_request(waypoints=[])]})
         wait_until(lambda: client.get(made.headers["Location"]).json()["status"] == "completed")

@@ -183,7 +183,8 @@ def unfinished_body(service: RunningService) -> socket.socket:
     """A client that has sent the first byte of a body."""
     url = httpx.URL(service.url)
     client = socket.create_connection((url.host, url.port or 80), 30.0)
-    client.sendall(b"POST /v1/trajectories HTTP/1.1\r\nHost: planner\r\nContent-Length: 100\r\n\r\n{")
+    head = b"POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+    client.sendall(head + b"Content-Length: 100\r\n\r\n{")
     return client
 
 
