@@ -12,8 +12,8 @@ import numpy as np
 from planner.backends import Quintic
 from planner.kinematics import Pose
 from planner.planning import plan
-from planner.problems.polar_moves import CylindricalMove, SphericalMove
-from planner.problems.problem import CartesianMove, Move, PlanningProblem, PoseWaypoint, RelativeWaypoint
+from planner.problems.moves import CartesianMove, CylindricalMove, Move, SphericalMove
+from planner.problems.problem import PlanningProblem, PoseWaypoint, RelativeWaypoint
 from planner.robots import load_robot
 
 HOME = PoseWaypoint(name="home", pose=Pose(np.array([0.0, 1.0, 1.3]), np.eye(3)))

@@ -117,10 +117,10 @@ if TYPE_CHECKING:
     from planner.problems.actions import SetOutput as SetOutput
     from planner.problems.actions import Wait as Wait
     from planner.problems.motion_around import FreeMotion as FreeMotion
-    from planner.problems.polar_moves import CylindricalMove as CylindricalMove
-    from planner.problems.polar_moves import SphericalMove as SphericalMove
+    from planner.problems.moves import CartesianMove as CartesianMove
+    from planner.problems.moves import CylindricalMove as CylindricalMove
+    from planner.problems.moves import SphericalMove as SphericalMove
     from planner.problems.problem import BlendTransition as BlendTransition
-    from planner.problems.problem import CartesianMove as CartesianMove
     from planner.problems.problem import CircularMotion as CircularMotion
     from planner.problems.problem import JointMotion as JointMotion
     from planner.problems.problem import JointWaypoint as JointWaypoint
@@ -265,10 +265,9 @@ _NAMES = {
     "planner.planning": ("plan",),
     "planner.plots.animation": ("Animation",),
     "planner.plots.picture": ("Picture", "draw_plan", "draw_robot_at", "draw_workspace"),
-    "planner.problems.polar_moves": ("CylindricalMove", "SphericalMove"),
+    "planner.problems.moves": ("CartesianMove", "CylindricalMove", "SphericalMove"),
     "planner.problems.problem": (
         "BlendTransition",
-        "CartesianMove",
         "CircularMotion",
         "JointMotion",
         "JointWaypoint",

@@ -18,7 +18,7 @@ from planner.guarantees import END_OPTIONS, EndStates
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.problems import polar_moves, problem
+from planner.problems import moves, problem
 from planner.problems.motion_around import FreeMotion
 from planner.problems.regions import Free, Region
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
@@ -322,12 +322,12 @@ def _to_transition(transition: waypoints.Transition) -> problem.Transition:
             return problem.BlendTransition(transition.radius)
 
 
-def _to_move(move: waypoints.Move) -> problem.Move:
+def _to_move(move: waypoints.Move) -> moves.Move:
     match move:
         case waypoints.CartesianMove():
             x, y, z = move.translation
-            return problem.CartesianMove((x, y, z), to_rotation(move.orientation))
+            return moves.CartesianMove((x, y, z), to_rotation(move.orientation))
         case waypoints.CylindricalMove():
-            return polar_moves.CylindricalMove(move.r, move.alpha, move.l)
+            return moves.CylindricalMove(move.r, move.alpha, move.l)
         case waypoints.SphericalMove():
-            return polar_moves.SphericalMove(move.r, move.beta, move.gamma)
+            return moves.SphericalMove(move.r, move.beta, move.gamma)

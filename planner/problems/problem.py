@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
 from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
-from planner.problems.polar_moves import CylindricalMove, SphericalMove
 from planner.robots.tools import with_tools
 from planner.scene.scene import Handling
 
@@ -21,11 +18,12 @@ if TYPE_CHECKING:
 
     from planner.limits import SegmentLimits
     from planner.problems.actions import Action
+    from planner.problems.moves import Move
     from planner.problems.regions import Free
     from planner.robots import Robot
     from planner.robots.payload import Payload
     from planner.scene.scene import Attach, Scene
-    from planner.spatial import FloatArray, Pose
+    from planner.spatial import Pose
     from planner.speed_zones import SpeedZone
 
 Frame = Literal["tool", "base"]
@@ -33,27 +31,6 @@ Frame = Literal["tool", "base"]
 START_TOLERANCE = 1e-4
 """How far outside of a position limit a joint waypoint may be, rad or m, to be taken for the limit: more than encoders
 and rounding of a robot at its limit leave, and less than anybody would see."""
-
-
-@dataclass(frozen=True)
-class CartesianMove:
-    """A move by a translation and a rotation.
-
-    Attributes:
-        translation: (x, y, z), m.
-        rotation: (3, 3); None keeps the orientation.
-    """
-
-    translation: tuple[float, float, float]
-    rotation: FloatArray | None = None
-
-    def transform(self) -> tuple[FloatArray, FloatArray]:
-        """Rotation (3, 3) and translation (3,) of the move."""
-        rotation = np.eye(3) if self.rotation is None else self.rotation
-        return rotation, np.array(self.translation)
-
-
-Move = CartesianMove | CylindricalMove | SphericalMove
 
 
 Turns = Literal["nearest", "as_given"]

@@ -8,7 +8,8 @@ import numpy as np
 
 from planner.errors import Remedy
 from planner.kinematics.forward import tool_pose
-from planner.problems.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:

@@ -12,14 +12,8 @@ from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kin
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import (
-    AnyWaypoint,
-    CartesianMove,
-    JointWaypoint,
-    PlanningProblem,
-    PoseWaypoint,
-    RelativeWaypoint,
-)
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import AnyWaypoint, JointWaypoint, PlanningProblem, PoseWaypoint, RelativeWaypoint
 from planner.robots import load_robot
 from planner.trajectories.trajectory import Trajectory
 from tests.documents.published import angle_between, document, homogeneous, matrix, standard_dh

@@ -13,8 +13,8 @@ from planner.kinematics import FloatArray, Pose, forward_kinematics, inverse_kin
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.polar_moves import CylindricalMove, SphericalMove
-from planner.problems.problem import CartesianMove, LinearMotion, Move, PlanningProblem, PoseWaypoint, RelativeWaypoint
+from planner.problems.moves import CartesianMove, CylindricalMove, Move, SphericalMove
+from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint, RelativeWaypoint
 from planner.robots import load_robot
 from tests.documents.published import angle_between, document, homogeneous, pose_of, standard_dh
 

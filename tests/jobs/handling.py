@@ -7,7 +7,8 @@ from itertools import product
 import numpy as np
 
 from planner.limits import Limits
-from planner.problems.problem import CartesianMove, LinearMotion, RelativeWaypoint
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import LinearMotion, RelativeWaypoint
 from planner.spatial import rotation_x, rotation_y, rotation_z
 from tests.jobs.arms import DOWN, Place
 from tests.jobs.job import Draft

@@ -14,8 +14,8 @@ from planner.kinematics import forward_kinematics, tool_accelerations
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
-    CartesianMove,
     CircularMotion,
     JointWaypoint,
     LinearMotion,

@@ -13,7 +13,8 @@ from planner.kinematics import tool_accelerations, tool_jerks
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.spatial import FloatArray
 from planner.tolerances import LIMIT_TOLERANCE
 from tests.planner.problems_of_tests import backend_of

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from planner.problems.problem import (
-    BlendTransition,
-    CartesianMove,
-    JointWaypoint,
-    LinearMotion,
-    RelativeWaypoint,
-    ThroughTransition,
-)
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import BlendTransition, JointWaypoint, LinearMotion, RelativeWaypoint, ThroughTransition
 from planner.robots import load_robot
 
 ROBOT = load_robot("kuka_kr16_2")

@@ -10,7 +10,7 @@ import pytest
 from planner.backends import BackEnd, Cubic, Quintic, Ruckig, Toppra, Trapezoidal
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
-from planner.problems.polar_moves import CylindricalMove
+from planner.problems.moves import CylindricalMove
 from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,

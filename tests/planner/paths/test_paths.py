@@ -24,10 +24,10 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
-    CartesianMove,
     CircularMotion,
     Frame,
     JointMotion,

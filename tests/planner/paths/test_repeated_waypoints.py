@@ -17,10 +17,10 @@ from planner.export.json import as_dict
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
 from planner.plans.result import Plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
-    CartesianMove,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,

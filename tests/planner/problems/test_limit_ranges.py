@@ -15,14 +15,8 @@ from planner.errors import InvalidProblem, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import (
-    CartesianMove,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    RelativeWaypoint,
-    ThroughTransition,
-)
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint, ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import FloatArray
 

@@ -17,10 +17,10 @@ from planner.kinematics import FloatArray
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
-    CartesianMove,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,

@@ -10,9 +10,9 @@ from planner.kinematics import Configuration, all_solutions, forward_kinematics,
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
 from planner.problems.motion_around import FreeMotion
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    CartesianMove,
     JointMotion,
     JointWaypoint,
     LinearMotion,

@@ -17,8 +17,8 @@ from planner.backends.min_effort.program import Program
 from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError, Remedy
 from planner.limits import Limits
 from planner.planning import plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
-    CartesianMove,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,

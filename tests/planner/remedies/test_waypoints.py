@@ -10,9 +10,9 @@ from planner.backends.splines.cubic import Cubic
 from planner.errors import JointPositionLimit, PlanningError, UnreachableWaypoint
 from planner.kinematics import forward_kinematics
 from planner.planning import plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    CartesianMove,
     JointMotion,
     JointWaypoint,
     LinearMotion,

@@ -14,8 +14,8 @@ import pytest
 from planner.backends import Cubic
 from planner.errors import SingularPath, UnreachableWaypoint
 from planner.planning import plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
-    CartesianMove,
     CircularMotion,
     JointWaypoint,
     LinearMotion,

@@ -11,8 +11,8 @@ from planner.kinematics.inverse import solution_layers
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.paths import solve_path
 from planner.planning import plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
-    CartesianMove,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,

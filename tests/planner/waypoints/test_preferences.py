@@ -15,14 +15,8 @@ from planner.kinematics.inverse import all_solutions
 from planner.kinematics.options import InverseKinematicsOptions, Preference
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problems.problem import (
-    CartesianMove,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    RelativeWaypoint,
-)
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, RelativeWaypoint
 from planner.problems.regions import Region
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_z

@@ -10,7 +10,8 @@ from planner.errors import InvalidProblem, UnreachableWaypoint
 from planner.fields import KIND
 from planner.kinematics import Pose, all_solutions, forward_kinematics
 from planner.kinematics.options import InverseKinematicsOptions
-from planner.problems.problem import CartesianMove, JointWaypoint, PoseWaypoint, RelativeWaypoint
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.robots import DHJoint, Robot, load_robot
 from planner.scene import Attach, CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, Sphere

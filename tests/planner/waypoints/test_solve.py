@@ -13,9 +13,9 @@ import pytest
 from planner.errors import ConfigurationChange, PathPoint, PlanningError, SingularPath, UnreachableWaypoint
 from planner.kinematics import FloatArray, Pose, all_solutions, forward_kinematics, jacobian
 from planner.kinematics.options import InverseKinematicsOptions
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    CartesianMove,
     JointMotion,
     JointWaypoint,
     LinearMotion,

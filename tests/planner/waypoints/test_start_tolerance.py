@@ -10,7 +10,8 @@ import pytest
 from planner.errors import InvalidProblem, JointPositionLimit, distinct
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
-from planner.problems.problem import CartesianMove, JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
+from planner.problems.moves import CartesianMove
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
 from planner.robots import load_robot
 from planner.waypoints.reachability import reachability
 from tests.planner.problems_of_tests import ARMS

@@ -17,9 +17,9 @@ from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
 from planner.plans.result import Plan
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     BlendTransition,
-    CartesianMove,
     CircularMotion,
     JointWaypoint,
     LinearMotion,

@@ -18,10 +18,10 @@ from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiab
 from planner.kinematics.forward import tool_pose, tool_speeds
 from planner.limits import Limits
 from planner.paths import JointPath, Run, solve_path
+from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
     BlendTransition,
-    CartesianMove,
     CircularMotion,
     JointWaypoint,
     LinearMotion,

@@ -1,4 +1,4 @@
-"""Moves in cylindrical and spherical coordinates."""
+"""Moves from the pose of the waypoint before: Cartesian, cylindrical and spherical."""
 
 from __future__ import annotations
 
@@ -11,6 +11,24 @@ from planner.spatial import rotation_y, rotation_z
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
+
+
+@dataclass(frozen=True)
+class CartesianMove:
+    """A move by a translation and a rotation.
+
+    Attributes:
+        translation: (x, y, z), m.
+        rotation: (3, 3); None keeps the orientation.
+    """
+
+    translation: tuple[float, float, float]
+    rotation: FloatArray | None = None
+
+    def transform(self) -> tuple[FloatArray, FloatArray]:
+        """Rotation (3, 3) and translation (3,) of the move."""
+        rotation = np.eye(3) if self.rotation is None else self.rotation
+        return rotation, np.array(self.translation)
 
 
 @dataclass(frozen=True)
@@ -51,3 +69,6 @@ class SphericalMove:
         """Rotation (3, 3) and translation (3,) of the move."""
         rotation = rotation_z(self.gamma) @ rotation_y(self.beta)
         return rotation, self.r * rotation[:, 2]
+
+
+Move = CartesianMove | CylindricalMove | SphericalMove
