@@ -120,7 +120,6 @@ if TYPE_CHECKING:
     from planner.problems.moves import CartesianMove as CartesianMove
     from planner.problems.moves import CylindricalMove as CylindricalMove
     from planner.problems.moves import SphericalMove as SphericalMove
-    from planner.problems.problem import BlendTransition as BlendTransition
     from planner.problems.problem import CircularMotion as CircularMotion
     from planner.problems.problem import JointMotion as JointMotion
     from planner.problems.problem import JointWaypoint as JointWaypoint
@@ -130,11 +129,12 @@ if TYPE_CHECKING:
     from planner.problems.problem import PoseWaypoint as PoseWaypoint
     from planner.problems.problem import RelativeWaypoint as RelativeWaypoint
     from planner.problems.problem import SplineMotion as SplineMotion
-    from planner.problems.problem import StopTransition as StopTransition
-    from planner.problems.problem import ThroughTransition as ThroughTransition
     from planner.problems.problem import ViaWaypoint as ViaWaypoint
     from planner.problems.problem import Waypoint as Waypoint
     from planner.problems.regions import Region as Region
+    from planner.problems.transitions import BlendTransition as BlendTransition
+    from planner.problems.transitions import StopTransition as StopTransition
+    from planner.problems.transitions import ThroughTransition as ThroughTransition
     from planner.robots import DHJoint as DHJoint
     from planner.robots import ExternalAxis as ExternalAxis
     from planner.robots import Joint as Joint
@@ -267,7 +267,6 @@ _NAMES = {
     "planner.plots.picture": ("Picture", "draw_plan", "draw_robot_at", "draw_workspace"),
     "planner.problems.moves": ("CartesianMove", "CylindricalMove", "SphericalMove"),
     "planner.problems.problem": (
-        "BlendTransition",
         "CircularMotion",
         "JointMotion",
         "JointWaypoint",
@@ -277,11 +276,10 @@ _NAMES = {
         "PoseWaypoint",
         "RelativeWaypoint",
         "SplineMotion",
-        "StopTransition",
-        "ThroughTransition",
         "ViaWaypoint",
         "Waypoint",
     ),
+    "planner.problems.transitions": ("BlendTransition", "StopTransition", "ThroughTransition"),
     "planner.problems.regions": ("Region",),
     "planner.plans.result": ("Plan",),
     "planner.robots": ("DHJoint", "ExternalAxis", "Joint", "Robot", "catalogue_ids", "load_robot"),

@@ -10,7 +10,8 @@ from planner.export.json import poses_as_dicts
 from planner.kinematics.configurations import Configuration
 from planner.problems.motion_around import FreeMotion
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import BlendTransition, JointMotion, PolylineMotion, StopTransition
+from planner.problems.problem import JointMotion, PolylineMotion
+from planner.problems.transitions import BlendTransition, StopTransition
 from planner.spatial import Pose
 
 if TYPE_CHECKING:

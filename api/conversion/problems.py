@@ -18,7 +18,7 @@ from planner.guarantees import END_OPTIONS, EndStates
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
-from planner.problems import moves, problem
+from planner.problems import moves, problem, transitions
 from planner.problems.motion_around import FreeMotion
 from planner.problems.regions import Free, Region
 from planner.robots import DHJoint, ExternalAxis, Robot, load_robot
@@ -312,14 +312,14 @@ def _following(motion: waypoints.ToolMotion) -> dict[str, Any]:
     return fields | {"free": _to_free(motion.free)}
 
 
-def _to_transition(transition: waypoints.Transition) -> problem.Transition:
+def _to_transition(transition: waypoints.Transition) -> transitions.Transition:
     match transition:
         case waypoints.StopTransition():
-            return problem.StopTransition()
+            return transitions.StopTransition()
         case waypoints.ThroughTransition():
-            return problem.ThroughTransition(transition.velocity)
+            return transitions.ThroughTransition(transition.velocity)
         case waypoints.BlendTransition():
-            return problem.BlendTransition(transition.radius)
+            return transitions.BlendTransition(transition.radius)
 
 
 def _to_move(move: waypoints.Move) -> moves.Move:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from planner.backends.base import enforced
-from planner.problems.problem import JointMotion, ThroughTransition
+from planner.problems.problem import JointMotion
+from planner.problems.transitions import ThroughTransition
 from tests.jobs.checks import FASTEST, LAWS, SHORT, SLOW, STEADY
 from tests.jobs.corpus import backend_of, job
 

@@ -22,7 +22,8 @@ from planner.backends import Cubic, MinEffort, Quintic, Ruckig, Toppra, Trapezoi
 from planner.backends.base import enforced
 from planner.errors import PlanningError
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import Robot, catalogue_ids, load_robot
 
 if TYPE_CHECKING:

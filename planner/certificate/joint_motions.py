@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.certificate.checks import Check
-from planner.problems.problem import JointMotion, StopTransition
+from planner.problems.problem import JointMotion
+from planner.problems.transitions import StopTransition
 from planner.tool_motions.ways import CHORDS, farthest_from_way, joints_farthest_from_way
 
 if TYPE_CHECKING:

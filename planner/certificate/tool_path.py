@@ -18,8 +18,9 @@ from planner.certificate.lines_and_circles import Circle, Line, angles_of, rotat
 from planner.certificate.on_curve import parameters_on
 from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import tool_poses_on
-from planner.problems.problem import BlendTransition, CartesianMotion, CircularMotion, JointMotion
+from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion
 from planner.problems.regions import region_of
+from planner.problems.transitions import BlendTransition
 from planner.spatial import Pose
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline

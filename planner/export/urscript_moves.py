@@ -12,7 +12,8 @@ from planner.export.base import ExportOptions, Format
 from planner.export.programs import moves, origin
 from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.guarantees import leaves_straight_motions
-from planner.problems.problem import JointMotion, LinearMotion, StopTransition
+from planner.problems.problem import JointMotion, LinearMotion
+from planner.problems.transitions import StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

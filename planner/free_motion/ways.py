@@ -16,7 +16,8 @@ from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
 from planner.problems.actions import AtWaypoint
 from planner.problems.motion_around import FreeMotion
-from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, StopTransition, ViaWaypoint, Waypoint
+from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
+from planner.problems.transitions import StopTransition
 from planner.waypoints.pinned import pinned_robots
 
 if TYPE_CHECKING:
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from planner.free_motion.way import Way
     from planner.problems.actions import Action
     from planner.problems.motion_around import Objective
-    from planner.problems.problem import AnyWaypoint, PlanningProblem, Transition
+    from planner.problems.problem import AnyWaypoint, PlanningProblem
+    from planner.problems.transitions import Transition
     from planner.scene import CollisionChecker
     from planner.spatial import FloatArray
     from planner.waypoints.solve import SolvedWaypoint

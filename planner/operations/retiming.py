@@ -19,7 +19,8 @@ from planner.operations.smoothing import smooth_curve_near
 from planner.paths import JointPath, solve_path
 from planner.paths.runs import Run
 from planner.problems.check import check_problem
-from planner.problems.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import StopTransition, ThroughTransition
 from planner.timing.slowing import slowed
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.position_limits import first_beyond

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.errors import JointPositionLimit, Remedy
-from planner.problems.problem import StopTransition
+from planner.problems.transitions import StopTransition
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

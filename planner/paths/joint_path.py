@@ -13,7 +13,8 @@ from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
 from planner.limits import counted_velocity
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
-from planner.problems.problem import BlendTransition, JointMotion, StopTransition, ThroughTransition
+from planner.problems.problem import JointMotion
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.scene import is_free
 from planner.scene.carried import checker_at_waypoints
 from planner.waypoints.goal_regions import with_chosen_poses
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from planner.kinematics import IsFree
     from planner.limits import SegmentLimits
     from planner.paths.half_spaces import HalfSpaces
-    from planner.problems.problem import AnyWaypoint, PlanningProblem, Transition
+    from planner.problems.problem import AnyWaypoint, PlanningProblem
+    from planner.problems.transitions import Transition
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.tool_motions.pose_paths import PosePath

@@ -12,7 +12,8 @@ from planner.limits import counted_velocity
 from planner.paths.blends import Corners, cut_corners
 from planner.paths.easing import eased
 from planner.paths.errors import passing_error
-from planner.problems.problem import BlendTransition, CartesianMotion, JointMotion, StopTransition, ThroughTransition
+from planner.problems.problem import CartesianMotion, JointMotion
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.tool_motions.position_limits import first_beyond
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial, joined, quintic_hermite
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from planner.limits import SegmentLimits
-    from planner.problems.problem import AnyWaypoint, Transition
+    from planner.problems.problem import AnyWaypoint
+    from planner.problems.transitions import Transition
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.waypoints.solve import SolvedWaypoint

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.plans.result import Plan
     from planner.problems.motion_around import Objective
-    from planner.problems.problem import PlanningProblem, Transition
+    from planner.problems.problem import PlanningProblem
+    from planner.problems.transitions import Transition
     from planner.spatial import FloatArray
 
 

@@ -9,7 +9,8 @@ from planner.errors import InvalidProblem, PlanningError
 from planner.free_motion.ways import asked_indices, find_ways, with_ways
 from planner.paths import solve_path
 from planner.plans.result import certified_plan
-from planner.problems.problem import BlendTransition, StopTransition, ThroughTransition, ViaWaypoint
+from planner.problems.problem import ViaWaypoint
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd

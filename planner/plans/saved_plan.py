@@ -19,7 +19,7 @@ from planner.free_motion.ways import FoundWay, Gain, with_ways
 from planner.paths import JointPath, dynamics_of, solve_path
 from planner.plans.result import Plan
 from planner.plans.smaller_blends import blend_radii, with_blend_radii
-from planner.problems.problem import BlendTransition, StopTransition, ThroughTransition
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.spatial import Pose
 from planner.trajectories.trajectory import PlanWarning, Trajectory
 from planner.waypoints.solve import SolvedWaypoint

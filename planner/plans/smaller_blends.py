@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from planner.errors import Collision, PlanningError
 from planner.paths import solve_path
 from planner.plans.result import Plan, certified_plan
-from planner.problems.problem import BlendTransition
+from planner.problems.transitions import BlendTransition
 from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:

@@ -11,17 +11,9 @@ from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
 from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
 from planner.problems.motion_around import FreeMotion
-from planner.problems.problem import (
-    BlendTransition,
-    CircularMotion,
-    JointMotion,
-    LinearMotion,
-    PolylineMotion,
-    SplineMotion,
-    StopTransition,
-    ThroughTransition,
-)
+from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
 from planner.problems.stop_faults import action_faults, objects_handled_faults, tool_faults
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.problems.waypoint_faults import waypoint_faults
 from planner.robots.description import RANGED_QUANTITIES
 from planner.scene.faults import scene_faults

@@ -10,6 +10,7 @@ from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
+from planner.problems.transitions import StopTransition
 from planner.robots.tools import with_tools
 from planner.scene.scene import Handling
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from planner.problems.actions import Action
     from planner.problems.moves import Move
     from planner.problems.regions import Free
+    from planner.problems.transitions import Transition
     from planner.robots import Robot
     from planner.robots.payload import Payload
     from planner.scene.scene import Attach, Scene
@@ -125,42 +127,6 @@ class SplineMotion(CartesianMotion):
 
 
 Motion = JointMotion | CartesianMotion
-
-
-@dataclass(frozen=True)
-class StopTransition:
-    """A transition that comes to rest at the waypoint."""
-
-
-@dataclass(frozen=True)
-class ThroughTransition:
-    """A transition that passes the waypoint exactly, without stopping.
-
-    Attributes:
-        velocity: Velocity of each joint at the waypoint, rad/s or m/s, between joint motions; None: one that suits.
-    """
-
-    velocity: Sequence[float] | None = None
-
-    def __post_init__(self) -> None:
-        """Keep plain numbers, which are compared and cannot change."""
-        if self.velocity is not None:
-            object.__setattr__(self, "velocity", tuple(map(float, self.velocity)))
-
-
-@dataclass(frozen=True)
-class BlendTransition:
-    """A transition that cuts the corner without stopping.
-
-    Attributes:
-        radius: How near to the waypoint the tool is where it leaves its paths to and from it, m; in a scene it is less
-            where the robot would collide otherwise, and a warning says so.
-    """
-
-    radius: float
-
-
-Transition = StopTransition | ThroughTransition | BlendTransition
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from planner.problems.actions import AtWaypoint, Wait
-from planner.problems.problem import StopTransition
+from planner.problems.transitions import StopTransition
 from planner.scene.faults import handling_faults
 from planner.tolerances import DURATION_TOLERANCE
 

@@ -10,16 +10,15 @@ from scipy.interpolate import CubicSpline
 
 from planner.plans.result import Plan
 from planner.problems.problem import (
-    BlendTransition,
     CircularMotion,
     JointWaypoint,
     LinearMotion,
     PolylineMotion,
     PoseWaypoint,
     SplineMotion,
-    ThroughTransition,
 )
 from planner.problems.regions import Region
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.spatial import FloatArray, Pose
 from tests.jobs.job import Job, Law
 from tests.jobs.tracing import circle, tool_at

@@ -9,8 +9,9 @@ import numpy as np
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problems.actions import AtDistance, AtWaypoint, SetOutput, Wait
-from planner.problems.problem import LinearMotion, PoseWaypoint, ThroughTransition
+from planner.problems.problem import LinearMotion, PoseWaypoint
 from planner.problems.regions import Free, Region
+from planner.problems.transitions import ThroughTransition
 from planner.robots import ExternalAxis
 from planner.spatial import FloatArray, Pose, rotation_x, rotation_z
 from tests.jobs.arms import Place

@@ -12,7 +12,6 @@ from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     CircularMotion,
     JointWaypoint,
     LinearMotion,
@@ -20,10 +19,8 @@ from planner.problems.problem import (
     PolylineMotion,
     PoseWaypoint,
     SplineMotion,
-    StopTransition,
-    ThroughTransition,
-    Transition,
 )
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots.payload import Payload
 from planner.spatial import FloatArray, Pose
 from tests.jobs.arms import PAYLOADS, Place

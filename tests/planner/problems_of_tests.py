@@ -18,7 +18,6 @@ from planner.problems.actions import Action, AtDistance, AtTime, AtWaypoint, Set
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     CircularMotion,
     JointMotion,
     JointWaypoint,
@@ -29,11 +28,9 @@ from planner.problems.problem import (
     PoseWaypoint,
     Singularity,
     SplineMotion,
-    StopTransition,
-    ThroughTransition,
-    Transition,
 )
 from planner.problems.regions import Free, Region
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import rotation_from_rpy

@@ -11,7 +11,8 @@ from planner.backends import Quintic, Ruckig
 from planner.errors import Fault, InvalidProblem, Remedy
 from planner.fields import KIND, field_name, with_field
 from planner.limits import Limits
-from planner.problems.problem import BlendTransition, JointWaypoint, PlanningProblem, StopTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import BlendTransition, StopTransition
 from planner.robots import load_robot
 from planner.robots.payload import Payload
 

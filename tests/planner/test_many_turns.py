@@ -16,7 +16,8 @@ from planner.errors import InvalidProblem
 from planner.guarantees import QUANTITIES, Guarantee
 from planner.limits import Limits, segment_limits
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition, Transition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.robots.payload import Payload
 from planner.trajectories.polynomials import quintic_hermite

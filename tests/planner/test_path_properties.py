@@ -17,7 +17,6 @@ from planner.kinematics import FloatArray, Pose, forward_kinematics
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.problem import (
-    BlendTransition,
     CircularMotion,
     JointMotion,
     PlanningProblem,
@@ -26,6 +25,7 @@ from planner.problems.problem import (
     SplineMotion,
 )
 from planner.problems.regions import Region
+from planner.problems.transitions import BlendTransition
 from tests.planner.problems_of_tests import PARTS, REQUESTS, backend_of, path_problems, try_on_random
 from tests.planner.promises import (
     is_continuous,

@@ -16,7 +16,8 @@ from planner.backends.splines.interpolation import interpolating_spline
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.spatial import FloatArray
 from tests.planner.problems_of_tests import ARMS, problem_of
 from tests.planner.promises import keeps_joint_limits

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import BlendTransition, JointWaypoint, LinearMotion, RelativeWaypoint, ThroughTransition
+from planner.problems.problem import JointWaypoint, LinearMotion, RelativeWaypoint
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import load_robot
 
 ROBOT = load_robot("kuka_kr16_2")

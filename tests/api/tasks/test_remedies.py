@@ -13,7 +13,8 @@ from api.tasks.remedies import acceptable_remedies
 from api.tasks.work import Work
 from api.workers.messages import Caps, Task
 from planner.errors import LimitsUnsatisfiable, Remedy
-from planner.problems.problem import BlendTransition, PolylineMotion, StopTransition
+from planner.problems.problem import PolylineMotion
+from planner.problems.transitions import BlendTransition, StopTransition
 from planner.spatial import Pose
 from tests.api.random_requests.judged_refusals import with_remedies
 from tests.api.requests import joint, plan_request

@@ -13,16 +13,13 @@ from planner.planning import plan
 from planner.problems.moves import CylindricalMove
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
-    StopTransition,
-    ThroughTransition,
-    Transition,
 )
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.spatial import Pose
 from tests.planner.backends.ruckig.ruckig_problems import passing

@@ -12,14 +12,8 @@ from planner.errors import ConfigurationChange, JointPositionLimit, SingularPath
 from planner.kinematics import Pose, forward_kinematics
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problems.problem import (
-    BlendTransition,
-    CircularMotion,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    StopTransition,
-)
+from planner.problems.problem import CircularMotion, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import BlendTransition, StopTransition
 from planner.robots import load_robot
 from planner.spatial import rotation_from_quaternion
 from tests.sizes import SIZE

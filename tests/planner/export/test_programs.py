@@ -15,15 +15,8 @@ from planner.export.urscript import set_output
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.actions import AtTime, SetOutput
-from planner.problems.problem import (
-    BlendTransition,
-    CircularMotion,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    ThroughTransition,
-)
+from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import ExternalAxis, load_robot
 from planner.spatial import Pose
 from tests.planner.problems_of_tests import problem_of

@@ -11,7 +11,8 @@ from scipy.interpolate import PPoly
 from planner.backends import BACKENDS
 from planner.operations import JointState
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray
 from planner.trajectories.trajectory import Trajectory

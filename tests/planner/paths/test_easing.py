@@ -10,16 +10,8 @@ from planner.errors import InvalidProblem
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import (
-    CircularMotion,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    StopTransition,
-    ThroughTransition,
-    Transition,
-)
+from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose
 from tests.jobs.tracing import tool_at

@@ -27,7 +27,6 @@ from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     CircularMotion,
     Frame,
     JointMotion,
@@ -36,9 +35,8 @@ from planner.problems.problem import (
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
-    StopTransition,
-    ThroughTransition,
 )
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import rotation_from_rpy
 from tests.jobs.tracing import reach

@@ -20,16 +20,13 @@ from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
-    StopTransition,
-    ThroughTransition,
-    Transition,
 )
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.planner.problems_of_tests import backend_of

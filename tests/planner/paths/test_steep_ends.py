@@ -8,7 +8,8 @@ import pytest
 from planner.backends import Quintic, Ruckig, Toppra
 from planner.backends.base import BackEnd
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, ThroughTransition
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import ThroughTransition
 from planner.robots import Robot
 from planner.robots.dh import DHJoint
 from planner.spatial import Pose

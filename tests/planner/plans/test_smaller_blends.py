@@ -13,7 +13,7 @@ from planner.paths import solve_path
 from planner.plans.result import certified_plan
 from planner.plans.saved_plan import load_plan, save_plan
 from planner.plans.smaller_blends import FINENESS, LEAST_SHARE, blend_radii, with_blend_radii
-from planner.problems.problem import BlendTransition
+from planner.problems.transitions import BlendTransition
 from planner.robots import load_robot
 from planner.scene import CONTACT_TOLERANCE, Scene, SceneObject
 from planner.shapes import Sphere

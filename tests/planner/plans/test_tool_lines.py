@@ -16,15 +16,14 @@ from planner.plans.tool_lines import LinePolynomial, line_polynomials
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     CircularMotion,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,
     PoseWaypoint,
     RelativeWaypoint,
-    ThroughTransition,
 )
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import rotation_z
 from tests.planner.problems_of_tests import backend_of

@@ -20,7 +20,8 @@ from planner.kinematics import forward_kinematics
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.actions import Action, AtDistance, AtTime, AtWaypoint, SetOutput, Wait
-from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, ThroughTransition
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import Pose
 from planner.timing.action_times import action_times

@@ -16,7 +16,8 @@ from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint, ThroughTransition
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
+from planner.problems.transitions import ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import FloatArray
 

@@ -18,15 +18,8 @@ from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import (
-    AnyWaypoint,
-    BlendTransition,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    RelativeWaypoint,
-    ThroughTransition,
-)
+from planner.problems.problem import AnyWaypoint, JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems_of_tests import ARMS_OF, backend_of

@@ -18,15 +18,8 @@ from planner.errors import InfeasibleDuration, JointPositionLimit, PlanningError
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import (
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    RelativeWaypoint,
-    StopTransition,
-    ThroughTransition,
-)
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, RelativeWaypoint
+from planner.problems.transitions import StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems_of_tests import backend_of, problem_of

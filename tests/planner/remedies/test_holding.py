@@ -13,7 +13,8 @@ from planner.errors import LimitsUnsatisfiable, Remedy
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint, ThroughTransition
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
+from planner.problems.transitions import ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 

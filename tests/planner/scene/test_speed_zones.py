@@ -14,7 +14,8 @@ from planner.certificate import SpeedZoneCheck, interpolated
 from planner.certificate.speed_zones import certify_speed_zones
 from planner.errors import InfeasibleDuration, InvalidProblem
 from planner.plans.saved_plan import load_plan, save_plan
-from planner.problems.problem import BlendTransition, LinearMotion, ThroughTransition
+from planner.problems.problem import LinearMotion
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere

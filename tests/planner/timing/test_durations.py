@@ -12,16 +12,8 @@ from planner.backends import BACKENDS, Ruckig, Toppra, Trapezoidal
 from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiable
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import (
-    BlendTransition,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    StopTransition,
-    ThroughTransition,
-    Transition,
-)
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition, Transition
 from planner.robots import load_robot
 from planner.spatial import Pose
 from tests.planner.problems_of_tests import backend_of

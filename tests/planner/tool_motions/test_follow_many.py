@@ -10,7 +10,8 @@ import pytest
 from planner.errors import JointPositionLimit
 from planner.kinematics.forward import tool_pose
 from planner.paths import solve_path
-from planner.problems.problem import BlendTransition, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import BlendTransition
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from planner.tool_motions.follow import STEEP, follow

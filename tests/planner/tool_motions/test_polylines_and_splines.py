@@ -21,7 +21,6 @@ from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     CartesianMotion,
     JointWaypoint,
     LinearMotion,
@@ -30,6 +29,7 @@ from planner.problems.problem import (
     PoseWaypoint,
     SplineMotion,
 )
+from planner.problems.transitions import BlendTransition
 from planner.robots import Robot, catalogue_ids, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from planner.tool_motions.polylines import Polyline

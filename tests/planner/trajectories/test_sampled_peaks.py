@@ -18,7 +18,8 @@ from planner.guarantees import QUANTITIES, Guarantee
 from planner.kinematics import tool_speeds
 from planner.limits import Limits, SegmentLimits, segment_limits
 from planner.planning import plan
-from planner.problems.problem import BlendTransition, PlanningProblem, StopTransition, ThroughTransition
+from planner.problems.problem import PlanningProblem
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.trajectories.polynomials import cumulative_sums, quintic_hermite
 from planner.trajectories.sampled_peaks import MOST_PARTS, sampled_peaks

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from planner.errors import UnreachableWaypoint
 from planner.kinematics import tool_pose
 from planner.planning import plan
-from planner.problems.problem import BlendTransition, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import BlendTransition
 from planner.robots import load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.robots.frames import product, rot, trans

@@ -19,7 +19,6 @@ from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
-    BlendTransition,
     CircularMotion,
     JointWaypoint,
     LinearMotion,
@@ -27,6 +26,7 @@ from planner.problems.problem import (
     PoseWaypoint,
     RelativeWaypoint,
 )
+from planner.problems.transitions import BlendTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose
 from planner.waypoints.reachability import reachability

@@ -14,7 +14,8 @@ from planner.backends.ruckig.ruckig import Ruckig
 from planner.backends.trapezoidal.trapezoidal import Trapezoidal
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
-from planner.problems.problem import BlendTransition, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import BlendTransition
 from planner.robots import load_robot
 from planner.spatial import Pose
 

@@ -11,14 +11,8 @@ from planner.backends import BACKENDS, BackEnd, Ruckig, Toppra
 from planner.errors import PlanningError
 from planner.limits import Limits
 from planner.planning import plan
-from planner.problems.problem import (
-    BlendTransition,
-    CircularMotion,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    StopTransition,
-)
+from planner.problems.problem import CircularMotion, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import BlendTransition, StopTransition
 from planner.robots import load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from tests.sizes import SIZE

@@ -21,15 +21,13 @@ from planner.paths import JointPath, Run, solve_path
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     CircularMotion,
     JointWaypoint,
     LinearMotion,
     PlanningProblem,
     RelativeWaypoint,
-    StopTransition,
-    ThroughTransition,
 )
+from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
 from planner.trajectories.polynomials import SegmentedPolynomial, differentiate, horner

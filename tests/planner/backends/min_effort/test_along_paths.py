@@ -23,15 +23,14 @@ from planner.plans.result import Plan
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import (
     AnyWaypoint,
-    BlendTransition,
     CircularMotion,
     JointWaypoint,
     LinearMotion,
     Motion,
     PlanningProblem,
     RelativeWaypoint,
-    Transition,
 )
+from planner.problems.transitions import BlendTransition, Transition
 from planner.robots import ExternalAxis, load_robot
 
 ARM = load_robot("kuka_kr16_l6_2")

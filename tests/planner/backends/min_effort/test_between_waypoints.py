@@ -26,7 +26,8 @@ from planner.last_used import LastUsed
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import ExternalAxis, Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.problems_of_tests import problem_of

@@ -16,7 +16,8 @@ from planner.certificate.checks import Check
 from planner.comparison import figures
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import BlendTransition, JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import load_robot
 from tests.planner.problems_of_tests import problem_of
 from tests.planner.tool_motions.dense_ways import StraightPostures, StraightWay, tool_positions

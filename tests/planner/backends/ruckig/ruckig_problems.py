@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from planner.plans.result import Plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import Joint, Robot, load_robot
 
 RATES = ("velocity", "acceleration", "jerk")

@@ -39,7 +39,7 @@ def test_planning_opens_no_socket() -> None:
 from dataclasses import replace
 from planner.backends import BACKENDS
 from planner.planning import plan
-from planner.problems.problem import ThroughTransition
+from planner.problems.transitions import ThroughTransition
 from tests.planner.problems_of_tests import backend_of, problem_of
 for kind in BACKENDS:
     problem = problem_of("kuka_kr16_l6_2", 3, 5, 0.3)

@@ -16,7 +16,8 @@ from planner.fields import FieldPath
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problems.moves import CartesianMove
-from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint, ThroughTransition
+from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, RelativeWaypoint
+from planner.problems.transitions import ThroughTransition
 from planner.robots import Robot
 from tests.planner.backends.passing_problems import POSITIONS, ROBOT, VELOCITY, passing_at
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, durations_of

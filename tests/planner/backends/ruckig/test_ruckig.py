@@ -15,7 +15,6 @@ from planner.kinematics import forward_kinematics, tool_speeds
 from planner.limits import Limits
 from planner.planning import plan
 from planner.problems.problem import (
-    BlendTransition,
     CircularMotion,
     JointWaypoint,
     LinearMotion,
@@ -24,8 +23,8 @@ from planner.problems.problem import (
     PolylineMotion,
     PoseWaypoint,
     SplineMotion,
-    ThroughTransition,
 )
+from planner.problems.transitions import BlendTransition, ThroughTransition
 from planner.robots import Joint, load_robot
 from planner.robots.payload import Payload
 from planner.spatial import Pose

@@ -18,7 +18,8 @@ from planner.kinematics import tool_speeds
 from planner.limits import Limits
 from planner.paths import JointPath, solve_path
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import load_robot
 from planner.trajectories.polynomials import SegmentedPolynomial, quintic_hermite
 from tests.planner.problems_of_tests import problem_of, random_position

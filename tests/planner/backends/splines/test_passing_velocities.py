@@ -14,7 +14,8 @@ from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatis
 from planner.limits import Limits
 from planner.planning import plan
 from planner.plans.result import Plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import Robot, load_robot
 from tests.planner.backends.passing_problems import POSITIONS, ROBOT, VELOCITY, passing_at
 from tests.planner.backends.ruckig.ruckig_problems import assert_within_limits, durations_of

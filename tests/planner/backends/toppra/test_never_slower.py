@@ -19,14 +19,8 @@ from planner.paths import JointPath, solve_path
 from planner.planning import plan
 from planner.plans.result import certified_plan
 from planner.problems.check import check_problem
-from planner.problems.problem import (
-    CircularMotion,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    ThroughTransition,
-)
+from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import ThroughTransition
 from planner.robots import load_robot
 from planner.spatial import Pose, rotation_from_rpy
 from tests.planner.problems_of_tests import PARTS, REQUESTS, path_problems, problem_of, problems, try_on_random

@@ -12,7 +12,8 @@ from planner.backends import Toppra
 from planner.backends.toppra import reachability
 from planner.errors import InfeasibleDuration
 from planner.planning import plan
-from planner.problems.problem import PlanningProblem, StopTransition
+from planner.problems.problem import PlanningProblem
+from planner.problems.transitions import StopTransition
 from planner.robots import load_robot
 from tests.planner.backends.toppra.toppra_problems import (
     KUKA,

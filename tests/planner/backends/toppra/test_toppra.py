@@ -17,12 +17,8 @@ from planner.backends import Toppra
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problems.problem import (
-    BlendTransition,
-    JointWaypoint,
-    PlanningProblem,
-    StopTransition,
-)
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import BlendTransition, StopTransition
 from planner.robots import Robot, load_robot
 from planner.robots.payload import Payload
 from tests.planner.backends.toppra.toppra_problems import (

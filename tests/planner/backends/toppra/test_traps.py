@@ -18,7 +18,7 @@ from planner.errors import InfeasibleDuration, InvalidProblem, LimitsUnsatisfiab
 from planner.limits import Limits
 from planner.paths import solve_path
 from planner.planning import plan
-from planner.problems.problem import StopTransition
+from planner.problems.transitions import StopTransition
 from planner.robots import load_robot
 from tests.locations import ROOT
 from tests.planner.backends.toppra.toppra_problems import (
@@ -170,7 +170,8 @@ def test_trap_the_package_is_imported_by_the_first_plan_that_needs_it() -> None:
 import sys
 from planner.backends import Toppra
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import ThroughTransition
 from planner.robots import load_robot
 PACKAGES = {"toppra", "toppra.solverwrapper.cy_seidel_solverwrapper", "scipy", "matplotlib"}
 ends = [JointWaypoint(position=(q,) * 6) for q in (0.0, 0.5)]

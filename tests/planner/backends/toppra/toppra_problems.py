@@ -11,15 +11,8 @@ from planner.kinematics import tool_speeds
 from planner.kinematics.forward import tool_pose
 from planner.limits import Limits
 from planner.plans.result import Plan
-from planner.problems.problem import (
-    CircularMotion,
-    JointWaypoint,
-    LinearMotion,
-    PlanningProblem,
-    PoseWaypoint,
-    StopTransition,
-    ThroughTransition,
-)
+from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
+from planner.problems.transitions import StopTransition, ThroughTransition
 from planner.robots import Robot, load_robot
 from planner.spatial import Pose
 from tests.planner.problems_of_tests import problem_of
