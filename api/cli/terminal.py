@@ -16,6 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from planner.kinematics import configurations
+from planner.quantities import MEASURES
 from planner.robots.description import LIMITED_QUANTITIES
 
 if TYPE_CHECKING:
@@ -41,40 +42,6 @@ FILE_WIDTH = 100
 
 CLOSE_TO_LIMIT = 0.9
 """The share of a limit from which on it is shown in yellow."""
-
-ANGLE_UNITS = {
-    "position": "rad",
-    "velocity": "rad/s",
-    "acceleration": "rad/s²",
-    "jerk": "rad/s³",
-    "torque": "N m",
-    "passing_velocity_error": "rad/s",
-}
-"""The units of the quantities of a joint that turns."""
-
-LENGTH_UNITS = {
-    "position": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s²",
-    "jerk": "m/s³",
-    "torque": "N",
-    "passing_velocity_error": "m/s",
-}
-"""The units of the quantities of a joint that slides."""
-
-TOOL_UNITS = {
-    "tcp_linear_velocity": "m/s",
-    "tcp_angular_velocity": "rad/s",
-    "tcp_linear_acceleration": "m/s²",
-    "tcp_angular_acceleration": "rad/s²",
-    "tcp_centripetal_acceleration": "m/s²",
-    "tcp_linear_jerk": "m/s³",
-    "tcp_angular_jerk": "rad/s³",
-    "path_position_deviation": "m",
-    "path_orientation_deviation": "rad",
-    "blend_deviation": "m",
-}
-"""The units of the quantities of the tool."""
 
 
 def terminal(*, stderr: bool = False) -> Console:
@@ -222,9 +189,9 @@ def certificate_table(certificate: Certificate, robot: Robot) -> Table:
     table = plain_table("quantity", "worst joint", "peak", "of limit", "share", "", "at (s)", "check", right=NUMBERS)
     table.title = title
     for check in certificate.checks:
-        limit = "none" if check.limit is None else f"{check.limit:.4g} {_unit(check, robot)}"
+        limit = "none" if check.limit is None else f"{check.limit:.4g} {check.unit(robot)}"
         table.add_row(
-            check.quantity.replace("tcp_", "tool ").removesuffix("_deviation").replace("_", " "),
+            MEASURES[check.quantity].title.lower(),
             check.joint or "",
             f"{check.peak:.4g}",
             limit,
@@ -260,13 +227,6 @@ def _speed_zone(check: SpeedZoneCheck) -> str:
     return f"{zone} no faster than {peak} of {check.limit:g} m/s, at {check.time:.3f} s"
 
 
-def _unit(check: Check, robot: Robot) -> str:
-    if check.joint is None:
-        return TOOL_UNITS[check.quantity]
-    joint = robot.joints[robot.joint_names.index(check.joint)]
-    return (ANGLE_UNITS if joint.is_angle else LENGTH_UNITS)[check.quantity]
-
-
 def _bar(check: Check) -> Text:
     if check.ratio is None:
         return Text(" " * BAR_WIDTH)
@@ -283,14 +243,14 @@ def _share_style(ratio: float) -> str:
 def _position_range(joint: Joint) -> str:
     if joint.lower == -float("inf") and joint.upper == float("inf"):
         return "none"
-    return f"{joint.lower:.4g} .. {joint.upper:.4g} {(ANGLE_UNITS if joint.is_angle else LENGTH_UNITS)['position']}"
+    return f"{joint.lower:.4g} .. {joint.upper:.4g} {MEASURES['position'].unit_at(joint.is_angle)}"
 
 
 def _limit(joint: Joint, quantity: str) -> str:
     value: float = getattr(joint, quantity)
     if value == float("inf"):
         return "none"
-    return f"{value:.4g} {(ANGLE_UNITS if joint.is_angle else LENGTH_UNITS)[quantity]}"
+    return f"{value:.4g} {MEASURES[quantity].unit_at(joint.is_angle)}"
 
 
 def _origin(provenance: str | None) -> Text:

@@ -137,7 +137,8 @@ class Check(Answer):
     across its path), `tcp_linear_jerk`, `tcp_angular_jerk`; and how far the tool is off the path asked:
     `path_position_deviation`, `path_orientation_deviation`, `blend_deviation`; of `min_effort` how far it is off
     straight joint motions, m: `tool_deviation`; and how far the farthest joint is, rad or m: `joint_deviation`; where a
-    velocity is asked at a waypoint, how far a joint's is off, rad/s or m/s: `passing_velocity_error`."""
+    velocity is asked at a waypoint, how far a joint's is off, rad/s or m/s: `passing_velocity_error`; where a duration,
+    a least one or a dwell is asked, how far one is off, s: `duration_error`."""
     joint: str | None
     """The name of the joint that uses most of its limit; null: the quantity is the tool's."""
     peak: float

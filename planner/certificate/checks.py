@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from planner.quantities import MEASURES
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
     from planner.certificate.clearance import ClearanceReport
     from planner.certificate.speed_zones import SpeedZoneCheck
+    from planner.robots import Robot
 
 
 @dataclass(frozen=True)
@@ -17,8 +19,8 @@ class Check:
     """The worst of one quantity over the trajectory.
 
     Attributes:
-        quantity: The quantity, one of `QUANTITIES`, or a deviation of the tool from its path.
-        joint: The worst joint; None for the tool's speeds.
+        quantity: The quantity, one of `planner.quantities.MEASURES`.
+        joint: The worst joint; None: the quantity is not one of joints.
         peak: Its most extreme value: signed for a position, a magnitude otherwise.
         limit: The limit there; None: there is none.
         ratio: Share of the limit that is used: 1 is all of it. A position counts from the middle of its range.
@@ -39,6 +41,20 @@ class Check:
     method: Literal["exact", "sampled"]
     enforced: bool
     bounded: bool
+
+    def __post_init__(self) -> None:
+        """Refuse a quantity that could not be shown.
+
+        Raises:
+            ValueError: It has no title and no unit.
+        """
+        if self.quantity not in MEASURES:
+            raise ValueError(f"the quantity {self.quantity!r} has no title and unit in planner.quantities")
+
+    def unit(self, robot: Robot) -> str:
+        """Return the unit of the peak and of the limit, of a check of this robot."""
+        is_angle = self.joint is None or robot.joints[robot.joint_names.index(self.joint)].is_angle
+        return MEASURES[self.quantity].unit_at(is_angle)
 
     @property
     def satisfied(self) -> bool:

@@ -13,6 +13,7 @@ from planner.backends.base import Searching
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
+from planner.certificate.durations import certify_durations
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
 from planner.certificate.limits import certificate_of
 from planner.certificate.passages import certify_passages
@@ -301,6 +302,7 @@ def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, tr
     wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
     checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints)
     checks += certify_passages(trajectory, path.robot.joint_names, path.passed_at)
+    checks += certify_durations(trajectory, problem.waypoints, problem.duration)
     if leaves_straight_motions(backend):
         checks += certify_joint_motions(trajectory, path.dynamics, problem.waypoints, path.positions, backend)
     return certificate_of(

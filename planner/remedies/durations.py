@@ -18,7 +18,7 @@ from planner.limits import Limits
 from planner.remedies.higher_limits import higher_limits, limit_of
 from planner.remedies.lighter_payload import lighter_payload
 from planner.remedies.proved import first_proved, of_plan, plan_with
-from planner.timing.durations import durations_sharing
+from planner.timing.durations import durations_sharing, minimum_durations
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def duration_remedies(
     limits, kept = path.limits, enforced(backend)
     durations = path.durations
     if problem.duration is not None:
-        durations = durations_sharing(path, plan.trajectory, problem.duration)
+        durations = durations_sharing(path, plan.trajectory, problem.duration, minimum_durations(problem))
         if (durations[path.moving] <= 0.0).any():
             return remedies  # the durations asked leave no time: no limits are high enough for that
     faster = _faster(plan.trajectory, path, durations)

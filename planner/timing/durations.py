@@ -31,7 +31,7 @@ within a few percent."""
 
 
 def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPath) -> Trajectory:
-    """Put time on a path, in no less than the least durations of segments and in the duration of the whole.
+    """Put time on a path, in no less than the minimum durations of segments and in the duration of the whole.
 
     Args:
         problem: What is asked.
@@ -42,7 +42,7 @@ def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPa
         InfeasibleDuration: A duration that is asked, of a segment or of the whole, is shorter than the limits allow.
         PlanningError: Another refusal of the back end.
     """
-    least = np.array([waypoint.minimum_duration for waypoint in problem.waypoints[1:]])
+    least = minimum_durations(problem)
     at_once = backend.without_search() if isinstance(backend, Searching) else backend
     if problem.duration is None:
         if at_once is not backend and least.any():
@@ -54,10 +54,15 @@ def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPa
     if problem.duration < fastest.duration * (1.0 - DURATION_TOLERANCE) and at_once is backend:
         raise duration_error(problem.duration, fastest.duration)
     try:
-        trajectory = _lengthened(backend, path, fastest, durations_sharing(path, fastest, problem.duration))
+        trajectory = _lengthened(backend, path, fastest, durations_sharing(path, fastest, problem.duration, least))
         return _ending_at(trajectory, problem.duration)
     except InfeasibleDuration:
         raise duration_error(problem.duration, fastest.duration) from None
+
+
+def minimum_durations(problem: PlanningProblem) -> FloatArray:
+    """Return the minimum duration of each segment (segments,), s; 0: none."""
+    return np.array([waypoint.minimum_duration for waypoint in problem.waypoints[1:]])
 
 
 def in_longer_durations(path: JointPath, fastest: Trajectory, duration: float | None) -> Trajectory:
@@ -87,15 +92,30 @@ def _factors(trajectory: Trajectory, asked: FloatArray) -> FloatArray:
     return np.divide(asked, own, out=np.ones_like(own), where=~np.isnan(asked) & (own > 0.0))
 
 
-def durations_sharing(path: JointPath, fastest: Trajectory, duration: float) -> FloatArray:
+def durations_sharing(
+    path: JointPath, fastest: Trajectory, duration: float, least: FloatArray | float = 0.0
+) -> FloatArray:
     """Return the durations (segments,), s, with which a trajectory takes so long as a whole.
 
-    Segments without a duration of their own share what is left, each in the proportion of the time that it takes.
+    Segments without a duration of their own share what is left, each in the proportion of the time that it takes; those
+    whose share is shorter than their minimum duration get that.
+
+    Args:
+        path: The path, with the durations of single segments.
+        fastest: A trajectory on it.
+        duration: The duration of the whole, s.
+        least: (segments,), the minimum durations of segments, or of all of them, s.
     """
-    own = _durations_of(fastest)
-    free = np.isnan(path.durations) & (own > 0.0)
-    left = duration - (fastest.duration - own[free].sum())
-    return np.where(free, own * max(left, 0.0) / max(float(own[free].sum()), np.finfo(float).tiny), path.durations)
+    own, durations = _durations_of(fastest), path.durations
+    while True:
+        free = np.isnan(durations) & (own > 0.0)
+        fixed = np.where(np.isnan(durations), own, durations)[~free].sum()
+        left = max(duration - (fastest.duration - own.sum()) - float(fixed), 0.0)
+        shared = np.where(free, own * left / max(float(own[free].sum()), np.finfo(float).tiny), durations)
+        short = free & (shared < least)
+        if not short.any():
+            return shared
+        durations = np.where(short, least, durations)
 
 
 def duration_error(asked: float, shortest: float) -> InfeasibleDuration:

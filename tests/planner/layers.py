@@ -8,6 +8,7 @@ LAYERS = (
     "errors",
     "tolerances",
     "last_used",
+    "quantities",
     "trajectories",
     "guarantees",
     "shapes",

@@ -1,0 +1,72 @@
+"""The check of the requested durations: of segments, of dwells and of the whole trajectory."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.checks import Check
+from planner.tolerances import LIMIT_TOLERANCE, POSITION_TOLERANCE, ROUNDING
+from planner.trajectories.polynomials import cumulative_sums, powers
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.problems.problem import AnyWaypoint
+    from planner.spatial import FloatArray
+    from planner.trajectories.trajectory import Trajectory
+
+DURATION_ERROR = "duration_error"
+"""The quantity of the check: by how much a duration differs from the requested one, or falls short of a minimum, s."""
+
+
+def certify_durations(trajectory: Trajectory, waypoints: Sequence[AnyWaypoint], whole: float | None) -> list[Check]:
+    """Check durations, minimum durations and dwells against the request.
+
+    Args:
+        trajectory: The trajectory to be checked.
+        waypoints: The requested waypoints.
+        whole: The requested duration of the whole trajectory, s; None: none.
+
+    Returns:
+        The check of the duration that is farthest off; none if no duration is requested.
+    """
+    arrivals, departures = trajectory.arrivals, trajectory.departures
+    exact = [(k, w.duration) for k, w in enumerate(waypoints[1:], 1) if w.duration is not None]
+    least = [(k, w.minimum_duration) for k, w in enumerate(waypoints[1:], 1) if w.minimum_duration > 0.0]
+    dwells = [(k, w.dwell) for k, w in enumerate(waypoints) if w.dwell > 0.0]
+    if not (exact or least or dwells or whole is not None):
+        return []
+    took = np.diff(arrivals, prepend=0.0)
+    took[1:] = arrivals[1:] - departures[:-1]
+    stood = _standing_times(trajectory, arrivals, departures)
+    rows = [(took[k] - asked, asked, arrivals[k]) for k, asked in exact]
+    rows += [(min(took[k] - asked, 0.0), asked, arrivals[k]) for k, asked in least]
+    rows += [(stood[k] - asked, asked, departures[k]) for k, asked in dwells]
+    if whole is not None:
+        rows.append((trajectory.duration - whole, whole, trajectory.duration))
+    errors, asked, times = np.abs(np.array(rows, dtype=np.float64)).T
+    limits = LIMIT_TOLERANCE * asked + ROUNDING * trajectory.duration
+    worst = int((errors / limits).argmax())
+    return [
+        Check(
+            quantity=DURATION_ERROR,
+            joint=None,
+            peak=float(errors[worst]),
+            limit=float(limits[worst]),
+            ratio=float(errors[worst] / limits[worst]),
+            time=float(times[worst]),
+            method="exact",
+            enforced=True,
+            bounded=True,
+        )
+    ]
+
+
+def _standing_times(trajectory: Trajectory, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return the time (N,), s, during which no joint moves between times (N,) and (N,)."""
+    sizes = np.abs(trajectory.coefficients) * powers(trajectory.lengths, trajectory.coefficients.shape[2])[:, None]
+    stands = sizes[..., 1:].max(axis=(1, 2), initial=0.0) <= POSITION_TOLERANCE
+    until = cumulative_sums(np.where(stands, trajectory.lengths, 0.0))
+    return np.interp(ends, trajectory.breakpoints, until) - np.interp(starts, trajectory.breakpoints, until)

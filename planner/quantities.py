@@ -1,0 +1,47 @@
+"""The quantities of the certificate: their titles and units, for everything that shows them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Measure(NamedTuple):
+    """A quantity as people are shown it.
+
+    Attributes:
+        title: Its name, to begin a line with.
+        unit: Its unit; at a joint that slides `unit_of_sliding`, where that differs.
+        unit_of_sliding: Its unit at a joint that slides; None: `unit`.
+    """
+
+    title: str
+    unit: str
+    unit_of_sliding: str | None = None
+
+    def unit_at(self, is_angle: bool) -> str:
+        """Return the unit at a joint that turns, or at one that slides."""
+        return self.unit if is_angle or self.unit_of_sliding is None else self.unit_of_sliding
+
+
+MEASURES = {
+    "position": Measure("Position", "rad", "m"),
+    "velocity": Measure("Velocity", "rad/s", "m/s"),
+    "acceleration": Measure("Acceleration", "rad/s²", "m/s²"),
+    "jerk": Measure("Jerk", "rad/s³", "m/s³"),
+    "torque": Measure("Torque", "N m", "N"),
+    "tcp_linear_velocity": Measure("Tool speed", "m/s"),
+    "tcp_angular_velocity": Measure("Tool turning speed", "rad/s"),
+    "tcp_linear_acceleration": Measure("Tool acceleration", "m/s²"),
+    "tcp_angular_acceleration": Measure("Tool turning acceleration", "rad/s²"),
+    "tcp_centripetal_acceleration": Measure("Tool acceleration across", "m/s²"),
+    "tcp_linear_jerk": Measure("Tool jerk", "m/s³"),
+    "tcp_angular_jerk": Measure("Tool turning jerk", "rad/s³"),
+    "path_position_deviation": Measure("Off the path", "m"),
+    "path_orientation_deviation": Measure("Off the orientation", "rad"),
+    "blend_deviation": Measure("Corners cut by", "m"),
+    "passing_velocity_error": Measure("Passing velocity error", "rad/s", "m/s"),
+    "duration_error": Measure("Duration error", "s"),
+    "tool_deviation": Measure("Tool off the straight motion", "m"),
+    "joint_deviation": Measure("Joint off the straight motion", "rad", "m"),
+}
+"""Every quantity that a check of the certificate may have: no `Check` is made of another."""
