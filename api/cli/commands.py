@@ -47,7 +47,7 @@ RobotOption = Annotated[
     typer.Option(
         "--robot",
         metavar="ROBOT",
-        help="Robot in place of the request's: one of the catalogue, or a URDF file.",
+        help="Robot in place of the request's: one of the catalogue, a URDF file, or a JSON file for POST /v1/robots.",
         autocompletion=_robot_ids,
     ),
 ]

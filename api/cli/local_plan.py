@@ -65,7 +65,7 @@ def format_of(name: str) -> Format | None:
 
 
 def render(solved: Plan, request: PlanRequest, form: Format, definition: bytes | None = None) -> bytes:
-    """Write the plan in that format, sampled as the request asks.
+    """Write the plan in that format, sampled as the request asks; in JSON with the polynomials, for `planner validate`.
 
     Args:
         solved: The plan.
@@ -73,7 +73,8 @@ def render(solved: Plan, request: PlanRequest, form: Format, definition: bytes |
         form: The format.
         definition: The model of a robot that is not of the catalogue, as canonical JSON.
     """
-    options = ExportOptions(request.sample_period, frozenset(request.include), request_hash(request, definition))
+    include = {*request.include, *(("polynomials",) if form is FORMATS["json"] else ())}
+    options = ExportOptions(request.sample_period, frozenset(include), request_hash(request, definition))
     return form.render(solved, options)
 
 

@@ -1,4 +1,4 @@
-"""The robot that a command line names: one of the catalogue, or a URDF file."""
+"""The robot that a command line names: one of the catalogue, or one described in a file."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import orjson
+from pydantic import TypeAdapter, ValidationError
+
 from api.content.digests import canonical
 from api.conversion.problems import to_robot
-from api.errors import invalid
-from api.schemas.robots import UrdfModel
+from api.errors import invalid, invalid_request
+from api.schemas.robots import RobotDefinition, RobotModel, UrdfModel
+from api.tasks.robots import without_name
 from planner.robots import load_robot
 
 if TYPE_CHECKING:
@@ -25,12 +29,12 @@ class NamedRobot:
     """The robot of a command line.
 
     Attributes:
-        id: Its id; that of a file is the file's name without its suffix.
+        id: Its id; that of a URDF file is the file's name without its suffix.
         model: The model in a file; None: the id is one of the catalogue.
     """
 
     id: str
-    model: UrdfModel | None = None
+    model: RobotModel | None = None
 
     def load(self) -> Robot:
         """Make the robot.
@@ -44,32 +48,51 @@ class NamedRobot:
     @property
     def definition(self) -> bytes | None:
         """The model as the service keeps it, as canonical JSON; None: the service has the robot in its catalogue."""
-        return None if self.model is None else canonical(self.model)
+        return None if self.model is None else canonical(self.model, exclude={"id", "visibility"})
 
 
 def named_robot(name: str, srdf: Path | None = None, tip_frame: str | None = None) -> NamedRobot:
-    """Find what a name stands for: a URDF file if there is one, or else a robot of the catalogue.
+    """Find what a name stands for: a file if there is one, or else a robot of the catalogue.
 
     Args:
-        name: The path of a URDF file, or an id.
+        name: The path of a URDF file, or of a JSON file with a request of POST /v1/robots, or an id.
         srdf: The SRDF file that goes with a URDF file.
         tip_frame: The link of a URDF file that poses are about; None: the one at the end of the arm.
 
     Raises:
         OSError: A file cannot be read.
         UnicodeDecodeError: A file is no text.
-        InvalidRequest: An SRDF file or a tip frame goes with a robot of the catalogue.
+        InvalidRequest: An SRDF file or a tip frame goes with no URDF file; a JSON file has no request.
     """
     path = Path(name)
+    is_urdf = path.is_file() and path.suffix != ".json"
+    if not is_urdf and (srdf is not None or tip_frame is not None):
+        raise invalid([{"pointer": "/robot", "message": f"an SRDF or a tip goes with a URDF file; {name} is none"}])
     if not path.is_file():
-        if srdf is not None or tip_frame is not None:
-            raise invalid([{"pointer": "/robot", "message": f"an SRDF or a tip goes with a URDF file; {name} is none"}])
         return NamedRobot(name)
-    robot_id = re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem).lstrip("_.-")[:LONGEST_ID] or "robot"
+    if not is_urdf:
+        return _described_robot(path)
     model = UrdfModel(
         kind="urdf",
         urdf=path.read_text(encoding="utf-8"),
         srdf=None if srdf is None else srdf.read_text(encoding="utf-8"),
         tip_frame=tip_frame,
     )
-    return NamedRobot(robot_id, model)
+    return NamedRobot(_id_of(path), model)
+
+
+def _described_robot(path: Path) -> NamedRobot:
+    """Read the robot in a request of POST /v1/robots; one derived from another needs that in the catalogue."""
+    try:
+        document = orjson.loads(path.read_bytes())
+        definition = TypeAdapter(RobotDefinition).validate_python(document)
+    except orjson.JSONDecodeError as error:
+        raise invalid([{"pointer": "", "message": f"not JSON: {error}"}]) from None
+    except ValidationError as error:
+        raise invalid_request(error, document) from None
+    return NamedRobot(definition.id or _id_of(path), without_name(definition, None))
+
+
+def _id_of(path: Path) -> str:
+    """Return the id of a robot in a file."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", path.stem).lstrip("_.-")[:LONGEST_ID] or "robot"

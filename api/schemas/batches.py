@@ -22,8 +22,8 @@ class VariedField(Schema):
     """A field of the template that takes one value after the other."""
 
     pointer: Annotated[str, Field(pattern="^(/[^/]*)+$", max_length=200)]
-    """Where the field is, as a JSON pointer (RFC 6901) into the template; its last step may be a field that the
-    template does not have."""
+    """Where the field is, as a JSON pointer (RFC 6901) into the template. The template may leave out the field, and the
+    objects of a plan request around it: `/limits/velocity_scale` needs no `limits` there."""
     values: Annotated[list[Any], Field(min_length=1, max_length=MOST_REQUESTS)]
     """The values that it takes, in the unit of the field."""
 

@@ -11,6 +11,7 @@ import orjson
 
 from api.errors import ServiceError, invalid
 from api.schemas import batches as schemas
+from api.schemas.requests import PlanRequest
 from api.size import has_too_many_rows
 from api.tasks.work import validated
 
@@ -98,7 +99,7 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
     """Make the requests of a grid; all have the template's pointer.
 
     Raises:
-        InvalidRequest: There are too many, or the template has no such field.
+        InvalidRequest: There are too many, or a plan request has no such field.
     """
     number = math.prod(len(field.values) for field in grid.vary)
     if number > most:
@@ -108,9 +109,11 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
     pointers = [field.pointer.replace("~1", "/").split("/")[1:] for field in grid.vary]
     for k, steps in enumerate(pointers):
         try:
+            if len(steps) > 1 and steps[0] not in PlanRequest.model_fields:
+                raise LookupError
             _put(orjson.loads(content), steps, None)
         except (LookupError, ValueError, TypeError):
-            fault = {"pointer": f"/vary/{k}/pointer", "message": "the template has nothing there"}
+            fault = {"pointer": f"/vary/{k}/pointer", "message": "a plan request has nothing there"}
             raise invalid([fault]) from None
     return _varied(content, pointers, [field.values for field in grid.vary])
 
@@ -124,7 +127,10 @@ def _varied(content: bytes, pointers: list[list[str]], values: list[list[Any]]) 
 
 
 def _put(document: Any, steps: list[str], value: Any) -> None:
+    """Put a value into a document; objects on the way to it that the document leaves out are made."""
     for step in steps[:-1]:
+        if isinstance(document, dict) and document.get(step) is None:
+            document[step] = {}
         document = document[int(step) if isinstance(document, list) else step]
     last: Any = int(steps[-1]) if isinstance(document, list) else steps[-1]
     document[last] = value

@@ -78,7 +78,7 @@ def add_robot(work: Work) -> Reply:
         if named.id in catalogue_ids():
             raise CatalogueRobot(f"{named.id} is a robot of the catalogue; choose another id")
         files = unpacked(named.meshes) if isinstance(named, schemas.UrdfRobot) and named.meshes else {}
-        model = _without_name(named, work.arguments.get("definition"))
+        model = without_name(named, work.arguments.get("definition"))
     with work.stage("plan"):
         robot = to_robot(model, named.id or "added")
         remarks = robot.collision_findings if isinstance(model, schemas.DhModel) else ()
@@ -96,7 +96,7 @@ def add_robot(work: Work) -> Reply:
     )
 
 
-def _without_name(named: Any, base: bytes | None) -> Any:
+def without_name(named: Any, base: bytes | None) -> Any:
     """Return the robot without its name; a derived one with the definition of the robot that it is made from.
 
     Args:

@@ -63,9 +63,22 @@ def test_a_sweep_writes_a_file_for_each_plan_and_tells_of_refusals(service: Runn
     assert "infeasible_duration" in result.stderr and "2.000 to 2.000 s" in result.stderr
 
 
+def test_a_sweep_varies_fields_whose_objects_the_template_leaves_out(service: RunningService, tmp_path: Path) -> None:
+    """At half of the velocity limits a cubic that is limited by them takes twice as long."""
+    template = tmp_path / "template.json"
+    ends = [joint(0.0, 0.5, 0.5), joint(2.0, 0.5, 0.5)]
+    template.write_text(json.dumps(plan_request(waypoints=ends)))
+    vary = ["--vary", "/limits/velocity_scale=[0.1,0.05]", "--vary", "/waypoints/1/limits/velocity_scale=[1.0,0.5]"]
+    result = planner("sweep", template, *vary, "-o", tmp_path / "out", "--url", service.url)
+    assert result.exit_code == 0, result.output
+    durations = [line["duration"] for line in lines(tmp_path / "out")]
+    assert durations == pytest.approx([durations[0] * times for times in (1.0, 2.0, 2.0, 4.0)])
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
+        (["sweep", "FILE", "--vary", "/waypoints/9/duration=[1]"], "/grid/vary/0/pointer"),
         (["sweep", "FILE", "--vary", "/backend=cubic"], "no JSON list"),
         (["sweep", "FILE", "--vary", "/no/such/field=[1]"], "/grid/vary/0/pointer"),
         (["batch", "FILE", "--format", "of_nobody"], "not_acceptable"),

@@ -10,11 +10,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import orjson
 import pinocchio as pin
 import pytest
 from typer.testing import CliRunner, Result
 
 from api.cli import app, commands
+from planner.backends import BACKENDS
 from planner.kinematics import forward_kinematics
 from planner.robots import load_robot
 from tests.api.conftest import RunningService
@@ -82,7 +84,9 @@ def test_plan_writes_what_the_service_answers(service: RunningService, tmp_path:
     request = EXAMPLES / "three_joint_arm_first.json"
     assert planner("plan", request, "-o", tmp_path / "out.json").exit_code == 0
     answer = service.client.post("/v1/trajectories", json=json.loads(request.read_bytes())).raise_for_status()
-    assert (tmp_path / "out.json").read_bytes() == answer.content
+    written = orjson.loads((tmp_path / "out.json").read_bytes())
+    assert written.pop("polynomials")  # a plan in a file is one that can be validated
+    assert orjson.dumps(written) == answer.content
 
 
 def test_plan_writes_csv(request_file: Path, tmp_path: Path) -> None:
@@ -245,6 +249,26 @@ def test_a_robot_of_a_file_is_planned_for(tmp_path: Path) -> None:
     assert answers[0]["request_hash"] != answers[1]["request_hash"]
 
 
+def test_a_robot_that_is_derived_in_a_file_is_planned_for(tmp_path: Path) -> None:
+    rail = EXAMPLES / "robots" / "ur5e_on_rail.json"
+    result = planner("plan", EXAMPLES / "along_a_rail.json", "--robot", rail, "-o", tmp_path / "out.json")
+    assert result.exit_code == 0, result.stderr
+    answer = json.loads((tmp_path / "out.json").read_text())
+    assert answer["robot"] == "ur5e_on_rail"
+    assert answer["joint_names"][0] == "rail"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("{", "not JSON"), ("[]", "invalid_request"), ('{"kind": "dh", "joints": []}', "/convention")]
+)
+def test_a_file_that_describes_no_robot_is_a_problem(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "robot.json"
+    file.write_text(text)
+    result = planner("robots", file)
+    assert result.exit_code == 1
+    assert said in result.stderr
+
+
 def test_a_srdf_names_the_tip(tmp_path: Path) -> None:
     urdf, srdf = tmp_path / "arm.urdf", tmp_path / "arm.srdf"
     text = (ROOT / "planner/robots/data/kuka_kr16_2.urdf").read_text()
@@ -291,6 +315,16 @@ def test_ik_says_why_there_is_no_solution() -> None:
     assert result.exit_code == 1
     assert "unreachable_waypoint" in result.stderr
     assert "nearest" in result.stderr
+
+
+@pytest.mark.parametrize("kind", sorted(BACKENDS.keys() - {"min_effort"}))
+def test_a_plan_that_is_piped_into_validate_keeps_its_limits(kind: str) -> None:
+    """The samples of a quintic alone break its limit of jerk where two of its pieces meet between them."""
+    written = planner("plan", EXAMPLES / "welding.json", "--backend", kind, "-o", "-")
+    assert written.exit_code == 0, written.stderr
+    result = planner("validate", "-", stdin=written.stdout)
+    assert result.exit_code == 0, result.stdout + result.stderr
+    assert "interpolation: polynomials" in result.stdout
 
 
 @pytest.mark.parametrize("suffix", ["csv", "json"])

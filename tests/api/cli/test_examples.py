@@ -1,0 +1,48 @@
+"""Every example and every job through `planner plan`, into each kind of file, and back through `planner validate`."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+from typer.testing import CliRunner
+
+from api.cli import app
+from tests.locations import ROOT
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+EXAMPLES = ROOT / "examples"
+FILES = sorted(
+    str(path.relative_to(EXAMPLES)) for folder in ("", "jobs") for path in (EXAMPLES / folder).glob("*.json")
+)
+ONCE_CRASHED = ("least_effort.json", "jobs/inspection.json")
+"""Those with quantities that once had no unit."""
+FILES_WRITTEN = {"-o": "plan.json", "--report": "report.html", "--plot": "picture.svg"}
+
+
+def planned(name: str, folder: Path) -> None:
+    """Plan an example as a person does who wants all files, and hold the plan against its limits again."""
+    request = EXAMPLES / name
+    robot = EXAMPLES / "robots" / f"{json.loads(request.read_text())['robot']}.json"
+    written = {option: folder / file for option, file in FILES_WRITTEN.items()}
+    options = [text for option, file in written.items() for text in (option, str(file))]
+    named = ["--robot", str(robot)] if robot.exists() else []
+    result = CliRunner().invoke(app, ["plan", str(request), *options, *named])
+    assert result.exit_code == 0, result.stderr + repr(result.exception)
+    assert all(file.stat().st_size > 1000 for file in written.values())
+    result = CliRunner().invoke(app, ["validate", str(written["-o"]), *named])
+    assert result.exit_code == 0, result.stdout + result.stderr
+
+
+@pytest.mark.parametrize("name", ONCE_CRASHED)
+def test_quantities_of_a_search_are_shown(name: str, tmp_path: Path) -> None:
+    planned(name, tmp_path)
+
+
+@pytest.mark.long_table
+@pytest.mark.parametrize("name", sorted(set(FILES) - set(ONCE_CRASHED)))
+def test_an_example_is_planned_written_and_validated(name: str, tmp_path: Path) -> None:
+    planned(name, tmp_path)
