@@ -27,6 +27,7 @@ MOST_FILES = 14
 """Number of modules that a folder may have."""
 
 LARGER_FOLDERS = {
+    "planner/certificate": "a module for each kind of check",
     "planner/tool_motions": "a module for each kind of path, and for each way in which the joints follow it",
     "api/schemas": "a module for each subject of requests and answers",
     "api/tasks": "a module for each subject of operations",
