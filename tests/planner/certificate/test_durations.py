@@ -11,7 +11,8 @@ import pytest
 from planner.backends import BACKENDS, Cubic, MinEffort
 from planner.certificate.durations import DURATION_ERROR, certify_durations
 from planner.planning import plan
-from planner.problems.problem import JointWaypoint, PlanningProblem, StopTransition, ThroughTransition
+from planner.problems.problem import JointWaypoint, PlanningProblem
+from planner.problems.transitions import StopTransition, ThroughTransition
 from planner.robots import load_robot
 from tests.planner.problems_of_tests import backend_of
 
