@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
-from api.errors import LONGEST_POINTER
+import orjson
+
+from api.errors import LONGEST_POINTER, invalid
 
 if TYPE_CHECKING:
     from api.workers.messages import Caps
@@ -22,6 +25,19 @@ MOST_BESIDES = 1000
 BYTES_OF_A_ROW = 20
 """The bytes of the largest body for each list or object that it may have: honest rows have three numbers and more."""
 
+MOST_DEEP = 32
+"""The most arrays and objects of a body that stand in one another; a request has less than 16. Parsers and serialisers
+call themselves for each, and fail at some hundreds."""
+
+BRACKETS = bytes.maketrans(b"{}", b"[]")
+"""The table that makes braces brackets."""
+
+NEITHER_BRACKETS_NOR_QUOTES = bytes(set(range(256)) - set(b'[]{}"'))
+"""The bytes that say nothing of how deep a body is."""
+
+TEXT = re.compile(rb'"[^"]*"?')
+"""A string between its quotes; one that does not end goes on to the end."""
+
 CAPPED_LISTS = frozenset({"waypoints", "poses"})
 """The lists of a request that `max_waypoints` bounds, whatever their entries are."""
 
@@ -32,6 +48,39 @@ def has_too_many_rows(body: bytes, max_body_bytes: int) -> bool:
     The values of a million empty rows in 3 MB would take a hundred times the memory of the body.
     """
     return body.count(b"[") + body.count(b"{") > max_body_bytes // BYTES_OF_A_ROW
+
+
+def is_too_deep(body: bytes) -> bool:
+    """Tell, before it is parsed, whether a body nests more than `MOST_DEEP` arrays and objects.
+
+    Each pass takes the innermost ones away. Brackets in strings do not count.
+    """
+    unescaped = body.replace(b"\\\\", b"").replace(b'\\"', b"")
+    signs = unescaped.translate(BRACKETS, NEITHER_BRACKETS_NOR_QUOTES).replace(b'""', b"")
+    brackets = TEXT.sub(b"", signs)
+    for _ in range(MOST_DEEP):
+        brackets = brackets.replace(b"[]", b"")
+    return b"[]" in brackets
+
+
+def parse_json(body: bytes, pointer: str | None = None) -> Any:
+    """Parse the JSON of a caller, which is the whole body unless a pointer says where it stands there.
+
+    Raises:
+        InvalidRequest: It is too deep, or no JSON.
+        MemoryError: The parser found no memory.
+    """
+    if is_too_deep(body):
+        message = f"it has more than {MOST_DEEP} arrays and objects in one another"
+        raise invalid([{"pointer": pointer or "", "message": message}])
+    try:
+        return orjson.loads(body)
+    except orjson.JSONDecodeError as error:
+        if error.msg.startswith("Not enough memory"):
+            raise MemoryError from None
+        where = f" (line {error.lineno}, column {error.colno})" if pointer is None else ""
+        message = f"not JSON: {error.msg.partition(': line')[0]}{where}"
+        raise invalid([{"pointer": pointer or "", "message": message}]) from None
 
 
 def rows_of(duration: float, period: float) -> int:

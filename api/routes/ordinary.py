@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any
 
-import orjson
 import structlog
 from fastapi import Response
 from starlette.requests import ClientDisconnect
@@ -19,7 +18,7 @@ from api.pages import DEFAULT_ENTRIES, MOST_ENTRIES
 from api.schemas.common import DEFAULT_DEADLINE
 from api.server.costs import kind_of
 from api.server.traffic import Answer
-from api.size import has_too_many_rows
+from api.size import has_too_many_rows, parse_json
 from api.workers.messages import Reply, Task
 
 if TYPE_CHECKING:
@@ -254,11 +253,7 @@ async def _read_body(request: Request) -> bytes:
 def _parse(body: bytes, max_body_bytes: int) -> dict[str, Any]:
     if has_too_many_rows(body, max_body_bytes):
         raise invalid([{"pointer": "", "message": "it has too many lists and objects, most of them all but empty"}])
-    try:
-        document = orjson.loads(body)
-    except orjson.JSONDecodeError as error:
-        where = f"line {error.lineno}, column {error.colno}"
-        raise invalid([{"pointer": "", "message": f"not JSON: {error.msg.partition(': line')[0]} ({where})"}]) from None
+    document = parse_json(body)
     if not isinstance(document, dict):
         raise invalid([{"pointer": "", "message": "the body must be a JSON object"}])
     return document

@@ -12,7 +12,7 @@ import orjson
 from api.errors import ServiceError, invalid
 from api.schemas import batches as schemas
 from api.schemas.requests import PlanRequest
-from api.size import has_too_many_rows
+from api.size import has_too_many_rows, parse_json
 from api.tasks.work import validated
 
 if TYPE_CHECKING:
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 ESCAPED = re.compile(rb"\\.", re.DOTALL)
 """An escaped character in a string."""
 
+INDEX = re.compile("0|[1-9][0-9]{0,8}")
+"""An index of an array in a JSON pointer."""
+
 STEPS = {ord("["): 1, ord("{"): 1, ord("]"): -1, ord("}"): -1}
 """How much deeper a character leads into a document."""
 
@@ -30,7 +33,7 @@ STEPS = {ord("["): 1, ord("{"): 1, ord("]"): -1, ord("}"): -1}
 def of_lines(body: bytes, first: int) -> Iterator[tuple[Any, str]]:
     """Find the requests of a body, or of a piece of one, that has one a line; the first has this index."""
     lines = (line for line in body.split(b"\n") if line.strip())
-    return ((_parsed(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
+    return ((parse_json(line, f"/requests/{index}"), f"/requests/{index}") for index, line in enumerate(lines, first))
 
 
 def of_document(work: Work, most: int) -> Iterator[tuple[Any, str]]:
@@ -76,23 +79,14 @@ def _without_objects(body: bytes) -> tuple[Any, list[bytes]]:
     of_lists = (characters[places[begins]] == ord("{")) & (characters[places[holders]] == ord("["))
     edges = np.stack([places[begins], places[ends] + 1], axis=-1)[of_lists].ravel().tolist()
     rest = b"{}".join(body[i:j] for i, j in zip([0, *edges[1::2]], [*edges[::2], len(body)], strict=True))
-    return _parsed(rest, ""), [body[i:j] for i, j in zip(edges[::2], edges[1::2], strict=True)]
+    return parse_json(rest, ""), [body[i:j] for i, j in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _put_back(requests: list[Any], objects: list[bytes]) -> Iterator[tuple[Any, str]]:
     left = iter(objects)
     for index, request in enumerate(requests):
         pointer = f"/requests/{index}"
-        yield _parsed(next(left), pointer) if isinstance(request, dict) else request, pointer
-
-
-def _parsed(body: bytes, pointer: str) -> Any:
-    try:
-        return orjson.loads(body)
-    except orjson.JSONDecodeError as error:
-        if error.msg.startswith("Not enough memory"):
-            raise MemoryError from None
-        raise invalid([{"pointer": pointer, "message": f"not JSON: {error.msg.partition(': line')[0]}"}]) from None
+        yield parse_json(next(left), pointer) if isinstance(request, dict) else request, pointer
 
 
 def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
@@ -106,31 +100,65 @@ def _combinations(grid: schemas.Grid, most: int) -> Iterator[tuple[Any, str]]:
         message = f"{number} combinations are more than the {most} requests that a batch may have"
         raise invalid([{"pointer": "/vary", "message": message}])
     content = orjson.dumps(grid.template)
-    pointers = [field.pointer.replace("~1", "/").split("/")[1:] for field in grid.vary]
-    for k, steps in enumerate(pointers):
+    for k, field in enumerate(grid.vary):
         try:
+            steps = _steps_of(field.pointer)
             if len(steps) > 1 and steps[0] not in PlanRequest.model_fields:
-                raise LookupError
+                raise NothingThere
             _put(orjson.loads(content), steps, None)
-        except (LookupError, ValueError, TypeError):
-            fault = {"pointer": f"/vary/{k}/pointer", "message": "a plan request has nothing there"}
-            raise invalid([fault]) from None
-    return _varied(content, pointers, [field.values for field in grid.vary])
+        except NothingThere:
+            raise invalid([{"pointer": f"/vary/{k}/pointer", "message": "a plan request has nothing there"}]) from None
+    return _varied(content, grid.vary)
 
 
-def _varied(content: bytes, pointers: list[list[str]], values: list[list[Any]]) -> Iterator[tuple[Any, str]]:
-    for combination in itertools.product(*values):
+class NothingThere(Exception):
+    """A pointer leads to nothing."""
+
+
+def _varied(content: bytes, vary: list[schemas.VariedField]) -> Iterator[tuple[Any, str]]:
+    """Put each combination of values into the template.
+
+    Raises:
+        InvalidRequest: A value of one field takes away what another pointer leads into.
+    """
+    paths = [_steps_of(field.pointer) for field in vary]
+    for combination in itertools.product(*(field.values for field in vary)):
         request = orjson.loads(content)
-        for steps, value in zip(pointers, combination, strict=True):
-            _put(request, steps, value)
+        for k, (steps, value) in enumerate(zip(paths, combination, strict=True)):
+            try:
+                _put(request, steps, value)
+            except NothingThere:
+                message = "the template has nothing there once another field has one of its values"
+                raise invalid([{"pointer": f"/grid/vary/{k}/pointer", "message": message}]) from None
         yield request, "/grid/template"
 
 
+def _steps_of(pointer: str) -> list[str]:
+    """Take a JSON pointer apart (RFC 6901, Section 4)."""
+    return [step.replace("~1", "/").replace("~0", "~") for step in pointer.split("/")[1:]]
+
+
 def _put(document: Any, steps: list[str], value: Any) -> None:
-    """Put a value into a document; objects on the way to it that the document leaves out are made."""
+    """Put a value into a document; objects on the way to it that the document leaves out are made.
+
+    Raises:
+        NothingThere: A step leads into what is no object, or to no entry of an array.
+    """
     for step in steps[:-1]:
         if isinstance(document, dict) and document.get(step) is None:
             document[step] = {}
-        document = document[int(step) if isinstance(document, list) else step]
-    last: Any = int(steps[-1]) if isinstance(document, list) else steps[-1]
-    document[last] = value
+        document = document[_key_of(document, step)]
+    document[_key_of(document, steps[-1])] = value
+
+
+def _key_of(document: Any, step: str) -> str | int:
+    """Read a step of a pointer as the name of a field or the index of an entry; `-1` and `00` are no indices.
+
+    Raises:
+        NothingThere: It can be neither.
+    """
+    if isinstance(document, dict):
+        return step
+    if isinstance(document, list) and INDEX.fullmatch(step) and int(step) < len(document):
+        return int(step)
+    raise NothingThere

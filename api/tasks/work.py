@@ -15,7 +15,7 @@ from api.content.digests import sha256
 from api.errors import UnknownScene, invalid, invalid_request
 from api.schemas.robots import RobotModel
 from api.schemas.scenes import Scene
-from api.size import size_faults
+from api.size import parse_json, size_faults
 from api.workers.messages import Reply
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def validated(schema: Any, body: bytes, caps: Caps) -> Any:
     Raises:
         InvalidRequest: With everything that is wrong with it.
     """
-    document = orjson.loads(body)
+    document = parse_json(body)
     faults = size_faults(document, caps)
     if faults:
         raise invalid(faults)

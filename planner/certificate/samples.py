@@ -30,6 +30,10 @@ Interpolation = Literal["linear", "cubic", "quintic"]
 """What a controller runs from sample to sample: straight lines through positions, cubics that meet velocities too, or
 quintics that meet accelerations as well. ROS 2's joint_trajectory_controller chooses by the columns that it is sent."""
 
+SHORTEST_STEP = 1e-20
+"""The shortest time between two samples, s: times near 1 s differ by ten thousand times as much. The derivatives over
+much shorter steps overflow."""
+
 INTERPOLATIONS: tuple[Interpolation, ...] = get_args(Interpolation)
 """Every interpolation; each meets one column more than the one before."""
 
@@ -173,9 +177,10 @@ def _sample_faults(
         return [(("samples", "time"), "at least two samples are needed")]
     if not np.isfinite(time).all():
         faults.append((("samples", "time"), "not all of them are numbers"))
-    backwards = np.flatnonzero(np.diff(time) <= 0.0)
+    backwards = np.flatnonzero(np.diff(time) < SHORTEST_STEP)
     if len(backwards):
-        faults.append((("samples", "time", int(backwards[0]) + 1), "time must increase strictly"))
+        message = f"time must increase strictly, by {SHORTEST_STEP:g} s at least"
+        faults.append((("samples", "time", int(backwards[0]) + 1), message))
     for name, values in (("position", position), ("velocity", velocity), ("acceleration", acceleration)):
         if values is not None and values.shape != (len(time), robot.dof):
             shape = " x ".join(map(str, values.shape))

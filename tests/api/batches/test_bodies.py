@@ -65,6 +65,45 @@ def test_what_is_no_list_is_refused_where_it_is_not(body: bytes, pointer: str) -
     assert [fault["pointer"] for fault in refused.value.details["errors"]] == [pointer]
 
 
+def varied(*pointers: str, template: Any = None, values: Any = (1,)) -> list[tuple[Any, str]]:
+    vary = [{"pointer": pointer, "values": values} for pointer in pointers]
+    return requests_of(json.dumps({"grid": {"template": template or TEMPLATE, "vary": vary}}).encode())
+
+
+TEMPLATE = {"waypoints": [{"b": 2}, 3], "frames": {"c/d": 4, "~": 5, "~1": 6, "-1": 7}}
+
+
+@pytest.mark.parametrize(
+    ("pointer", "changed"),
+    [
+        ("/waypoints/0/b", TEMPLATE | {"waypoints": [{"b": 1}, 3]}),
+        ("/waypoints/1", TEMPLATE | {"waypoints": [{"b": 2}, 1]}),
+        ("/frames/c~1d", TEMPLATE | {"frames": {"c/d": 1, "~": 5, "~1": 6, "-1": 7}}),
+        ("/frames/~0", TEMPLATE | {"frames": {"c/d": 4, "~": 1, "~1": 6, "-1": 7}}),
+        ("/frames/~01", TEMPLATE | {"frames": {"c/d": 4, "~": 5, "~1": 1, "-1": 7}}),
+        ("/frames/-1", TEMPLATE | {"frames": {"c/d": 4, "~": 5, "~1": 6, "-1": 1}}),
+        ("/new", TEMPLATE | {"new": 1}),
+    ],
+)
+def test_pointers_lead_where_rfc_6901_says(pointer: str, changed: Any) -> None:
+    assert varied(pointer) == [(changed, "/grid/template")]
+
+
+@pytest.mark.parametrize("step", ["-1", "00", "01", "+1", " 1", "1_0", "1.0", "2", "-", "", "\u0661", "9" * 150])
+@pytest.mark.parametrize("pointer", ["/waypoints/{step}", "/waypoints/{step}/b"])
+def test_what_is_no_index_leads_nowhere(step: str, pointer: str) -> None:
+    with pytest.raises(ServiceError) as refused:
+        varied(pointer.format(step=step))
+    assert [fault["pointer"] for fault in refused.value.details["errors"]] == ["/grid/vary/0/pointer"]
+
+
+def test_a_value_that_takes_away_what_another_pointer_leads_into_is_refused() -> None:
+    with pytest.raises(ServiceError) as refused:
+        varied("/waypoints", "/waypoints/0/b")
+    assert [fault["pointer"] for fault in refused.value.details["errors"]] == ["/grid/vary/1/pointer"]
+    assert varied("/waypoints", "/waypoints/0/b", values=[[{"b": 9}]])[0][0]["waypoints"] == [{"b": [{"b": 9}]}]
+
+
 @pytest.mark.large_only
 def test_a_hundred_thousand_requests_in_a_list_fit_into_a_worker() -> None:
     """A parser of the whole body, 52 MB, wanted 600 MB at once: it was refused as `not JSON: Not enough memory`."""

@@ -45,6 +45,10 @@ def samples(**changes: Any) -> dict[str, Any]:
     return request | {"samples": request["samples"] | changes}
 
 
+AT_ONCE = samples(time=[0.0, 5e-324, 1.0])
+OF_A_TRAJECTORY = {"robot": "three_dof_arm", "trajectory": {"samples": AT_ONCE["samples"]}}
+
+
 def polynomials(joints: str = "123", other: Any = None, **changes: Any) -> dict[str, Any]:
     """The arm with three joints at rest, as polynomials of two pieces; `other` are the breakpoints of all but one."""
     still = {"breakpoints": [0.0, 1.0, 2.0], "coefficients": [[0.1, 0.0], [0.1, 0.0]]} | changes
@@ -597,6 +601,17 @@ BAD_REQUESTS = [
         polynomials(coefficients=[[0.1, 0.0], [0.1]]),
         INVALID,
         "/polynomials/0/coefficients/1",
+    ),
+    *(
+        Bad(f"samples 5e-324 s apart, {path}", path, body, INVALID, f"{pointer}/samples/time/1")
+        for path, body, pointer in (
+            (VALIDATE, AT_ONCE, ""),
+            ("/v1/collisions/check", AT_ONCE | {"scene": {"objects": []}}, ""),
+            ("/v1/trajectories/reverse", OF_A_TRAJECTORY, "/trajectory"),
+            ("/v1/trajectories/slice", OF_A_TRAJECTORY | {"start": 0.0, "end": 1.0}, "/trajectory"),
+            ("/v1/trajectories/resample", OF_A_TRAJECTORY, "/trajectory"),
+            ("/v1/trajectories/stop", OF_A_TRAJECTORY | {"time": 0.5}, "/trajectory"),
+        )
     ),
     Bad(
         "polynomials beyond all bounds",

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from typing import TYPE_CHECKING, Any
 
 import orjson
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from api.errors import InvalidRequest
 from api.schemas.kinematics import ForwardKinematicsRequest, InverseKinematicsRequest
 from api.schemas.requests import CompareRequest, PlanRequest, ValidateRequest
 from api.schemas.robots import RobotDefinition
-from api.size import has_too_many_rows, size_faults
+from api.size import MOST_DEEP, has_too_many_rows, is_too_deep, parse_json, size_faults
 from api.tasks import work
 from api.workers.messages import Caps
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, validate_request
@@ -108,3 +111,39 @@ def test_rows_are_counted_before_the_body_is_parsed() -> None:
     assert has_too_many_rows(b"[" * (most + 1), 100)
     rows = b",".join([b"[0.1,-0.2,0.3]"] * 30_000)  # of three joints, written as short as can be
     assert not has_too_many_rows(b'{"robot": "three_dof_arm", "positions": [%s]}' % rows, 1_000_000)
+
+
+TEXTS = st.text(st.sampled_from('ab"\\{}[],: \n\u00e9'), max_size=6)
+DOCUMENTS = st.recursive(
+    st.none() | st.integers(-9, 9) | TEXTS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
+    max_leaves=12,
+)
+
+
+def depth_of(value: Any) -> int:
+    children = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
+    return 0 if children is None else 1 + max(map(depth_of, children), default=0)
+
+
+@given(DOCUMENTS, st.integers(0, MOST_DEEP), st.booleans(), st.sampled_from([None, 1]))
+def test_a_body_is_too_deep_where_a_parser_finds_it_so(value: Any, more: int, ascii_only: bool, indent: Any) -> None:
+    """Brackets in strings, escaped quotes and escaped backslashes before quotes do not count."""
+    for k in range(more):
+        value = [value, "]"] if k % 2 else {"[": value}
+    body = json.dumps(value, ensure_ascii=ascii_only, indent=indent).encode()
+    assert is_too_deep(body) == (depth_of(value) > MOST_DEEP)
+
+
+@pytest.mark.parametrize("start", ['{"a":', "[", '[{"a":', '{"a":['])
+@pytest.mark.parametrize("times", [MOST_DEEP + 1, 300, 100_000])
+def test_a_body_that_nests_too_deep_is_refused_before_it_is_parsed(start: str, times: int) -> None:
+    end = "".join({"[": "]", "{": "}"}[sign] for sign in reversed(start) if sign in "[{")
+    with pytest.raises(InvalidRequest, match="32 arrays and objects in one another"):
+        parse_json((start * times + "1" + end * times).encode())
+
+
+@pytest.mark.parametrize("body", ["[" * 100, "]" * 100, '["' + "[" * 100, '["\\', '"\\"', "{]" * 40 + "}["])
+def test_what_is_no_json_is_left_to_the_parser(body: str) -> None:
+    with pytest.raises(InvalidRequest, match="not JSON"):
+        parse_json(body.encode())
