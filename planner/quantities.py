@@ -40,6 +40,8 @@ MEASURES = {
     "path_orientation_deviation": Measure("Off the orientation", "rad"),
     "blend_deviation": Measure("Corners cut by", "m"),
     "passing_velocity_error": Measure("Passing velocity error", "rad/s", "m/s"),
+    "waypoint_position_error": Measure("Tool off a waypoint", "m"),
+    "waypoint_orientation_error": Measure("Tool turned off a waypoint", "rad"),
     "duration_error": Measure("Duration error", "s"),
     "tool_deviation": Measure("Tool off the straight motion", "m"),
     "joint_deviation": Measure("Joint off the straight motion", "rad", "m"),

@@ -92,8 +92,7 @@ class PlannedWaypoint(Answer):
     """A waypoint as it was solved and timed."""
 
     index: int
-    """The index of the waypoint in the request, counted from 0; of a corner of the way that was found for a free motion
-    (`choice` is `way_around`) that of the waypoint that it leads to."""
+    """The index of the waypoint in the request, from 0; of a corner of a way (`way_around`) that where it leads."""
     name: str | None
     """The name that the request gave it; null: none."""
     arrival_time: float
@@ -105,9 +104,9 @@ class PlannedWaypoint(Answer):
     pose: AnsweredPose
     """The pose of the tool there, in the base frame (m)."""
     position_error: float
-    """The distance of the tool from the position asked, m."""
+    """The distance of the tool from the requested position, m; a move goes on from an open pose as it is reached."""
     orientation_error: float | None
-    """The angle of the tool from the orientation asked, rad; null: none was asked."""
+    """The angle of the tool from the requested orientation, rad; null: none was requested."""
     solutions: int | None
     """The number of isolated solutions of the pose, in a scene of those at which the robot keeps clear if there is one;
     null: a joint waypoint, or a continuum."""
@@ -138,7 +137,8 @@ class Check(Answer):
     `path_position_deviation`, `path_orientation_deviation`, `blend_deviation`; of `min_effort` how far it is off
     straight joint motions, m: `tool_deviation`; and how far the farthest joint is, rad or m: `joint_deviation`; where a
     velocity is asked at a waypoint, how far a joint's is off, rad/s or m/s: `passing_velocity_error`; where a duration,
-    a least one or a dwell is asked, how far one is off, s: `duration_error`."""
+    a least one or a dwell is asked, how far one is off, s: `duration_error`; how far the tool is off pose and relative
+    waypoints, m, rad: `waypoint_position_error`, `waypoint_orientation_error`."""
     joint: str | None
     """The name of the joint that uses most of its limit; null: the quantity is the tool's."""
     peak: float
@@ -166,7 +166,7 @@ class CertificateAnswer(Answer):
     """What was checked after planning, by code that shares only tested arithmetic with the back ends."""
 
     satisfied: bool
-    """Whether every enforced limit is kept; in the answer of a plan it always is."""
+    """Whether every enforced limit is kept and every waypoint met; in the answer of a plan it always is."""
     waypoint_error: float
     """The largest distance of a joint from its waypoint at the arrival there, rad or m."""
     continuity: str

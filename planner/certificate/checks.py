@@ -69,7 +69,8 @@ class Certificate:
     """The check of a trajectory against every limit.
 
     Attributes:
-        satisfied: Whether every enforced limit is kept.
+        satisfied: Whether every enforced limit is kept; of a plan, and where positions are to be met: every waypoint is
+            met to 1e-6 rad or m, too.
         waypoint_error: Largest distance of a joint from its waypoint at the waypoint's arrival, rad or m.
         continuity: `C0`, `C1`, ...: the derivatives that are continuous, counting rest before and after, or the
             motion that is asked there; `none`.

@@ -31,9 +31,25 @@ def misses_of_region(
         positions: Positions (N, 3) of the tool, m.
         rotations: Rotations (N, 3, 3) of the tool.
     """
+    nearest, turned = nearest_in_region(region, points, axes, positions, rotations)
+    return np.linalg.norm(positions - nearest, axis=1), angles_of(turned.transpose(0, 2, 1) @ rotations)
+
+
+def nearest_in_region(
+    region: Region, points: FloatArray, axes: FloatArray, positions: FloatArray, rotations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the positions (N, 3), m, and rotations (N, 3, 3) in a region that are nearest to the tool.
+
+    Args:
+        region: What is left open.
+        points: Positions (N, 3) that are asked, m.
+        axes: Rotations (N, 3, 3) that are asked.
+        positions: Positions (N, 3) of the tool, m.
+        rotations: Rotations (N, 3, 3) of the tool.
+    """
     lower, upper = np.array([region.ranges.get(name, (0.0, 0.0)) for name in NAMES]).T
     shifts = np.einsum("nji,nj->ni", axes, positions - points)
-    distances = np.linalg.norm(shifts - np.clip(shifts, lower[:3], upper[:3]), axis=1)
+    nearest = points + np.einsum("nij,nj->ni", axes, np.clip(shifts, lower[:3], upper[:3]))
     turns = axes.transpose(0, 2, 1) @ rotations
     angles = np.stack(
         [
@@ -43,8 +59,17 @@ def misses_of_region(
         ],
         axis=1,
     )
-    nearest = _turned(np.clip(angles, lower[3:], upper[3:]))
-    return distances, angles_of(nearest.transpose(0, 2, 1) @ turns)
+    inside = np.clip(angles, lower[3:], upper[3:])
+    # Near a quarter of a turn about y the first and the last angle turn about one axis: what one may not do, the other
+    # does, as far as its range allows.
+    last, first = inside.copy(), inside.copy()
+    left = (_turned(np.column_stack([inside[:, :2], np.zeros(len(inside))]))).transpose(0, 2, 1) @ turns
+    last[:, 2] = np.clip(np.arctan2(left[:, 1, 0] - left[:, 0, 1], left[:, 0, 0] + left[:, 1, 1]), lower[5], upper[5])
+    left = turns @ _turned(np.column_stack([np.zeros(len(inside)), inside[:, 1:]])).transpose(0, 2, 1)
+    first[:, 0] = np.clip(np.arctan2(left[:, 2, 1] - left[:, 1, 2], left[:, 1, 1] + left[:, 2, 2]), lower[3], upper[3])
+    candidates = np.array([_turned(each) for each in (inside, last, first)])
+    away = np.array([angles_of(each.transpose(0, 2, 1) @ turns) for each in candidates])
+    return nearest, axes @ candidates[away.argmin(axis=0), np.arange(len(inside))]
 
 
 def _turned(angles: FloatArray) -> FloatArray:

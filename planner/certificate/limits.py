@@ -34,6 +34,10 @@ if TYPE_CHECKING:
 MOST_CONTINUOUS = 4
 """Order of the highest derivative whose continuity is looked into, less than `DERIVATIVES`."""
 
+MISS = 1e-6
+"""Distance of a joint from its waypoint, rad or m, from which on it is missed: a micrometre at the end of an arm
+of 1 m."""
+
 SAMPLED = tuple(quantity for quantity in QUANTITIES if quantity not in JOINT_DERIVATIVES)
 """The quantities that are no polynomials of time, whose peaks are sampled."""
 
@@ -76,6 +80,11 @@ def certificate_of(
         continuity=f"C{smooth}" if smooth >= 0 else "none",
         checks=tuple(checks),
     )
+
+
+def unless_missed(certificate: Certificate) -> Certificate:
+    """Return the certificate, which is not satisfied where a joint misses its waypoint."""
+    return replace(certificate, satisfied=certificate.satisfied and certificate.waypoint_error <= MISS)
 
 
 def continuity(derivatives: UnitPolynomials, asked: EndStates) -> int:

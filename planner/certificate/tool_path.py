@@ -21,16 +21,16 @@ from planner.kinematics.forward import tool_poses_on
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion
 from planner.problems.regions import region_of
 from planner.problems.transitions import BlendTransition
-from planner.spatial import Pose
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from planner.certificate.waypoints import Target
     from planner.problems.problem import AnyWaypoint
     from planner.robots import Robot
-    from planner.spatial import FloatArray
+    from planner.spatial import FloatArray, Pose
     from planner.trajectories.trajectory import Trajectory
     from planner.waypoints.solve import SolvedWaypoint
 
@@ -75,6 +75,7 @@ def certify_tool_path(
     robots: Sequence[Robot],
     waypoints: Sequence[AnyWaypoint],
     solved: Sequence[SolvedWaypoint],
+    targets: Sequence[Target],
 ) -> list[Check]:
     """Find the worst deviation from the lines and circles asked, and the largest distance from blended corners.
 
@@ -85,10 +86,11 @@ def certify_tool_path(
         trajectory: The trajectory to be checked.
         robots: The robot with the tool of each waypoint.
         waypoints: The waypoints as they are asked.
-        solved: The solved waypoints, with their poses.
+        solved: The solved waypoints, with the curves that their motions follow.
+        targets: What the request says of the tool at the waypoints.
     """
     worst: dict[str, _Deviation] = {}
-    for deviation in _deviations(trajectory, robots, waypoints, solved):
+    for deviation in _deviations(trajectory, robots, waypoints, solved, targets):
         known = worst.get(deviation.quantity)
         if known is None or deviation.value / deviation.limit > known.value / known.limit:
             worst[deviation.quantity] = deviation
@@ -113,13 +115,14 @@ def _deviations(
     robots: Sequence[Robot],
     waypoints: Sequence[AnyWaypoint],
     solved: Sequence[SolvedWaypoint],
+    targets: Sequence[Target],
 ) -> Iterator[_Deviation]:
     """Give worst of each kind: near blended waypoints, and along all lines and all circles, with and without turns."""
     with_tool = [k - 1 for k, waypoint in enumerate(waypoints) if k and not isinstance(waypoint.motion, JointMotion)]
     if not (with_tool or any(isinstance(waypoint.transition, BlendTransition) for waypoint in waypoints)):
         return
     on_segments = SegmentDynamics.of_robots([*(robots[1:] or robots), robots[-1]])
-    centers = np.array([waypoint.pose.position for waypoint in solved])
+    centers = np.array([target.pose.position for target in targets])
     radii = np.array([w.transition.radius if isinstance(w.transition, BlendTransition) else -1.0 for w in waypoints])
     blended = np.flatnonzero(radii > 0.0)
     if len(blended):
@@ -127,6 +130,8 @@ def _deviations(
         tools = tool_poses_on(on_segments, blended, trajectory.evaluate(times, [0])[0])[0]
         yield _worst("blend_deviation", np.linalg.norm(tools - centers[blended], axis=1), radii[blended], times)
     tolerances = _tolerances(waypoints)
+    changes = zip(targets, robots, robots[1:], strict=False)
+    starts = [target.seen_with(robot, other).start for target, robot, other in changes]
 
     def sampled(pieces: np.ndarray, units: FloatArray) -> _Samples:
         """Return the samples of pieces, but for those within the radius of a blend."""
@@ -148,8 +153,7 @@ def _deviations(
                 if isinstance(motion.path, Polyline | PoseSpline):
                     points, axes = motion.path.poses(u)
                 else:
-                    start = _start(solved[segment], *robots[segment : segment + 2])
-                    path = _path(waypoints[segment + 1], start, solved[segment + 1])
+                    path = _path(waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
                     points, axes = _of_samples([path], np.zeros(len(u), dtype=int)).poses(u)
                 allowed = np.broadcast_to(tolerances[segment + 1], (len(u), 2))
                 if free and axes is not None:
@@ -161,8 +165,7 @@ def _deviations(
                     found = _misses(points, axes, of_curve.positions, of_curve.rotations)
                     yield from _path_deviations(*found, allowed, of_curve.times)
         elif len(pieces):
-            start = _start(solved[segment], *robots[segment : segment + 2])
-            path = _path(waypoints[segment + 1], start, solved[segment + 1])
+            path = _path(waypoints[segment + 1], starts[segment], targets[segment + 1].pose)
             kinds.setdefault((type(path), path.start is None), {})[segment] = path
     for paths in kinds.values():
         pieces = np.flatnonzero(np.isin(trajectory.segments, list(paths)))
@@ -203,29 +206,11 @@ def _worst(quantity: str, values: FloatArray, limits: FloatArray, times: FloatAr
     return _Deviation(quantity, float(values[worst]), float(limits[worst]), float(times[worst]))
 
 
-def _start(before: SolvedWaypoint, robot: Robot, other: Robot) -> Pose:
-    """Return where a line or a circle starts: at the pose asked there; an orientation left open is the one reached.
-
-    Args:
-        before: The waypoint where it starts.
-        robot: The robot with the tool that has got there.
-        other: The robot with the tool that goes on.
-    """
-    position, rotation = before.wanted.position, before.wanted.rotation
-    if rotation is None:
-        position, rotation = before.pose.position, before.pose.rotation
-    tool, own = other.tool_in_tip, robot.tool_in_tip
-    if rotation is None or other is robot or tool == own:
-        return Pose(position, rotation)
-    tip = rotation @ own.rotation.T
-    return Pose(position + tip @ (tool.translation - own.translation), tip @ tool.rotation)
-
-
-def _path(waypoint: AnyWaypoint, start: Pose, after: SolvedWaypoint) -> Line | Circle:
-    """Return line or circle asked to a waypoint from where it starts."""
+def _path(waypoint: AnyWaypoint, start: Pose, end: Pose) -> Line | Circle:
+    """Return line or circle asked to a waypoint from where it starts to where it ends."""
     if isinstance(waypoint.motion, CircularMotion):
-        return Circle.through(start, waypoint.motion.via, after.wanted)
-    return Line.between(start, after.wanted)
+        return Circle.through(start, waypoint.motion.via, end)
+    return Line.between(start, end)
 
 
 def _tolerances(waypoints: Sequence[AnyWaypoint]) -> FloatArray:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.certificate.limits import certificate_of
+from planner.certificate.limits import certificate_of, unless_missed
 from planner.errors import InvalidProblem
 from planner.guarantees import JERKS, QUANTITIES, Guarantee
 from planner.limits import Limits, segment_limits
@@ -68,7 +68,7 @@ def certify(
         raise ValueError(f"positions of shape {wanted.shape}: {met.shape} are met at the arrivals")
     every_segment = segment_limits(robot, limits, (None,) * (int(trajectory.segments.max()) + 1))
     guarantees = {q: Guarantee.HARD if q in enforced else Guarantee.REPORTED for q in QUANTITIES}
-    return certificate_of(trajectory, robot, every_segment, guarantees, wanted, ends=ends)
+    return unless_missed(certificate_of(trajectory, robot, every_segment, guarantees, wanted, ends=ends))
 
 
 def certify_polynomials(

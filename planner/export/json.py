@@ -19,6 +19,7 @@ from planner.operations.certified import own_ends
 from planner.plans.tool_lines import line_polynomials
 from planner.plans.tool_speeds import tool_speed_reports
 from planner.problems.actions import SetOutput
+from planner.problems.motion_around import as_requested
 from planner.problems.problem import PoseWaypoint, ViaWaypoint
 from planner.problems.regions import region_of
 from planner.samples import sample_at
@@ -82,7 +83,7 @@ def as_dict(plan: Plan, options: ExportOptions) -> dict[str, Any]:
                 "configuration": vars(configuration),
                 "manipulability": manipulabilities[i],
             }
-            | _in_its_region(plan.problem.waypoints[i], waypoint.pose)
+            | _in_its_region(as_requested(plan.problem.waypoints[i]), waypoint.pose)
             | _gained(plan, i, asked[i])
             for i, (waypoint, configuration) in enumerate(
                 zip(plan.path.waypoints, configurations(robot, plan.path.positions), strict=True)

@@ -15,10 +15,11 @@ from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
 from planner.paths import solved_waypoints
 from planner.problems.actions import AtWaypoint
-from planner.problems.motion_around import FreeMotion
+from planner.problems.motion_around import FixedWaypoint, FreeMotion, as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint, ViaWaypoint, Waypoint
 from planner.problems.transitions import StopTransition
 from planner.waypoints.pinned import pinned_robots
+from planner.waypoints.targets import first_fixing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,12 +68,15 @@ class FoundWay:
         waypoint: Index of the waypoint that the motion leads to.
         positions: (corners + 2, joints), rad or m: where it begins, the corners on the way, and where it ends.
         transition: How the corners are passed.
+        lead: (waypoints, joints), rad or m: the joint positions of the waypoints before its start on which the pose
+            there depends, because they leave something open that a relative move goes on from.
         gain: What was gained by making it better; None: that was not asked.
     """
 
     waypoint: int
     positions: FloatArray
     transition: Transition
+    lead: FloatArray
     gain: Gain | None = None
 
     @property
@@ -95,8 +99,8 @@ def asked_indices(problem: PlanningProblem, ways: Sequence[FoundWay]) -> list[in
 def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningProblem:
     """Return the problem with joint motions from corner to corner in the place of free motions, where there are any.
 
-    What a way begins and ends with is asked as the joint position that was found: nothing may choose another
-    configuration there.
+    What a way begins and ends with is asked as the joint position that was found, and so are the waypoints on which
+    the pose at its start depends: nothing may choose another configuration there.
     """
     if not ways:
         return problem
@@ -106,9 +110,11 @@ def with_ways(problem: PlanningProblem, ways: Sequence[FoundWay]) -> PlanningPro
     last: list[int] = []
     for i, waypoint in enumerate(problem.waypoints):
         if i in by_waypoint:
+            way = by_waypoint[i]
             if i > 1 or not isinstance(waypoints[-1], JointWaypoint):
-                waypoints[-1] = _held_at(waypoints[-1], by_waypoint[i].positions[0])
-            waypoints += _along(waypoint, by_waypoint[i])
+                found = [*way.lead, way.positions[0]]
+                waypoints[-len(found) :] = map(_fixed_at, waypoints[-len(found) :], found)
+            waypoints += _along(waypoint, way)
         else:
             waypoints.append(waypoint)
         last.append(len(waypoints) - 1)
@@ -129,14 +135,14 @@ def find_ways(problem: PlanningProblem) -> tuple[FoundWay, ...]:
     """
     ways: list[FoundWay] = []
     for index in free_waypoints(problem):
-        checker, start, goals = ends_of_way(problem, ways, index)
+        checker, start, goals, lead = ends_of_way(problem, ways, index)
         motion = problem.waypoints[index].motion
         most = motion.most_checks if isinstance(motion, FreeMotion) else 0
         seed = problem.inverse_kinematics.seed
         way = find_way(problem.robot, checker, start, goals, most_checks=most, seed=seed)
         if way.status != "found":
             raise _refusal(problem, checker, index, way, start, goals)
-        ways.append(FoundWay(index, way.positions, StopTransition()))
+        ways.append(FoundWay(index, way.positions, StopTransition(), lead))
     return tuple(ways)
 
 
@@ -147,11 +153,13 @@ class EndsOfWay(NamedTuple):
         checker: The robot and what is around it on the way.
         start: (joints,), rad or m.
         goals: (goals, joints): any of them will do; the one that was chosen for the waypoint comes first.
+        lead: (waypoints, joints), see `FoundWay`.
     """
 
     checker: CollisionChecker
     start: FloatArray
     goals: FloatArray
+    lead: FloatArray
 
 
 def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int) -> EndsOfWay:
@@ -169,8 +177,9 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
     itself = problem.self_collision if problem.scene is not None or problem.self_collision else False
     so_far = with_ways(problem, before)
     number = asked_indices(problem, before).index(index)
-    _, solved = solved_waypoints(so_far)
+    waypoints, solved = solved_waypoints(so_far)
     positions = np.array([waypoint.position for waypoint in solved])
+    first = first_fixing(so_far.robots, waypoints, number - 1)
     checker = segment_checkers(replace(so_far, self_collision=itself), positions)[number - 1]
     start, goals = solved[number - 1].position, _goals(problem, index, solved[number - 1], solved[number])
     travels = np.abs(goals - start)
@@ -179,7 +188,7 @@ def ends_of_way(problem: PlanningProblem, before: Sequence[FoundWay], index: int
         own, name = float(travels[0, joint]), problem.robots[index].joint_names[joint]
         message = f"{name} travels {own:g} rad or m there: a free motion is sought up to {LONGEST_TRAVEL:g}"
         raise InvalidProblem([(("waypoints", index), message)])
-    return EndsOfWay(checker, start, goals[travels.max(axis=1) <= LONGEST_TRAVEL])
+    return EndsOfWay(checker, start, goals[travels.max(axis=1) <= LONGEST_TRAVEL], positions[first : number - 1])
 
 
 def _along(waypoint: AnyWaypoint, way: FoundWay) -> list[AnyWaypoint]:
@@ -190,16 +199,15 @@ def _along(waypoint: AnyWaypoint, way: FoundWay) -> list[AnyWaypoint]:
         )
         for corner in way.positions[1:-1].tolist()
     ]
-    return [*vias, _held_at(waypoint, way.positions[-1])]
+    return [*vias, _fixed_at(waypoint, way.positions[-1])]
 
 
-def _held_at(waypoint: AnyWaypoint, position: FloatArray) -> JointWaypoint:
+def _fixed_at(waypoint: AnyWaypoint, position: FloatArray) -> FixedWaypoint:
     """Return a waypoint at joint positions (joints,) that were found for it."""
     motion = AS_GIVEN if isinstance(waypoint.motion, JointMotion) else waypoint.motion
-    if isinstance(waypoint, JointWaypoint):
-        return replace(waypoint, position=position.tolist(), motion=motion)
-    kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
-    return JointWaypoint(position=position.tolist(), **kept | {"motion": motion})
+    kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)} | {"motion": motion}
+    name = waypoint.position_name if isinstance(waypoint, JointWaypoint) else None
+    return FixedWaypoint(position.tolist(), name, requested=as_requested(waypoint), **kept)
 
 
 def _goals(problem: PlanningProblem, index: int, before: SolvedWaypoint, chosen: SolvedWaypoint) -> FloatArray:

@@ -11,7 +11,7 @@ from planner.errors import PlanningError
 from planner.free_motion.better_ways import BetterWays
 from planner.free_motion.edges import FreeEdges
 from planner.free_motion.objectives import Estimate, value_of
-from planner.free_motion.ways import FoundWay, Gain, asked_indices, ends_of_way, free_waypoints, with_ways
+from planner.free_motion.ways import Gain, asked_indices, ends_of_way, free_waypoints, with_ways
 from planner.paths import solve_path
 from planner.plans.free_planning import LADDER, plan_around
 from planner.plans.result import certified, timed
@@ -20,6 +20,7 @@ from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
+    from planner.free_motion.ways import FoundWay
     from planner.plans.result import Plan
     from planner.problems.motion_around import Objective
     from planner.problems.problem import PlanningProblem
@@ -115,7 +116,7 @@ class _Improvement:
     def _refuses(self, positions: FloatArray, transition: Transition) -> bool:
         """Plan along a way, and keep the plan if it is better; tell whether one is refused that would be."""
         ways = list(self.plan.ways)
-        ways[self._number] = FoundWay(ways[self._number].waypoint, positions, transition)
+        ways[self._number] = replace(ways[self._number], positions=positions, transition=transition, gain=None)
         current = with_ways(self._problem, ways)
         try:
             path = solve_path(current)

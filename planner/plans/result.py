@@ -15,10 +15,10 @@ from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
 from planner.certificate.durations import certify_durations
 from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
-from planner.certificate.limits import certificate_of
-from planner.certificate.passages import certify_passages
+from planner.certificate.limits import certificate_of, unless_missed
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_path import certify_tool_path
+from planner.certificate.waypoints import certify_passages, certify_waypoints
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from planner.certificate.checks import Certificate
     from planner.certificate.clearance import ClearanceReport
     from planner.certificate.speed_zones import SpeedZoneCheck
+    from planner.certificate.waypoints import MetWaypoints
     from planner.free_motion.ways import FoundWay
     from planner.paths import JointPath
     from planner.plots.animation import Animation
@@ -247,7 +248,8 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
         ClearanceUnproved: That it does not could not be proved.
         LimitsUnsatisfiable: The trajectory breaks a limit that the back end enforces.
     """
-    certificate = _certificate(problem, backend, path, trajectory)
+    met = certify_waypoints(trajectory, problem, path.positions, [k for run in path.runs for k in run.blended])
+    certificate = _certificate(problem, backend, path, trajectory, met)
     refuse_unless_satisfied(certificate)
     certificate = replace(
         certificate,
@@ -255,7 +257,9 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
         speed_zones=_speed_zones(problem, path, trajectory),
     )
     warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
-    made = Plan(problem, backend, path, trajectory, certificate, warnings)
+    measured = zip(path.waypoints, met.errors, strict=True)
+    waypoints = [replace(waypoint, position_error=a, orientation_error=b) for waypoint, (a, b) in measured]
+    made = Plan(problem, backend, replace(path, waypoints=tuple(waypoints)), trajectory, certificate, warnings)
     _ = made.actions  # refused here where one is after the end
     return made
 
@@ -297,23 +301,19 @@ def _rest(path: JointPath, backend: BackEnd) -> Trajectory:
     return assemble(path, [])
 
 
-def _certificate(problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory) -> Certificate:
-    wanted = path.positions.copy()
+def _certificate(
+    problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory, met: MetWaypoints
+) -> Certificate:
+    wanted = np.where(np.isnan(met.positions), path.positions, met.positions)
     wanted[[waypoint for run in path.runs for waypoint in run.blended]] = np.nan
-    checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints)
-    checks += certify_passages(trajectory, path.robot.joint_names, path.passed_at)
+    checks = certify_tool_path(trajectory, problem.robots, problem.waypoints, path.waypoints, met.targets)
+    checks += [*certify_passages(trajectory, path.robot.joint_names, path.passed_at), *met.checks]
     checks += certify_durations(trajectory, problem.waypoints, problem.duration)
     if leaves_straight_motions(backend):
         checks += certify_joint_motions(trajectory, path.dynamics, problem.waypoints, path.positions, backend)
-    return certificate_of(
-        trajectory,
-        path.robot,
-        path.limits,
-        backend.guarantees,
-        wanted,
-        checks,
-        end_states(backend, path.robot.dof),
-        path.dynamics,
+    ends = end_states(backend, path.robot.dof)
+    return unless_missed(
+        certificate_of(trajectory, path.robot, path.limits, backend.guarantees, wanted, checks, ends, path.dynamics)
     )
 
 
@@ -326,6 +326,9 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
     if certificate.satisfied:
         return
     broken = [check for check in certificate.checks if check.enforced and not check.satisfied]
+    if not broken:
+        missed = f"a joint would miss its waypoint by {certificate.waypoint_error:.4g} rad or m"
+        raise LimitsUnsatisfiable(missed, value=certificate.waypoint_error)
     worst = max(broken, key=lambda check: check.ratio or float("inf"))
     subject = worst.joint or "the tool"
     peak, limit = distinct(worst.peak, float("inf") if worst.limit is None else worst.limit)

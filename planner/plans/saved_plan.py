@@ -7,6 +7,8 @@ loaded, so that it is the same one whatever a later version of the planner would
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,6 +39,9 @@ as long as all else of saving a plan."""
 
 OF_THE_PATH = frozenset({"tcp_polynomials", "tcp_speed_report"})
 """The parts of an answer that need the curves and tool motions of a plan's path."""
+
+Packed = tuple[Sequence[int], bytes]
+"""The shape of an array and its bytes."""
 
 ARRAYS = ("lengths", "coefficients", "segments", "arrivals", "departures")
 """The arrays of a trajectory, all of numbers of eight bytes."""
@@ -69,6 +74,7 @@ def save_plan(plan: Plan) -> bytes:
                 type(way.transition).__name__,
                 vars(way.transition),
                 None if way.gain is None else vars(way.gain),
+                _packed(way.lead),
             )
             for way in plan.ways
         ],
@@ -101,13 +107,29 @@ def load_plan(content: bytes, problem: PlanningProblem, backend: BackEnd, with_r
     zones = tuple(SpeedZoneCheck.from_dict(check) for check in saved["certificate"].pop("speed_zones", ()))
     certificate = Certificate(**saved["certificate"], checks=checks, clearance=report, speed_zones=zones)
     warnings = tuple(PlanWarning(*warning) for warning in saved["warnings"])
-    ways = tuple(
-        FoundWay(waypoint, _unpacked(positions), TRANSITIONS[kind](**values), Gain(**gain[0]) if any(gain) else None)
-        for waypoint, positions, kind, values, *gain in saved.get("ways", ())
-    )
+    ways = tuple(_way(*way) for way in saved.get("ways", ()))
     problem = with_blend_radii(with_ways(problem, ways), dict(saved.get("blend_radii", ())))
-    path = solve_path(problem) if with_runs else _path(saved, problem)
+    path = _path(saved, problem)
+    if with_runs:
+        solved = solve_path(problem)
+        pairs = zip(solved.waypoints, path.waypoints, strict=True)
+        same = [replace(own, **{name: getattr(other, name) for name in WAYPOINT_FIELDS}) for own, other in pairs]
+        path = replace(solved, waypoints=tuple(same))
     return Plan(problem, backend, path, trajectory, certificate, warnings, ways)
+
+
+def _way(
+    waypoint: int,
+    positions: Packed,
+    kind: str,
+    transition: dict[str, Any],
+    gain: dict[str, Any] | None = None,
+    lead: Packed | None = None,
+) -> FoundWay:
+    """Return a way as it was saved; the first plans saved have neither gain nor lead."""
+    corners = _unpacked(positions)
+    before = corners[:0] if lead is None else _unpacked(lead)
+    return FoundWay(waypoint, corners, TRANSITIONS[kind](**transition), before, Gain(**gain) if gain else None)
 
 
 def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:
@@ -139,12 +161,12 @@ def _path(saved: dict[str, Any], problem: PlanningProblem) -> JointPath:
     )
 
 
-def _packed(values: np.ndarray) -> tuple[tuple[int, ...], bytes]:
+def _packed(values: np.ndarray) -> Packed:
     """Return the shape and the bytes of an array, byte by byte of its numbers: so they compress best."""
     values = np.ascontiguousarray(values, dtype=np.int64 if values.dtype.kind == "i" else np.float64)
     return values.shape, values.view(np.uint8).reshape(-1, 8).T.tobytes()
 
 
-def _unpacked(packed: tuple[list[int], bytes]) -> np.ndarray:
+def _unpacked(packed: Packed) -> np.ndarray:
     shape, content = packed
     return np.ascontiguousarray(np.frombuffer(content, np.uint8).reshape(8, -1).T).view(np.float64).reshape(shape)

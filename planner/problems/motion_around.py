@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
 
-from planner.problems.problem import JointMotion
+from planner.problems.problem import JointMotion, JointWaypoint
+
+if TYPE_CHECKING:
+    from planner.problems.problem import AnyWaypoint
 
 MOST_CHECKS = 20_000
 """The most motions that the search for a way around looks at, unless told otherwise: 5 to 20 s, and twenty times what
@@ -42,3 +45,19 @@ class FreeMotion(JointMotion):
     optimise: Objective | None = None
     time_budget: float | None = None
     optimise_checks: int | None = None
+
+
+@dataclass(frozen=True)
+class FixedWaypoint(JointWaypoint):
+    """A requested waypoint at the joint position that was found for it, where a way begins or ends.
+
+    Attributes:
+        requested: The waypoint as the request has it.
+    """
+
+    requested: AnyWaypoint = field(kw_only=True)
+
+
+def as_requested(waypoint: AnyWaypoint) -> AnyWaypoint:
+    """Return a waypoint as the request has it, whatever was fixed since."""
+    return waypoint.requested if isinstance(waypoint, FixedWaypoint) else waypoint

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from planner.errors import InvalidProblem
 from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
@@ -13,6 +15,7 @@ from planner.limits import Limits, segment_limits
 from planner.problems.transitions import StopTransition
 from planner.robots.tools import with_tools
 from planner.scene.scene import Handling
+from planner.spatial import ROTATION_TOLERANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -238,6 +241,9 @@ class PoseWaypoint(Waypoint):
 class RelativeWaypoint(Waypoint):
     """A waypoint given by a move from the pose of the waypoint before.
 
+    Where that leaves the orientation open, so does a move that does not turn the tool. One that does asks for the
+    orientation to which it turns the one reached there.
+
     Attributes:
         move: The displacement M.
         frame: Whose axes M is in. `tool`: T(k) = T(k-1) M. `base`: p(k) = p(k-1) + p(M), R(k) = R(M) R(k-1).
@@ -245,6 +251,12 @@ class RelativeWaypoint(Waypoint):
 
     move: Move
     frame: Frame = "tool"
+
+    @property
+    def turns_tool(self) -> bool:
+        """Whether the move turns the tool, by more than rounding."""
+        turn, _ = self.move.transform()
+        return bool(np.abs(turn - np.eye(3)).max() > ROTATION_TOLERANCE)
 
 
 AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint

@@ -18,6 +18,10 @@ COLLINEAR = 1e-6
 """Three points whose triangle has a height below this share of its longest side lie on a line."""
 
 
+UNUSED_ORIENTATION = "an orientation is asked on the way to a waypoint that asks for none"
+"""What is said of the orientation of a pose on a path whose end leaves it open."""
+
+
 class NoPath(ValueError):
     """A motion of the tool through whose poses there is no path.
 
@@ -173,8 +177,11 @@ class Arc:
         A rotation in `via` is passed there; else the tool turns by the shortest rotation from start to end.
 
         Raises:
-            NoPath: The three positions lie on a line, or two are the same: there is no one circle.
+            NoPath: The three positions lie on a line, or two are the same: there is no one circle. Or `via` has a
+                rotation, and an end leaves it open.
         """
+        if via.rotation is not None and (start.rotation is None or end.rotation is None):
+            raise NoPath(UNUSED_ORIENTATION, "via", "orientation")
         a, b = via.position - start.position, end.position - start.position
         normal = np.cross(a, b)
         area = float(np.linalg.norm(normal))

@@ -10,7 +10,7 @@ import numpy as np
 from planner.kinematics.search import pose_errors
 from planner.spatial import Pose
 from planner.tolerances import POSITION_TOLERANCE
-from planner.tool_motions.pose_paths import NoPath, Turn
+from planner.tool_motions.pose_paths import UNUSED_ORIENTATION, NoPath, Turn
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -60,7 +60,7 @@ def via_poses(start: Pose, between: Sequence[Pose], end: Pose) -> ViaPoses:
     is_open = start.rotation is None or end.rotation is None
     for k, pose in enumerate(between):
         if is_open and pose.rotation is not None:
-            raise NoPath("an orientation is asked on the way to a waypoint that asks for none", "poses", k)
+            raise NoPath(UNUSED_ORIENTATION, "poses", k)
     if is_open:
         start, end = Pose(start.position), Pose(end.position)
     kept, indices = [start], [-1]

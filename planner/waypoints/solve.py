@@ -270,7 +270,8 @@ class _Sequence:
         robot, waypoint, wanted = self.robots[stop.index], self.waypoints[stop.index], self.wanted[stop.index]
         assert wanted is not None  # noqa: S101 - filled in by _stops
         if stop.layer.is_given:
-            known = wanted.rotation is not None and bool((position == stop.layer.positions[0]).all())
+            as_asked = type(waypoint) is JointWaypoint and wanted.rotation is not None
+            known = as_asked and bool((position == stop.layer.positions[0]).all())
             pose = wanted if known else tool_pose(robot, position)
             why: Choice = "way_around" if isinstance(waypoint, ViaWaypoint) else "given"
             return SolvedWaypoint(waypoint.name, wanted, position, pose, 0.0, 0.0, None, None, why, motion)

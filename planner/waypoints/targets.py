@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.errors import Remedy
 from planner.kinematics.forward import tool_pose
+from planner.problems.motion_around import as_requested
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.spatial import FloatArray, Pose
@@ -23,14 +24,15 @@ def wanted_poses(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> l
     """Return the pose asked at every waypoint, as far as the list alone says it.
 
     A move starts from the pose asked before it, not from the one reached: errors do not add up. Relative to a joint
-    position of an arm that cannot choose its orientation it asks for none.
+    position of an arm that cannot choose its orientation it asks for none. A waypoint that was fixed since asks for the
+    pose of the request; what that leaves open is as its joint position has it.
 
     Args:
         robots: The robot with the tool of each waypoint.
         waypoints: The first is not relative.
 
     Returns:
-        None: the move is in the axes of a tool whose orientation was left open, or starts from such a pose.
+        None: the move is in the axes of a tool whose orientation was left open, turns it, or starts from such a pose.
         `moved_pose` gives the pose once the joint position before is chosen.
     """
     wanted: list[Pose | None] = []
@@ -42,21 +44,39 @@ def wanted_poses(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint]) -> l
             is_open = before is None or before.rotation is None
             before = Pose(seen.position) if seen is not None and is_open else seen
             axes = None if seen is None else seen.rotation
-        if isinstance(waypoint, JointWaypoint):
-            before = tool_pose(robot, np.array(waypoint.position))
-            axes = before.rotation
-            if robot.is_position_only:
-                before = Pose(before.position)
+        requested = as_requested(waypoint)
+        if isinstance(requested, PoseWaypoint) and not requested.free:
+            before = requested.pose_in_base
+        elif (
+            isinstance(requested, RelativeWaypoint)
+            and before is not None
+            and (axes is not None or not (requested.frame == "tool" or requested.turns_tool))
+        ):
+            before = moved_pose(before, axes, requested)
         else:
-            if isinstance(waypoint, PoseWaypoint):
-                before = waypoint.pose_in_base
-            elif before is not None and (axes is not None or waypoint.frame == "base"):
-                before = moved_pose(before, axes, waypoint)
-            else:
-                before = None
-            axes = None if before is None else before.rotation
+            before = None
+        axes = None if before is None else before.rotation
+        if isinstance(waypoint, JointWaypoint) and axes is None:
+            there = tool_pose(robot, np.array(waypoint.position))
+            axes = there.rotation
+            if before is None:
+                before = Pose(there.position) if robot.is_position_only else there
         wanted.append(before)
     return wanted
+
+
+def first_fixing(robots: Sequence[Robot], waypoints: Sequence[AnyWaypoint], index: int) -> int:
+    """Return the index of the first waypoint whose joint position decides the pose requested at another.
+
+    Args:
+        robots: The robot with the tool of each waypoint.
+        waypoints: The first is not relative.
+        index: Index of the other; it is the answer itself where the list alone says its pose.
+    """
+    if wanted_poses(robots[: index + 1], waypoints[: index + 1])[-1] is None:
+        while isinstance(waypoints[index], RelativeWaypoint):
+            index -= 1
+    return index
 
 
 def of_other_tool(pose: Pose | None, robot: Robot, other: Robot) -> Pose | None:
@@ -79,15 +99,15 @@ def of_other_tool(pose: Pose | None, robot: Robot, other: Robot) -> Pose | None:
 
 
 def moved_pose(before: Pose, axes: FloatArray | None, waypoint: RelativeWaypoint) -> Pose:
-    """Return the pose before, moved. Where the pose before left its orientation open, so does this one.
+    """Return the pose before, moved. Where that leaves its orientation open, so does this one unless the tool turns.
 
     Args:
         before: The pose asked at the waypoint before.
-        axes: (3, 3), of the tool there; not needed by a move in the base's axes.
+        axes: (3, 3), of the tool there; not needed by a move in the base's axes that does not turn it.
         waypoint: The move.
     """
     turn, shift = waypoint.move.transform()
-    rotation = before.rotation
+    rotation = axes if before.rotation is None and waypoint.turns_tool else before.rotation
     if waypoint.frame == "base":
         return Pose(before.position + shift, None if rotation is None else turn @ rotation)
     assert axes is not None  # noqa: S101 - wanted_poses leaves out what needs them and has none
@@ -103,7 +123,9 @@ def move_to(goal: Pose, before: Pose, axes: FloatArray | None, waypoint: Relativ
         axes: (3, 3), of the tool there; not needed by a move in the base's axes.
         waypoint: Whose frame the move is in.
     """
-    shift, start = goal.position - before.position, before.rotation
+    shift, start = goal.position - before.position, axes if before.rotation is None else before.rotation
+    if start is None and waypoint.turns_tool:
+        return None
     if waypoint.frame == "base":
         turn = None if start is None or goal.rotation is None else goal.rotation @ start.T
     else:

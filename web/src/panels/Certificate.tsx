@@ -148,4 +148,6 @@ const TOOL_UNITS: Record<string, string> = {
   path_position_deviation: 'm',
   path_orientation_deviation: 'rad',
   blend_deviation: 'm',
+  waypoint_position_error: 'm',
+  waypoint_orientation_error: 'rad',
 };

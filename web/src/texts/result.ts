@@ -38,6 +38,8 @@ export const ofResult = {
     path_position_deviation: 'Off the path',
     path_orientation_deviation: 'Off the orientation',
     blend_deviation: 'Corners cut by',
+    waypoint_position_error: 'Off a waypoint',
+    waypoint_orientation_error: 'Off a waypoint, turned',
   } as Record<string, string>,
   refusal: {
     label: 'Refusal',

@@ -1,0 +1,265 @@
+"""The check that every waypoint is met: its target anew from the request and from where the trajectory comes.
+
+With the search for joint positions it shares nothing but forward kinematics and the words of the request: no target, no
+choice and no error of the search is believed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.checks import Check
+from planner.certificate.goal_regions import misses_of_region, nearest_in_region
+from planner.certificate.lines_and_circles import angles_of
+from planner.kinematics.forward import tool_pose
+from planner.problems.motion_around import as_requested
+from planner.problems.problem import JointWaypoint, PoseWaypoint, RelativeWaypoint, ViaWaypoint
+from planner.problems.regions import region_of
+from planner.spatial import Pose
+from planner.tolerances import POSITION_TOLERANCE
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping, Sequence
+
+    from planner.problems.problem import PlanningProblem
+    from planner.problems.regions import Region
+    from planner.robots import Robot
+    from planner.spatial import FloatArray
+    from planner.trajectories.trajectory import Trajectory
+
+PASSING_VELOCITY = "passing_velocity_error"
+"""The quantity of the check: how far a joint's velocity is from the one that is asked, rad/s or m/s."""
+
+CLOSE_ENOUGH = 1e-6
+"""Distance from an asked velocity, as a share of the largest of all joints there, that rounding may leave."""
+
+TURN = 2.0 * np.pi
+"""A whole turn, rad."""
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """What the request says of the tool at one waypoint, where the trajectory comes as it does.
+
+    Attributes:
+        pose: The pose requested; of a region its nearest; without a rotation any orientation will do.
+        start: The pose from which a motion goes on, and a relative waypoint: that requested, and what the request
+            leaves open as it is reached.
+        tolerance: How far the tool may be from it, m and rad.
+        is_open: Whether something of the pose is left open.
+    """
+
+    pose: Pose
+    start: Pose
+    tolerance: tuple[float, float]
+    is_open: bool
+
+    def seen_with(self, robot: Robot, other: Robot) -> Target:
+        """Return the target with the tool of `other` in place of that of `robot`."""
+        if robot is other:
+            return self
+        shift = robot.tool_in_tip.actInv(other.tool_in_tip)
+
+        def moved(pose: Pose, axes: FloatArray) -> Pose:
+            rotation = None if pose.rotation is None else pose.rotation @ shift.rotation
+            return Pose(pose.position + axes @ shift.translation, rotation)
+
+        axes = _axes(self.start)
+        distance, angle = self.tolerance
+        far = distance + angle * float(np.linalg.norm(shift.translation))
+        return Target(moved(self.pose, axes), moved(self.start, axes), (far, angle), self.is_open)
+
+
+@dataclass(frozen=True, eq=False)
+class MetWaypoints:
+    """How the waypoints of a problem are met by a trajectory.
+
+    Attributes:
+        targets: What the request says of the tool at each waypoint.
+        positions: (waypoints, joints), rad or m, that are to be met at the arrivals; NaN of those that are blended, and
+            where the request asks for a pose.
+        errors: The distance, m, and the angle, rad, from the target of each waypoint; None: no orientation is asked.
+        checks: The worst of each kind.
+    """
+
+    targets: tuple[Target, ...]
+    positions: FloatArray
+    errors: tuple[tuple[float, float | None], ...]
+    checks: tuple[Check, ...]
+
+
+def certify_waypoints(
+    trajectory: Trajectory, problem: PlanningProblem, corners: FloatArray, blended: Collection[int]
+) -> MetWaypoints:
+    """Compare the positions of a trajectory at the arrivals with what is requested of every waypoint.
+
+    A relative waypoint goes on from the pose requested before it. Where that leaves something open, it goes on from
+    what is reached there, whose tolerance then adds to its own.
+
+    Args:
+        trajectory: The trajectory to be checked.
+        problem: What it is for; waypoints that were fixed since count as they are requested.
+        corners: Joint positions (waypoints, joints) of the waypoints, which count only where those are blended.
+        blended: Indices of the waypoints that are not to be met.
+    """
+    met = trajectory.evaluate(trajectory.arrivals, [0])[0].copy()
+    is_met = np.ones(len(met), dtype=bool)
+    is_met[list(blended)] = False
+    met[~is_met] = corners[~is_met]
+    to_meet = np.full_like(met, np.nan)
+    targets: list[Target] = []
+    errors: list[tuple[float, float | None]] = []
+    checked: list[tuple[int, tuple[float, float | None], tuple[float, float]]] = []
+    before: Target | None = None
+    for k, (robot, waypoint) in enumerate(zip(problem.robots, map(as_requested, problem.waypoints), strict=True)):
+        if before is not None:
+            before = before.seen_with(problem.robots[k - 1], robot)
+        reached = tool_pose(robot, met[k])
+        options = problem.inverse_kinematics
+        tolerance = options.tolerance_position, options.tolerance_orientation
+        if isinstance(waypoint, JointWaypoint):
+            wanted = _requested_position(problem, k, waypoint, met[k])
+            target = _of_position(robot, wanted)
+            is_same = bool((np.abs(met[k] - wanted) <= POSITION_TOLERANCE).all())
+            error = (0.0, 0.0) if is_same else _error(target.pose, None, reached)
+            if is_met[k]:
+                to_meet[k] = wanted
+        else:
+            region = region_of(waypoint.free) if isinstance(waypoint, PoseWaypoint) and waypoint.free else None
+            if isinstance(waypoint, PoseWaypoint):
+                target = _of_pose(waypoint.pose_in_base, region, reached, tolerance)
+                error = _error(waypoint.pose_in_base, region, reached)
+            else:
+                assert before is not None  # noqa: S101 - the check of the problem refuses a relative first waypoint
+                target = _moved(before, waypoint, reached, tolerance)
+                error = _error(target.pose, None, reached)
+            checked += [(k, error, target.tolerance)] if is_met[k] else []
+        targets.append(target)
+        errors.append(error)
+        # A corner of a way is nothing that the request has: a relative waypoint goes on from what it has before.
+        before = before if isinstance(waypoint, ViaWaypoint) else target
+    return MetWaypoints(tuple(targets), to_meet, tuple(errors), tuple(_checks(checked, trajectory.arrivals)))
+
+
+def _axes(pose: Pose) -> FloatArray:
+    assert pose.rotation is not None  # noqa: S101 - the start of a motion has one
+    return pose.rotation
+
+
+def _requested_position(problem: PlanningProblem, k: int, waypoint: JointWaypoint, met: FloatArray) -> FloatArray:
+    """Return the joint position (joints,) of a waypoint: within the limits, and by as many turns as are met."""
+    robot = problem.robot
+    position = np.array(waypoint.position)
+    inside = np.clip(position, robot.limit("lower"), robot.limit("upper"))
+    wanted = np.where(np.abs(position - inside) <= problem.start_tolerance, inside, position)
+    turns = np.where(robot.is_continuous & (k > 0), np.round((met - wanted) / TURN), 0.0)
+    turned: FloatArray = wanted + TURN * turns
+    return turned
+
+
+def _of_position(robot: Robot, position: FloatArray) -> Target:
+    """Return the target of a joint position (joints,)."""
+    pose = tool_pose(robot, position)
+    requested = Pose(pose.position) if robot.is_position_only else pose
+    return Target(requested, pose, (0.0, 0.0), is_open=False)
+
+
+def _of_pose(pose: Pose, region: Region | None, reached: Pose, tolerance: tuple[float, float]) -> Target:
+    """Return the target of a pose, of which a region may be left open, where the tool is."""
+    if region is not None:
+        points, axes = nearest_in_region(
+            region, pose.position[None], _axes(pose)[None], reached.position[None], _axes(reached)[None]
+        )
+        nearest = Pose(points[0], axes[0])
+        return Target(nearest, nearest, tolerance, is_open=True)
+    if pose.rotation is None:
+        return Target(pose, Pose(pose.position, reached.rotation), tolerance, is_open=True)
+    return Target(pose, pose, tolerance, is_open=False)
+
+
+def _moved(before: Target, waypoint: RelativeWaypoint, reached: Pose, tolerance: tuple[float, float]) -> Target:
+    """Return the target of a relative waypoint from the one before it, where the tool is."""
+    turn, shift = waypoint.move.transform()
+    position, rotation = before.start.position, before.pose.rotation
+    rotation = _axes(before.start) if rotation is None and waypoint.turns_tool else rotation
+    if waypoint.frame == "base":
+        position, rotation = position + shift, None if rotation is None else turn @ rotation
+    else:
+        position = position + _axes(before.start) @ shift
+        rotation = None if rotation is None else rotation @ turn
+    pose = Pose(position, rotation)
+    if before.is_open:
+        distance, angle = before.tolerance
+        tolerance = tolerance[0] + distance + angle * float(np.linalg.norm(shift)), tolerance[1] + angle
+    start = pose if rotation is not None else Pose(position, reached.rotation)
+    return Target(pose, start, tolerance, before.is_open)
+
+
+def _error(pose: Pose, region: Region | None, reached: Pose) -> tuple[float, float | None]:
+    """Return the distance, m, and the angle, rad, of the tool from a pose or a region; no angle if none is asked."""
+    if region is not None:
+        distances, angles = misses_of_region(
+            region, pose.position[None], _axes(pose)[None], reached.position[None], _axes(reached)[None]
+        )
+        return float(distances[0]), float(angles[0])
+    distance = float(np.linalg.norm(pose.position - reached.position))
+    if pose.rotation is None:
+        return distance, None
+    return distance, float(angles_of((pose.rotation.T @ _axes(reached))[None])[0])
+
+
+def _checks(
+    checked: list[tuple[int, tuple[float, float | None], tuple[float, float]]], arrivals: FloatArray
+) -> list[Check]:
+    """Return the checks of the waypoints that are farthest off, by what is allowed."""
+    found = []
+    for column, quantity in enumerate(("waypoint_position_error", "waypoint_orientation_error")):
+        known = [
+            (value / allowed[column], k, value, allowed[column])
+            for k, error, allowed in checked
+            if (value := error[column]) is not None
+        ]
+        if known:
+            ratio, k, peak, limit = max(known)
+            time = float(arrivals[k])
+            found.append(Check(quantity, None, peak, limit, ratio, time, "exact", enforced=True, bounded=True))
+    return found
+
+
+def certify_passages(
+    trajectory: Trajectory, joint_names: Sequence[str], passed_at: Mapping[int, FloatArray]
+) -> list[Check]:
+    """Hold the velocities at waypoints against those asked.
+
+    Args:
+        trajectory: The trajectory to be checked.
+        joint_names: The names of its joints.
+        passed_at: The velocities (joints,), rad/s or m/s, that are asked, by the segment that begins at the waypoint.
+
+    Returns:
+        The check of the joint and the waypoint that are farthest off; none if no velocity is asked.
+    """
+    if not passed_at:
+        return []
+    segments, asked = list(passed_at), np.array(list(passed_at.values()))
+    times = trajectory.departures[segments]
+    errors = np.abs(trajectory.evaluate(times, [1])[0] - asked)
+    limits = CLOSE_ENOUGH * np.abs(asked).max(axis=1)
+    row, joint = np.unravel_index(int((errors / limits[:, None]).argmax()), errors.shape)
+    peak, limit = float(errors[row, joint]), float(limits[row])
+    return [
+        Check(
+            quantity=PASSING_VELOCITY,
+            joint=joint_names[int(joint)],
+            peak=peak,
+            limit=limit,
+            ratio=peak / limit,
+            time=float(times[row]),
+            method="exact",
+            enforced=True,
+            bounded=True,
+        )
+    ]
