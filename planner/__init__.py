@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from planner.backends import Ruckig as Ruckig
     from planner.backends import Toppra as Toppra
     from planner.backends import Trapezoidal as Trapezoidal
+    from planner.backends import as_backend as as_backend
     from planner.certificate import Certificate as Certificate
     from planner.certificate import Check as Check
     from planner.certificate import Clearance as Clearance
@@ -163,6 +164,7 @@ if TYPE_CHECKING:
     from planner.shapes import Shape as Shape
     from planner.shapes import Sphere as Sphere
     from planner.spatial import Pose as Pose
+    from planner.spatial import as_pose as as_pose
     from planner.spatial import quaternion as quaternion
     from planner.spatial import rotation_from_quaternion as rotation_from_quaternion
     from planner.spatial import rotation_from_rpy as rotation_from_rpy
@@ -188,6 +190,7 @@ _NAMES = {
         "Ruckig",
         "Toppra",
         "Trapezoidal",
+        "as_backend",
     ),
     "planner.certificate": (
         "Certificate",
@@ -308,7 +311,14 @@ _NAMES = {
         "collisions_at",
         "is_free",
     ),
-    "planner.spatial": ("Pose", "quaternion", "rotation_from_quaternion", "rotation_from_rpy", "rpy_from_rotations"),
+    "planner.spatial": (
+        "Pose",
+        "as_pose",
+        "quaternion",
+        "rotation_from_quaternion",
+        "rotation_from_rpy",
+        "rpy_from_rotations",
+    ),
     "planner.speed_zones": ("SpeedZone",),
     "planner.plans.tool_lines": ("LinePolynomial", "line_polynomials"),
     "planner.plans.tool_speeds": ("SlowPart", "ToolSpeedReport", "tool_speed_reports"),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from planner.backends import BackEnd, as_backend
 from planner.errors import PlanningError
 from planner.kinematics.forward import tool_pose
 from planner.planning import plan
@@ -16,7 +17,6 @@ from planner.trajectories.integrals import Nodes
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from planner.backends.base import BackEnd
     from planner.plans.result import Plan
     from planner.problems.problem import PlanningProblem
     from planner.robots import Robot
@@ -68,17 +68,17 @@ class Comparison:
     refusal: PlanningError | None = None
 
 
-def compare(problem: PlanningProblem, backends: Iterable[BackEnd]) -> list[Comparison]:
+def compare(problem: PlanningProblem, backends: Iterable[BackEnd | str]) -> list[Comparison]:
     """Plan a problem with several back ends, side by side.
 
     Args:
         problem: What is asked: robot, waypoints, limits.
-        backends: The back ends, with their options.
+        backends: The back ends, or their kinds.
 
     Returns:
         One comparison for each back end, in their order.
     """
-    return [_compared(problem, backend) for backend in backends]
+    return [_compared(problem, as_backend(backend)) for backend in backends]
 
 
 def _compared(problem: PlanningProblem, backend: BackEnd) -> Comparison:

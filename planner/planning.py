@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from planner.backends import as_backend
 from planner.backends.splines.cubic import Cubic
 from planner.errors import (
     ClearanceUnproved,
@@ -27,16 +28,19 @@ if TYPE_CHECKING:
     from planner.problems.problem import PlanningProblem
 
 
-def plan(problem: PlanningProblem, backend: BackEnd = Cubic()) -> Plan:
+def plan(problem: PlanningProblem, backend: BackEnd | str = Cubic()) -> Plan:
     """Plan a certified trajectory.
 
     Args:
         problem: What is asked: robot, waypoints, limits.
-        backend: What puts time on the path, with its options.
+        backend: The back end that puts time on the path, or its kind, for example `"ruckig"`: one with default options.
 
     Raises:
         PlanningError: Of the kind that says why there is no plan, with remedies where there are any.
+        TypeError: The back end is none.
+        ValueError: No back end is of this kind.
     """
+    backend = as_backend(backend)
     try:
         check_problem(problem, backend)
         if free_waypoints(problem):

@@ -10,7 +10,11 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     from numpy.typing import ArrayLike
+
+    PoseLike: TypeAlias = "Pose | pin.SE3 | ArrayLike"
 
 FloatArray = NDArray[np.float64]
 
@@ -66,6 +70,11 @@ class Pose:
         quaternion = np.array(xyzw, dtype=np.float64)
         return cls(np.array(position, dtype=np.float64), rotation_from_quaternion(quaternion))
 
+    def __repr__(self) -> str:
+        """Return position and orientation in one line."""
+        turned = "None" if self.rotation is None else np.round(quaternion(self.rotation), 6).tolist()
+        return f"Pose({np.round(self.position, 6).tolist()}, xyzw={turned})"
+
     def from_frame(self, frame: Pose) -> Pose:
         """Express a pose that is given in a frame where that frame stands: T_base_frame T_frame_pose.
 
@@ -87,6 +96,47 @@ class Pose:
         if frame.rotation is None:
             return Pose(shift, self.rotation)
         return Pose(frame.rotation.T @ shift, None if self.rotation is None else frame.rotation.T @ self.rotation)
+
+
+def as_pose(value: PoseLike, name: str = "pose") -> Pose:
+    """Convert a `pin.SE3` or a homogeneous transform (4, 4) to a `Pose`; return a `Pose` as it is.
+
+    Args:
+        value: The pose, positions in m.
+        name: Name of the argument, for the message of an error.
+
+    Raises:
+        TypeError: It is none of these.
+        ValueError: The matrix is no rigid transform.
+
+    Examples:
+        >>> import numpy as np, planner
+        >>> planner.as_pose(np.eye(4))
+        Pose([0.0, 0.0, 0.0], xyzw=[0.0, 0.0, 0.0, 1.0])
+    """
+    if isinstance(value, Pose):
+        return value
+    if isinstance(value, pin.SE3):
+        return Pose(value.translation.copy(), value.rotation.copy())
+    expected = f"`{name}` must be a planner.Pose, a pinocchio.SE3 or a homogeneous transform (4, 4)"
+    try:
+        T = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise TypeError(f"{expected}; got {type(value).__name__}") from None
+    if T.shape != (4, 4):
+        raise TypeError(f"{expected}; got {type(value).__name__} of shape {T.shape}")
+    bottom = np.abs(T[3] - (0.0, 0.0, 0.0, 1.0)).max()
+    if not (np.isfinite(T).all() and bottom < ROTATION_TOLERANCE and is_rotation(T[:3, :3])):
+        raise ValueError(f"`{name}` must have a rotation in its upper left 3 x 3 and the last row 0, 0, 0, 1; got {T}")
+    return Pose(T[:3, 3].copy(), T[:3, :3].copy())
+
+
+def convert_poses(record: object, *names: str) -> None:
+    """Convert the poses in the fields of a frozen record by `as_pose`; None stays."""
+    for name in names:
+        value = getattr(record, name)
+        if value is not None:
+            object.__setattr__(record, name, as_pose(value, name))
 
 
 def is_rotation(matrices: ArrayLike) -> np.ndarray:

@@ -24,6 +24,30 @@ BACKENDS: dict[str, type[BackEnd]] = {
 }
 """Every back end by its kind."""
 
+
+def as_backend(value: BackEnd | str) -> BackEnd:
+    """Return the back end of this kind with default options; return a back end as it is.
+
+    Raises:
+        ValueError: No back end is of this kind.
+        TypeError: The value is neither a kind nor a back end.
+
+    Examples:
+        >>> import planner
+        >>> planner.as_backend("ruckig") == planner.Ruckig()
+        True
+    """
+    if isinstance(value, str):
+        if value not in BACKENDS:
+            raise ValueError(f"`backend` must be one of {', '.join(BACKENDS)}; got {value!r}")
+        return BACKENDS[value]()
+    if isinstance(value, type) or not hasattr(value, "parametrize"):
+        name = value.__name__ if isinstance(value, type) else type(value).__name__
+        hint = f"; write planner.{name}()" if name in __all__ else ""
+        raise TypeError(f"`backend` must be a back end or one of {', '.join(BACKENDS)}; got {name}{hint}")
+    return value
+
+
 __all__ = [
     "BACKENDS",
     "QUANTITIES",
@@ -36,4 +60,5 @@ __all__ = [
     "Ruckig",
     "Toppra",
     "Trapezoidal",
+    "as_backend",
 ]

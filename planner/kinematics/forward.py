@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from planner.kinematics.screws import screws_of
 from planner.spatial import FloatArray, Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -46,17 +46,29 @@ OF_PATH_SPEED = (*VELOCITIES, CENTRIPETAL)
 """The quantities that follow from the speed along a path alone."""
 
 
-def forward_kinematics(robot: Robot, positions: ArrayLike) -> list[Pose]:
-    """Compute where the tool is at joint positions.
+@overload
+def forward_kinematics(robot: Robot, positions: Sequence[float]) -> Pose: ...
+@overload
+def forward_kinematics(robot: Robot, positions: Sequence[Sequence[float]]) -> list[Pose]: ...
+@overload
+def forward_kinematics(robot: Robot, positions: ArrayLike) -> Any: ...
+def forward_kinematics(robot: Robot, positions: ArrayLike) -> Pose | list[Pose]:
+    """Compute the pose of the tool at one joint position or at many.
 
     Args:
         robot: The robot, with its tool.
-        positions: (N, joints), rad or m.
+        positions: One joint position (joints,), or N of them (N, joints), rad or m.
 
     Returns:
-        N poses of the tool in the base frame.
+        The pose of the tool in the base frame, or N of them.
+
+    Raises:
+        ValueError: The array has another shape.
     """
-    return [tool_pose(robot, q) for q in np.asarray(positions, dtype=np.float64)]
+    rows = np.asarray(positions, dtype=np.float64)
+    if rows.ndim not in (1, 2) or (rows.size and rows.shape[-1] != robot.dof):
+        raise ValueError(f"`positions` must have shape ({robot.dof},) or (N, {robot.dof}); got {rows.shape}")
+    return tool_pose(robot, rows) if rows.ndim == 1 and rows.size else [tool_pose(robot, q) for q in rows]
 
 
 def tool_pose(robot: Robot, position: ArrayLike) -> Pose:

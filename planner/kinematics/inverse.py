@@ -17,6 +17,7 @@ from planner.kinematics.nearest import MANY, nearest_in_turn, nearest_solution
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.kinematics.search import Search, errors_of_many, is_isolated, pose_errors, search_all, wide_spread
 from planner.kinematics.turns import by_distance, nearest_turn
+from planner.spatial import as_pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -83,7 +84,7 @@ def inverse_kinematics(
     Returns:
         The solution; or why there is none, and the nearest pose found: look at its `status`.
     """
-    search = Search(robot, pose, options)
+    search = Search(robot, as_pose(pose), options)
     if reference is None and options.reference is not None:
         reference = np.array(options.reference)
     near = None if reference is None else np.asarray(reference, dtype=np.float64)

@@ -96,15 +96,19 @@ class JointPath:
     """
 
     robot: Robot
-    dynamics: SegmentDynamics = field(repr=False)
+    dynamics: SegmentDynamics
     waypoints: tuple[SolvedWaypoint, ...]
-    limits: SegmentLimits = field(repr=False)
+    limits: SegmentLimits
     durations: FloatArray
     dwells: FloatArray
-    runs: tuple[Run, ...] = field(repr=False)
-    tool_motions: tuple[PosePath | None, ...] = field(repr=False)
+    runs: tuple[Run, ...]
+    tool_motions: tuple[PosePath | None, ...]
     passed_at: Mapping[int, FloatArray] = field(default_factory=dict)
-    half_spaces: HalfSpaces | None = field(default=None, repr=False)
+    half_spaces: HalfSpaces | None = None
+
+    def __repr__(self) -> str:
+        """Return robot and number of waypoints, in one line."""
+        return f"JointPath({self.robot.id!r}, {len(self.waypoints)} waypoints)"
 
     def keeping(self, quantities: Collection[str]) -> JointPath:
         """Return the path without those limits of the tool that are not among some quantities."""

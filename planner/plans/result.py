@@ -84,6 +84,11 @@ class Plan:
     warnings: tuple[PlanWarning, ...]
     ways: tuple[FoundWay, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return robot, back end and duration, in one line."""
+        robot, waypoints = self.problem.robot.id, len(self.problem.waypoints)
+        return f"Plan({robot!r}, {self.backend.kind}, {waypoints} waypoints, {self.trajectory.duration:.6g} s)"
+
     @cached_property
     def actions(self) -> tuple[TimedAction, ...]:
         """What happens on the way besides motion, with its times."""

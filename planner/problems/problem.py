@@ -13,9 +13,10 @@ from planner.kinematics.configurations import Configuration
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.limits import Limits, segment_limits
 from planner.problems.transitions import StopTransition
+from planner.robots import Robot
 from planner.robots.tools import with_tools
 from planner.scene.scene import Handling
-from planner.spatial import ROTATION_TOLERANCE
+from planner.spatial import ROTATION_TOLERANCE, as_pose, convert_poses
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from planner.problems.moves import Move
     from planner.problems.regions import Free
     from planner.problems.transitions import Transition
-    from planner.robots import Robot
     from planner.robots.payload import Payload
     from planner.scene.scene import Attach, Scene
     from planner.spatial import Pose
@@ -96,6 +96,10 @@ class CircularMotion(CartesianMotion):
 
     via: Pose
 
+    def __post_init__(self) -> None:
+        """Convert other types of poses."""
+        convert_poses(self, "via")
+
 
 @dataclass(frozen=True)
 class PolylineMotion(CartesianMotion):
@@ -113,6 +117,10 @@ class PolylineMotion(CartesianMotion):
     poses: Sequence[Pose]
     blend: float
 
+    def __post_init__(self) -> None:
+        """Convert other types of poses."""
+        object.__setattr__(self, "poses", tuple(as_pose(pose, f"poses[{i}]") for i, pose in enumerate(self.poses)))
+
 
 @dataclass(frozen=True)
 class SplineMotion(CartesianMotion):
@@ -127,6 +135,10 @@ class SplineMotion(CartesianMotion):
     """
 
     poses: Sequence[Pose]
+
+    def __post_init__(self) -> None:
+        """Convert other types of poses."""
+        object.__setattr__(self, "poses", tuple(as_pose(pose, f"poses[{i}]") for i, pose in enumerate(self.poses)))
 
 
 Motion = JointMotion | CartesianMotion
@@ -169,6 +181,10 @@ class Waypoint:
     detach: Sequence[str] = ()
     tool: Pose | None = None
 
+    def __post_init__(self) -> None:
+        """Convert other types of poses."""
+        convert_poses(self, "tool")
+
 
 @dataclass(frozen=True)
 class JointWaypoint(Waypoint):
@@ -184,6 +200,7 @@ class JointWaypoint(Waypoint):
 
     def __post_init__(self) -> None:
         """Keep plain numbers, which are compared and cannot change."""
+        super().__post_init__()
         object.__setattr__(self, "position", tuple(map(float, self.position)))
 
     @classmethod
@@ -231,6 +248,11 @@ class PoseWaypoint(Waypoint):
     free: Free | None = None
     external: Mapping[str, float] | None = None
 
+    def __post_init__(self) -> None:
+        """Convert other types of poses."""
+        super().__post_init__()
+        convert_poses(self, "pose", "frame")
+
     @property
     def pose_in_base(self) -> Pose:
         """The pose in the base frame."""
@@ -262,16 +284,37 @@ class RelativeWaypoint(Waypoint):
 AnyWaypoint = JointWaypoint | PoseWaypoint | RelativeWaypoint
 
 
+def _as_waypoint(value: Any, robot: Robot, name: str) -> AnyWaypoint:
+    """Convert joint values (joints,), the name of a joint position or a pose to a waypoint; return a waypoint as it is.
+
+    Raises:
+        InvalidProblem: The robot has no position of this name.
+        TypeError: The value is none of these.
+    """
+    if isinstance(value, AnyWaypoint):
+        return value
+    if isinstance(value, str):
+        return JointWaypoint.named(robot, value)
+    if np.ndim(value) == 1 and np.asarray(value).dtype.kind in "fiu":
+        return JointWaypoint(value)
+    try:
+        return PoseWaypoint(as_pose(value, name))
+    except TypeError:
+        expected = "a waypoint, a joint position, the name of one, a Pose, a pinocchio.SE3 or a transform (4, 4)"
+        raise TypeError(f"`{name}` must be {expected}; got {type(value).__name__}") from None
+
+
 @dataclass(frozen=True)
 class PlanningProblem:
     """Everything that one plan depends on but the back end, which puts time on the path.
 
     Attributes:
         robot: The arm, with its tool already attached if there is one.
-        waypoints: One or more; the robot starts at rest at the first and ends at rest at the last. One at the joint
-            position of the one before (up to 1e-9 rad or m) is passed with it, as the strictest of their transitions
-            asks; a `duration` there is a rest of that time, so is a `minimum_duration`. Where nothing moves and no rest
-            is asked, the robot rests for 0.01 s.
+        waypoints: One or more. Joint values, names of the robot's positions and poses become waypoints. The robot
+            starts at rest at the first and ends at rest at the last. One at the joint position of the one before (up to
+            1e-9 rad or m) is passed with it, as the strictest of their transitions asks; a `duration` or
+            a `minimum_duration` there is a rest of that time. Where nothing moves and no rest is asked, the robot rests
+            for 0.01 s.
         limits: Limits on the whole trajectory; where a waypoint has limits of its own, the narrower hold.
         inverse_kinematics: How the poses among the waypoints are solved.
         payload: What the robot carries, until a waypoint changes it; None: nothing.
@@ -301,9 +344,22 @@ class PlanningProblem:
     speed_zones: Sequence[SpeedZone] = ()
 
     def __post_init__(self) -> None:
-        """Keep waypoints, actions and speed zones in tuples, which cannot change."""
-        for name in ("waypoints", "actions", "speed_zones"):
+        """Convert waypoints of other types; keep waypoints, actions and speed zones in tuples, which cannot change.
+
+        Raises:
+            TypeError: The robot is none, or one of the waypoints.
+        """
+        if not isinstance(self.robot, Robot):
+            hint = f" Write planner.load_robot({self.robot!r})." if isinstance(self.robot, str) else ""
+            raise TypeError(f"`robot` must be a planner.Robot; got {type(self.robot).__name__}.{hint}")
+        waypoints = [_as_waypoint(value, self.robot, f"waypoints[{i}]") for i, value in enumerate(self.waypoints)]
+        object.__setattr__(self, "waypoints", tuple(waypoints))
+        for name in ("actions", "speed_zones"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
+
+    def __repr__(self) -> str:
+        """Return robot and number of waypoints, in one line."""
+        return f"PlanningProblem({self.robot!r}, {len(self.waypoints)} waypoints)"
 
     def segment_limits(self) -> SegmentLimits:
         """Return the limits in force on each segment; of a single waypoint, those while the robot rests there."""

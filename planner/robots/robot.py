@@ -20,6 +20,7 @@ from planner.robots.dh import DHModel, read_dh
 from planner.robots.findings import Findings
 from planner.robots.urdf.arm import PlanningGroup
 from planner.robots.urdf.reader import read_urdf
+from planner.spatial import as_pose
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -201,6 +202,10 @@ class Robot(RobotDescription):
             robot = replace(robot, model=model, mounting=mounting)
         return robot if tool is None else robot.with_tool(tool)
 
+    def __repr__(self) -> str:
+        """Return id and number of joints, in one line."""
+        return f"Robot({self.id!r}, {self.dof} joints)"
+
     @cached_property
     def data(self) -> pin.Data:
         """Pinocchio's scratch space. One per process: planning is single-threaded."""
@@ -342,6 +347,7 @@ class Robot(RobotDescription):
         Returns:
             The same robot with that tool, in place of any other.
         """
+        pose = as_pose(pose)
         model = self.model.copy()
         tip = model.frames[self.tip_frame_id]
         rotation = np.eye(3) if pose.rotation is None else pose.rotation

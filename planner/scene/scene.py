@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.spatial import Pose
+from planner.spatial import Pose, convert_poses
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +42,8 @@ class SceneObject:
     margin: float | None = None
 
     def __post_init__(self) -> None:
-        """Keep the shapes in a tuple, which cannot change."""
+        """Convert other types of poses; keep the shapes in a tuple, which cannot change."""
+        convert_poses(self, "pose")
         object.__setattr__(self, "shapes", tuple(self.shapes))
 
 
@@ -73,7 +74,8 @@ class AttachedObject:
     margin: float | None = None
 
     def __post_init__(self) -> None:
-        """Keep lists in tuples, which cannot change."""
+        """Convert other types of poses; keep lists in tuples, which cannot change."""
+        convert_poses(self, "pose")
         object.__setattr__(self, "shapes", tuple(self.shapes))
         object.__setattr__(self, "touch_links", tuple(self.touch_links))
 

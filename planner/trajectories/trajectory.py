@@ -50,6 +50,11 @@ class Trajectory(SegmentedPolynomial):
     departures: FloatArray
     warnings: tuple[PlanWarning, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return duration and sizes, in one line."""
+        pieces, joints, _ = self.coefficients.shape
+        return f"Trajectory({self.duration:.6g} s, {pieces} pieces, {joints} joints)"
+
     @property
     def duration(self) -> float:
         """The time from start to end, s."""
