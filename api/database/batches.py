@@ -15,7 +15,7 @@ from api.database.tables import batches, engines, items
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from sqlalchemy import Connection
+    from sqlalchemy import ColumnElement, Connection
 
     from api.batches.items import NewItem
 
@@ -105,14 +105,18 @@ def begin_batch(
     """
     exclusively(connection, BATCHES)
     if key is not None:
-        same = select(batches).where(batches.c.owner == owner, batches.c.idempotency_key == key)
+        same = select(batches, _is_cut_off().label("is_cut_off"))
+        same = same.where(batches.c.owner == owner, batches.c.idempotency_key == key)
         known = connection.execute(same).one_or_none()
-        if known is not None:
+        if known is not None and known.is_cut_off:
+            discard_batches(connection, [known.number])
+        elif known is not None:
             return "arriving" if known.status == "arriving" else Arrival(known.number, known.id, known.body_digest)
     count, size = connection.execute(select(func.count(), func.coalesce(func.sum(batches.c.size), 0))).one()
     if count >= bounds.batches or size >= bounds.size:
         return "full"
-    under_way = select(func.count()).where(batches.c.owner == owner, batches.c.status.in_(["arriving", "running"]))
+    not_ended = batches.c.status.in_(["arriving", "running"]) & ~_is_cut_off()
+    under_way = select(func.count()).where(batches.c.owner == owner, not_ended)
     if connection.execute(under_way).scalar_one() >= bounds.batches_of_owner:
         return "too_many"
     batch_id = uuid.uuid4().hex
@@ -246,10 +250,14 @@ def cancel_batch(connection: Connection, number: int) -> None:
     connection.execute(update(batches).where(running).values(status="cancelled", ended=time.time(), rate=None))
 
 
+def _is_cut_off() -> ColumnElement[bool]:
+    """Make the condition that the service which took a batch in died before all of it had arrived."""
+    alive = select(engines.c.id).where(engines.c.seen > time.time() - ENGINE_TIMEOUT)
+    return (batches.c.status == "arriving") & batches.c.engine.not_in(alive)
+
+
 def clean_up(connection: Connection, ended_before: float) -> None:
     """Forget batches that ended before a time, s since 1970, and those whose arrival was cut off; and dead services."""
-    alive = select(engines.c.id).where(engines.c.seen > time.time() - ENGINE_TIMEOUT)
-    cut_off = (batches.c.status == "arriving") & batches.c.engine.not_in(alive)
-    old = connection.scalars(select(batches.c.number).where((batches.c.ended < ended_before) | cut_off))
+    old = connection.scalars(select(batches.c.number).where((batches.c.ended < ended_before) | _is_cut_off()))
     discard_batches(connection, old.all())
     connection.execute(delete(engines).where(engines.c.seen < time.time() - 10.0 * ENGINE_TIMEOUT))

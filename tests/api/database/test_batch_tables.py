@@ -183,6 +183,21 @@ def test_a_batch_keeps_the_robot_that_its_id_stood_for(connection: Connection) -
         assert connection.scalar(select(func.count()).select_from(table)) == 0
 
 
+def test_the_key_of_a_batch_whose_arrival_was_cut_off_is_free(connection: Connection) -> None:
+    """A service that was killed while a batch arrived left the key, and the client's place, taken for an hour."""
+    one_each = WIDE._replace(batches_of_owner=1)
+    first = begin_batch(connection, "client", "key", OTHER, one_each)
+    assert isinstance(first, Arrival)
+    append_items(connection, first.number, 0, [NewItem(b"0", None, None, 10.0)], "")
+    assert begin_batch(connection, "client", "key", ME, one_each) == "arriving"
+    assert begin_batch(connection, "client", "another", ME, one_each) == "too_many"
+    connection.execute(update(engines).where(engines.c.id == OTHER).values(seen=time.time() - 60.0))
+    again = begin_batch(connection, "client", "key", ME, one_each)
+    assert isinstance(again, Arrival) and again.body_digest is None and again.id != first.id
+    assert connection.execute(select(func.count()).select_from(items)).scalar_one() == 0
+    assert begin_batch(connection, "client", "another", ME, one_each) == "too_many"
+
+
 def test_a_batch_whose_arrival_was_cut_off_is_forgotten(connection: Connection) -> None:
     arrival = begin_batch(connection, "client", None, ME, WIDE)
     assert isinstance(arrival, Arrival)
