@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planner.errors import InvalidProblem
 from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
+    from planner.fields import FieldPath
     from planner.robots import Robot
     from planner.spatial import FloatArray
 
@@ -21,6 +23,17 @@ JOINT_QUANTITIES = ("velocity", "acceleration", "jerk", "torque")
 
 TCP_QUANTITIES = tuple(TCP_ORDERS)
 """Names of the quantities of the tool that a caller may limit."""
+
+
+SMALLEST = 1e-9
+"""The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
+reciprocals of the smallest numbers that a computer has are none."""
+
+TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
+"""The message of a fault where a number is smaller."""
+
+SCALES = ("velocity_scale", "acceleration_scale")
+"""Names of the fields of `Limits` that are factors on others."""
 
 
 @dataclass(frozen=True)
@@ -170,6 +183,52 @@ def counted_velocity(limit: FloatArray) -> FloatArray:
     return np.where(np.isfinite(limit), limit, 1.0)
 
 
+def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
+    """Find the faults of limits asked by a caller: their length, or being wider than the robot's.
+
+    Args:
+        robot: Its limits are the widest there are.
+        limits: What is asked.
+        field: Path of the field that has the limits.
+    """
+    for name in (*TCP_QUANTITIES, *SCALES):
+        number = getattr(limits, name)
+        if number is not None and not number >= SMALLEST:
+            yield (*field, name), TOO_SMALL
+        elif name in SCALES and number > 1.0:
+            yield (*field, name), f"must be no more than 1: {number:g} times the robot's limits is beyond them"
+    for quantity in RANGED_QUANTITIES:
+        name = f"{quantity}_range"
+        asked = getattr(limits, name)
+        if asked is not None and len(asked) != robot.dof:
+            yield (*field, name), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+            continue
+        for i, ((lower, upper), own) in enumerate(zip(asked or (), robot.bounds(quantity).T.tolist(), strict=False)):
+            if not (SMALLEST <= -lower < np.inf and SMALLEST <= upper < np.inf):
+                yield (
+                    (*field, name, i),
+                    f"needs a lower limit below 0 and an upper one above, no less than {SMALLEST:g}",
+                )
+            elif lower < own[0] or upper > own[1]:
+                text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"
+                yield (*field, name, i), f"wider than the robot's own {quantity} {text}"
+    for quantity in JOINT_QUANTITIES:
+        asked = getattr(limits, quantity)
+        if asked is None:
+            continue
+        if len(asked) != robot.dof:
+            yield (*field, quantity), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
+            continue
+        for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
+            if not value >= SMALLEST:
+                yield (*field, quantity, i), TOO_SMALL
+            elif value > own:
+                yield (
+                    (*field, quantity, i),
+                    f"{value:g} is wider than the robot's own {quantity} limit of {robot.joint_names[i]}, {own:.10g}",
+                )
+
+
 def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...]) -> SegmentLimits:
     """Resolve the limits of each segment.
 
@@ -177,7 +236,14 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
         robot: The robot, whose limits are the widest there are.
         common: Limits of the whole trajectory.
         own: Limits of each segment; where both give one, the narrower holds. The scales multiply.
+
+    Raises:
+        InvalidProblem: Limits wider than the robot's, or a scale above 1: whoever asks for them, none are resolved.
     """
+    asked_of_all = {("limits",): common} | {("waypoints", i, "limits"): each for i, each in enumerate(own, 1) if each}
+    faults = [fault for field, limits in asked_of_all.items() for fault in limit_faults(robot, limits, field)]
+    if faults:
+        raise InvalidProblem(faults)
 
     def joint_limits(quantity: str) -> FloatArray:
         """Return the limits (segments, joints) of a quantity of the joints."""

@@ -10,8 +10,8 @@ import numpy as np
 from planner.certificate.limits import certificate_of
 from planner.errors import InvalidProblem
 from planner.guarantees import JERKS, QUANTITIES, TCP_ORDERS, Guarantee
-from planner.limits import Limits, segment_limits
-from planner.problems.check import limit_faults, refuse_unknown_torques
+from planner.limits import Limits, limit_faults, segment_limits
+from planner.problems.check import refuse_unknown_torques
 from planner.trajectories.polynomials import quintic_hermite
 from planner.trajectories.trajectory import Trajectory
 

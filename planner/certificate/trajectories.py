@@ -10,8 +10,8 @@ import numpy as np
 from planner.certificate.limits import certificate_of, unless_missed
 from planner.errors import InvalidProblem
 from planner.guarantees import JERKS, QUANTITIES, Guarantee
-from planner.limits import Limits, segment_limits
-from planner.problems.check import limit_faults, refuse_unknown_torques
+from planner.limits import Limits, limit_faults, segment_limits
+from planner.problems.check import refuse_unknown_torques
 
 if TYPE_CHECKING:
     from collections.abc import Collection

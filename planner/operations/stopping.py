@@ -10,10 +10,9 @@ import numpy as np
 from planner.certificate import certify
 from planner.errors import InvalidProblem, JointPositionLimit, LimitsUnsatisfiable, distinct
 from planner.guarantees import QUANTITIES, EndStates
-from planner.limits import Limits, segment_limits
+from planner.limits import Limits, limit_faults, segment_limits
 from planner.operations.certified import CertifiedTrajectory, JointState, certified
 from planner.paths.joint_path import SHORTEST_REST
-from planner.problems.check import limit_faults
 from planner.tolerances import LIMIT_TOLERANCE, NEGLIGIBLE_SHARE
 from planner.trajectories.trajectory import Trajectory
 

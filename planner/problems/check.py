@@ -9,13 +9,12 @@ import numpy as np
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END
 from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
-from planner.limits import JOINT_QUANTITIES, TCP_QUANTITIES
+from planner.limits import SMALLEST, TOO_SMALL, limit_faults
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
 from planner.problems.stop_faults import action_faults, objects_handled_faults, tool_faults
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
 from planner.problems.waypoint_faults import waypoint_faults
-from planner.robots.description import RANGED_QUANTITIES
 from planner.scene.faults import scene_faults
 from planner.speed_zones import speed_zone_faults
 from planner.tolerances import DURATION_TOLERANCE
@@ -29,18 +28,8 @@ if TYPE_CHECKING:
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.robots import Robot
 
-SMALLEST = 1e-9
-"""The smallest limit, scale or mass of a payload, in its SI unit or without: less is a slip, and the squares and
-reciprocals of the smallest numbers that a computer has are none."""
-
-TOO_SMALL = f"must be greater than 0, and no less than {SMALLEST:g}"
-"""The message of a fault where a number is smaller."""
-
 TOOL_MOTIONS = {LinearMotion: "line", CircularMotion: "circle", PolylineMotion: "polyline", SplineMotion: "spline"}
 """What messages call the motions of the tool."""
-
-SCALES = ("velocity_scale", "acceleration_scale")
-"""Names of the fields of `Limits` that are factors on others."""
 
 
 def check_problem(problem: PlanningProblem, backend: object) -> None:
@@ -69,50 +58,6 @@ def check_problem(problem: PlanningProblem, backend: object) -> None:
     if moves_at_its_ends(backend):
         _refuse_impossible_ends(problem, backend)
     _refuse_impossible_passages(problem)
-
-
-def limit_faults(robot: Robot, limits: Limits, field: FieldPath) -> Iterator[tuple[FieldPath, str]]:
-    """Find the faults of limits asked by a caller: their length, or being wider than the robot's.
-
-    Args:
-        robot: Its limits are the widest there are.
-        limits: What is asked.
-        field: Path of the field that has the limits.
-    """
-    for name in (*TCP_QUANTITIES, *SCALES):
-        number = getattr(limits, name)
-        if number is not None and not number >= SMALLEST:
-            yield (*field, name), TOO_SMALL
-    for quantity in RANGED_QUANTITIES:
-        name = f"{quantity}_range"
-        asked = getattr(limits, name)
-        if asked is not None and len(asked) != robot.dof:
-            yield (*field, name), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
-            continue
-        for i, ((lower, upper), own) in enumerate(zip(asked or (), robot.bounds(quantity).T.tolist(), strict=False)):
-            if not (SMALLEST <= -lower < np.inf and SMALLEST <= upper < np.inf):
-                yield (
-                    (*field, name, i),
-                    f"needs a lower limit below 0 and an upper one above, no less than {SMALLEST:g}",
-                )
-            elif lower < own[0] or upper > own[1]:
-                text = f"limits of {robot.joint_names[i]}, {own[0]:.10g} to {own[1]:.10g}"
-                yield (*field, name, i), f"wider than the robot's own {quantity} {text}"
-    for quantity in JOINT_QUANTITIES:
-        asked = getattr(limits, quantity)
-        if asked is None:
-            continue
-        if len(asked) != robot.dof:
-            yield (*field, quantity), f"{len(asked)} values for the {robot.dof} joints of {robot.id}"
-            continue
-        for i, (value, own) in enumerate(zip(asked, robot.limit(quantity), strict=True)):
-            if not value >= SMALLEST:
-                yield (*field, quantity, i), TOO_SMALL
-            elif value > own:
-                yield (
-                    (*field, quantity, i),
-                    f"{value:g} is wider than the robot's own {quantity} limit of {robot.joint_names[i]}, {own:.10g}",
-                )
 
 
 def refuse_unknown_torques(robot: Robot, asked: tuple[Limits, ...]) -> None:
