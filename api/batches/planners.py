@@ -128,7 +128,7 @@ class PoolPlanners:
         instance = f"/v1/batches/{items[0].batch_id}"
         arguments = {"items": [(item.request, _arguments(item, definitions)) for item in items]}
         task = Task(PLAN_ITEMS, instance, time.monotonic(), math.inf, b"", arguments)
-        kind = Kind((PLAN_ITEMS, items[0].batch_id), len(items).bit_length())
+        kind = Kind((PLAN_ITEMS,), len(items).bit_length())
         seconds = min(self._max_deadline, *(item.deadline for item in items))
         try:
             reply = await self._pool.run_behind(task, kind, seconds)

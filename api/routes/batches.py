@@ -170,7 +170,7 @@ async def _rendered(service: Service, results: Sequence[Result], form: str | Non
         now = time.monotonic()
         task = Task(RENDER_RESULTS, path, now, now + service.settings.max_deadline, b"", arguments)
         try:
-            return await service.pool.run(task, Kind((RENDER_RESULTS, form), len(results).bit_length()), _count_nothing)
+            return await service.pool.run(task, Kind((RENDER_RESULTS,), len(results).bit_length()), _count_nothing)
         except Overloaded:
             if tries == MOST_TRIES:
                 raise

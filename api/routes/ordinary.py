@@ -141,7 +141,8 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
         arguments={**asked.contents, **arguments},
         client=client(request).name,
     )
-    kind = kind_of(operation, asked.document, arguments.get("index", 0))
+    size = len(task.body) + sum(len(content) for content in asked.contents.values() if isinstance(content, bytes))
+    kind = kind_of(operation, asked.document, arguments.get("index", 0), size)
 
     async def compute(hold: Callable[[int], None]) -> Reply:
         reply = await service.pool.run(task, kind, hold)

@@ -1,8 +1,10 @@
-"""How long requests take, learnt from those that were answered: by operation, back end and number of waypoints."""
+"""How long requests take, learnt from recent ones: by operation, back end and size, of each client and of all."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
+import math
+from collections import OrderedDict, deque
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -15,11 +17,24 @@ machine closed-form plans take a few hundredths of it; the rest is for slower an
 UNKNOWN = 0.5
 """The time that a request takes of which nothing is known, s; it counts only for those that wait behind it."""
 
-GAIN_OF_THE_MEAN, GAIN_OF_THE_DEVIATION = 1.0 / 8.0, 1.0 / 4.0
-"""The weights of a new measurement, as those of round-trip times in TCP (RFC 6298)."""
+REMEMBERED = 16
+"""The number of durations of a kind that are remembered: enough that a few outliers among them change nothing."""
 
-KNOWN_FAMILIES = 512
-"""The number of families of requests whose times are kept; those that came last go first."""
+OUTLIER = 4.0
+"""The times the median beyond which a duration counts no more: a time-out, or a machine that was busy for a moment."""
+
+TRIAL_PAUSE = 10.0
+"""The time after which a client may send one more request of a kind that its estimate alone would refuse, s: the
+estimate may be wrong, and only a request that runs can tell."""
+
+KNOWN_KINDS = 4096
+"""The number of kinds of all clients whose durations are remembered; those used last stay."""
+
+KNOWN_KINDS_OF_CLIENT = 64
+"""The number of kinds of one client whose durations are remembered; those used last stay."""
+
+KNOWN_CLIENTS = 512
+"""The number of clients whose durations are remembered; those that asked last stay."""
 
 ROWS = ("waypoints", "poses", "positions", "points")
 """The fields whose length says how much a request asks."""
@@ -27,17 +42,23 @@ ROWS = ("waypoints", "poses", "positions", "points")
 SLOW_MOTIONS = ("linear", "circular", "polyline", "spline", "free")
 """The kinds of motion that have to be followed with the joints, or sought, which takes most of their request's time."""
 
+BACKENDS = ("cubic", "quintic", "trapezoidal", "ruckig", "toppra", "min_effort", "auto")
+"""The kinds of back ends, which only workers load."""
+
+SLOW_OPTIONS = ("jerk_limited",)
+"""The options of back ends that, switched on, take most of their request's time."""
+
 LARGEST = 1e6
 """The number of seconds beyond which a budget says nothing: the request will be refused."""
 
 
 class Kind(NamedTuple):
-    """What tells how long a request may take.
+    """What tells how long a request may take. No text of a client is in it, so that there are not many.
 
     Attributes:
-        family: The operation, the back end with the options that are switched on, whether there are slow motions,
-            whether ways around are made better, and for how many seconds.
-        size: The number of binary digits of the number of waypoints, poses or rows.
+        family: The operation, the back end with the slow options that are switched on, whether there are slow motions,
+            whether detours are optimised, and the number of binary digits of the seconds for that.
+        size: The number of binary digits of the number of rows and kibibytes.
     """
 
     family: tuple[Any, ...]
@@ -48,8 +69,8 @@ class Cost(NamedTuple):
     """How long requests of one kind take, s.
 
     Attributes:
-        mean: The smoothed mean.
-        deviation: The smoothed mean deviation from it.
+        mean: The mean of the recent ones, where outliers count as little as they can.
+        deviation: The mean deviation from it.
     """
 
     mean: float
@@ -57,7 +78,7 @@ class Cost(NamedTuple):
 
     @property
     def most(self) -> float:
-        """The time within which all but a few are done, s."""
+        """The time within which most are done, s."""
         return self.mean + 2.0 * self.deviation
 
     @property
@@ -66,21 +87,30 @@ class Cost(NamedTuple):
         return self.mean <= CHEAP
 
 
-def kind_of(operation: str, document: Mapping[str, Any], index: int = 0) -> Kind:
-    """Find the kind of a request, which need not follow its schema; `index` chooses one of its `backends`."""
+def kind_of(operation: str, document: Mapping[str, Any], index: int = 0, size: int = 0) -> Kind:
+    """Find the kind of a request, which need not follow its schema.
+
+    Args:
+        operation: The id of the operation.
+        document: The body as JSON.
+        index: Which one of its `backends` counts.
+        size: The bytes of the body and of all that it names.
+    """
     backends = document.get("backends")
     backend = backends[index] if isinstance(backends, list) and index < len(backends) else document.get("backend")
     options: tuple[Any, ...] = ()
     if isinstance(backend, dict):
-        options = (str(backend.get("kind")), *sorted(name for name, value in backend.items() if value is True))
+        known = backend.get("kind") if backend.get("kind") in BACKENDS else "other"
+        options = (known, *(name for name in SLOW_OPTIONS if backend.get(name) is True))
     waypoints = document.get("waypoints")
     motions = list(map(_motion, waypoints)) if isinstance(waypoints, list) else []
     is_slow = any(motion.get("kind") in SLOW_MOTIONS for motion in motions)
     budgets = [motion.get("time_budget") for motion in motions if motion.get("optimise")]
-    seconds = sum(round(budget) for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
-    rows = (document.get(name) for name in ROWS)
-    size = max((len(values) for values in rows if isinstance(values, list)), default=0)
-    return Kind((operation, options, is_slow, bool(budgets), seconds), size.bit_length())
+    seconds = sum(budget for budget in budgets if isinstance(budget, int | float) and 0.0 <= budget < LARGEST)
+    fields = (document.get(name) for name in ROWS)
+    rows = max((len(values) for values in fields if isinstance(values, list)), default=0)
+    family = (operation, options, is_slow, bool(budgets), round(seconds).bit_length())
+    return Kind(family, (rows + size // 1024).bit_length())
 
 
 def _motion(waypoint: Any) -> Mapping[str, Any]:
@@ -88,37 +118,86 @@ def _motion(waypoint: Any) -> Mapping[str, Any]:
     return motion if isinstance(motion, dict) else {}
 
 
-class Costs:
-    """What has been learnt so far."""
+@dataclass
+class History:
+    """The recent durations of one kind.
 
-    def __init__(self) -> None:
-        self._families: OrderedDict[tuple[Any, ...], dict[int, Cost]] = OrderedDict()
+    Attributes:
+        seconds: The durations, s.
+        tried: When a request was let in that they alone would have refused, s on the monotonic clock.
+    """
+
+    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+    tried: float = -math.inf
+
+    def cost(self, factor: float) -> Cost:
+        """Estimate the duration of a request that takes so many times as long; the fewer are known, the less surely."""
+        median = sorted(self.seconds)[(len(self.seconds) - 1) // 2]  # of two the lower one: the other may be an outlier
+        counted = [min(each, OUTLIER * median) for each in self.seconds]
+        mean = sum(counted) / len(counted)
+        deviation = max(sum(abs(each - mean) for each in counted), mean) / (len(counted) + 1)
+        return Cost(factor * mean, factor * deviation)
+
+
+class Histories:
+    """The durations of kinds, up to a number of them: those used last stay."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._kinds: OrderedDict[Kind, History] = OrderedDict()
+
+    def __len__(self) -> int:
+        return len(self._kinds)
+
+    def of(self, kind: Kind) -> History:
+        """Give the history of a kind, which may be empty."""
+        history = self._kinds.setdefault(kind, History())
+        self._kinds.move_to_end(kind)
+        if len(self._kinds) > self._most:
+            self._kinds.popitem(last=False)
+        return history
 
     def expected(self, kind: Kind) -> Cost | None:
-        """Tell how long a request takes; None: nothing is known. Those of other sizes take time in proportion."""
-        known = self._families.get(kind.family)
+        """Estimate how long a request takes; None: nothing is known. Those of other sizes take time in proportion."""
+        if kind in self._kinds and self._kinds[kind].seconds:
+            return self._kinds[kind].cost(1.0)
+        known = [other for other, history in self._kinds.items() if other.family == kind.family and history.seconds]
         if not known:
             return None
-        nearest = min(known, key=lambda size: abs(size - kind.size))
-        factor = 2.0 ** (kind.size - nearest)
-        return Cost(known[nearest].mean * factor, known[nearest].deviation * factor)
+        near = min(known, key=lambda other: abs(other.size - kind.size))
+        return self._kinds[near].cost(2.0 ** (kind.size - near.size))
 
-    def learn(self, kind: Kind, seconds: float) -> None:
-        """Take note of a request that was answered as asked."""
-        known = self._families.setdefault(kind.family, {})
-        self._families.move_to_end(kind.family)
-        if len(self._families) > KNOWN_FAMILIES:
-            self._families.popitem(last=False)
-        before = known.get(kind.size)
-        if before is None:
-            known[kind.size] = Cost(seconds, seconds / 2.0)
-        else:
-            off = seconds - before.mean
-            deviation = before.deviation + GAIN_OF_THE_DEVIATION * (abs(off) - before.deviation)
-            known[kind.size] = Cost(before.mean + GAIN_OF_THE_MEAN * off, deviation)
 
-    def learn_at_least(self, kind: Kind, seconds: float) -> None:
-        """Take note of a request that was refused or given up after so long: it may take longer, never less."""
-        expected = self.expected(kind)
-        if expected is None or expected.mean < seconds:
-            self.learn(kind, seconds)
+class Costs:
+    """What has been learnt so far. What one client's requests take says more about its next one than those of all."""
+
+    def __init__(self) -> None:
+        self._of_all = Histories(KNOWN_KINDS)
+        self._of_client: OrderedDict[str, Histories] = OrderedDict()
+
+    def expected(self, kind: Kind, client: str = "") -> Cost | None:
+        """Estimate how long a request takes, from those of its client if there were such; None: nothing is known."""
+        own = self._of_client.get(client)
+        return (own and own.expected(kind)) or self._of_all.expected(kind)
+
+    def learn(self, kind: Kind, seconds: float, client: str = "", is_bound: bool = False) -> None:
+        """Take note of a request that was answered as asked, or (`is_bound`) ended early, and may take longer."""
+        for histories in (self._own(client), self._of_all):
+            expected = histories.expected(kind) if is_bound else None
+            if expected is None or expected.mean < seconds:
+                histories.of(kind).seconds.append(seconds)
+
+    def claim_trial(self, kind: Kind, client: str, now: float) -> bool:
+        """Tell whether a request may run against its estimate, and note that it does: seldom, and one at a time."""
+        history = self._own(client).of(kind)
+        if now < history.tried + TRIAL_PAUSE:
+            return False
+        history.tried = now
+        return True
+
+    def _own(self, client: str) -> Histories:
+        own = self._of_client.setdefault(client, Histories(KNOWN_KINDS_OF_CLIENT))
+        self._of_client.move_to_end(client)
+        if len(self._of_client) > KNOWN_CLIENTS:
+            self._of_client.popitem(last=False)
+        return own

@@ -55,6 +55,11 @@ class Job:
         self._hold = hold
 
     @property
+    def is_wanted(self) -> bool:
+        """Whether somebody waits for it, and not only a batch."""
+        return not self.is_behind and not self.reply.done()
+
+    @property
     def is_cheap(self) -> bool:
         """Whether it is known to be done soon."""
         return self.cost is not None and self.cost.is_cheap
@@ -78,20 +83,24 @@ class Job:
         is_overdue = elapsed > (cost if self.cost is None else self.cost.most)
         return elapsed if is_overdue else max(0.0, cost - elapsed)
 
-    def refuse_if_late(self, wait: float) -> None:
-        """Refuse the job if it may not be answered in time after a wait that is expected to take so long, s.
+    def is_late(self, wait: float, work: float | None = None) -> bool:
+        """Tell whether it may miss its deadline after an estimated wait, s, with its estimated or other work, s."""
+        return PRUDENCE * wait + (self._most_work() if work is None else work) > self._time_left()
 
-        Raises:
-            Overloaded: With the time after which it may be tried again.
-        """
-        left = self.task.deadline - time.monotonic()
-        cost = 0.0 if self.cost is None else self.cost.most
-        if PRUDENCE * wait + cost > left:
-            raise overloaded(
-                f"a wait of about {wait:.1f} s and work of up to {cost:.1f} s may take longer than the "
-                f"{max(0.0, left):.1f} s that the deadline leaves; try again later, or with a longer deadline",
-                wait,
-            )
+    def refusal(self, wait: float) -> Overloaded:
+        """Make the refusal of a job that may miss its deadline, with the time after which it may be tried again."""
+        seconds, left = _retry_after(wait), max(0.0, self._time_left())
+        return Overloaded(
+            f"Not started: the estimated wait of {wait:.1f} s plus up to {self._most_work():.1f} s of work may exceed "
+            f"the {left:.1f} s left before the deadline. Retry after {seconds} s or raise `deadline`.",
+            headers={"Retry-After": str(seconds)},
+        )
+
+    def _most_work(self) -> float:
+        return 0.0 if self.cost is None else self.cost.most
+
+    def _time_left(self) -> float:
+        return self.task.deadline - time.monotonic()
 
 
 class JobQueue:
@@ -136,15 +145,12 @@ class JobQueue:
         """Take the next job; those that are late by now are refused."""
         for _, job in self._in_turn(only_cheap):
             self._jobs.remove(job)
-            try:
-                if self._jobs:  # nobody has to wait while a hopeless one is tried in vain
-                    job.refuse_if_late(0.0)
-            except Overloaded as refusal:
-                job.reply.set_exception(refusal)
-            else:
-                self._turn += 1
-                self._turns[job.task.client] = self._turn
-                return job
+            if self._jobs and job.is_late(0.0):  # nobody has to wait while a hopeless one is tried in vain
+                job.reply.set_exception(job.refusal(0.0))
+                continue
+            self._turn += 1
+            self._turns[job.task.client] = self._turn
+            return job
         if not self._jobs:
             self._turns.clear()
         return None
@@ -186,7 +192,6 @@ def queue_is_full() -> Overloaded:
     return Overloaded("the queue is full; try again later", headers={"Retry-After": "1"})
 
 
-def overloaded(message: str, wait: float) -> Overloaded:
-    """Make the refusal of what cannot be done now."""
-    seconds = min(max(1, math.ceil(wait)), LONGEST_RETRY_AFTER)
-    return Overloaded(message, headers={"Retry-After": str(seconds)})
+def _retry_after(wait: float) -> int:
+    """Choose the time after which a caller should try again what has to wait so long, s."""
+    return min(max(1, math.ceil(wait)), LONGEST_RETRY_AFTER)

@@ -152,7 +152,7 @@ class WorkerPool:
         )
         if time.monotonic() >= task.deadline:
             raise late
-        job = Job(task, kind, self._costs.expected(kind), hold)
+        job = Job(task, kind, self._costs.expected(kind, task.client), hold)
         self._admit(job)
         try:
             async with asyncio.timeout(task.deadline - time.monotonic()):
@@ -206,23 +206,38 @@ class WorkerPool:
     def _admit(self, job: Job) -> None:
         """Give a job to an idle worker, express ones first, or let it wait.
 
+        What an idle worker can do is never refused, and nothing of a client that is alone here; nor, now and then, what
+        only its own estimate would refuse: the estimate may be wrong.
+
         Raises:
             Overloaded: It would wait too long, or there is no room.
         """
-        idle = [worker for worker in reversed(self._workers) if _is_idle(worker) and worker.takes(job)]
-        if any(worker.job for worker in self._workers if worker.takes(job)):
-            job.refuse_if_late(0.0 if idle else self._expected_wait(job))
-        if idle:
-            _hand_over(job, idle[0])
-        else:
-            self._queue.put(job)
+        idle = next((worker for worker in reversed(self._workers) if _is_idle(worker) and worker.takes(job)), None)
+        if idle is not None:
+            _hand_over(job, idle)
+            return
+        others = [worker.job for worker in self._workers if worker.job is not None and worker.takes(job)]
+        if len(self._queue) or any(other.is_wanted for other in others):
+            wait = self._expected_wait(job)
+            if job.is_late(wait):
+                if not self._is_trial(job, wait):
+                    raise job.refusal(wait)
+                job.cost = None
+        self._queue.put(job)
+
+    def _is_trial(self, job: Job, wait: float) -> bool:
+        """Tell whether a job tries an estimate that would refuse it without any wait; the wait must be short."""
+        if not job.is_late(0.0) or job.is_late(2.0 * wait, work=0.0):
+            return False
+        return self._costs.claim_trial(job.kind, job.task.client, time.monotonic())
 
     def _expected_wait(self, job: Job) -> float:
         """Estimate how long a job waits, s: the work that is ahead of it, shared by the workers that do it."""
         waits = []
         for only_cheap in {worker.only_cheap for worker in self._workers if worker.takes(job)}:
             lane = [worker for worker in self._workers if worker.only_cheap == only_cheap]
-            under_way = sum(worker.job.remaining() for worker in lane if worker.job is not None)
+            at_work = (worker.job for worker in lane if worker.job is not None)
+            under_way = sum(other.remaining() for other in at_work if not other.reply.done())
             waits.append((under_way + self._queue.work(only_cheap, job.task.client)) / len(lane))
         return min(waits)
 
@@ -272,7 +287,7 @@ class WorkerPool:
             return
         started = job.started = time.monotonic()
         job.begun.set()
-        learn = self._costs.learn_at_least
+        is_bound = True
         try:
             reply = await worker.run(job.task, job.hold)
         except Overloaded as refusal:
@@ -288,13 +303,13 @@ class WorkerPool:
                 _fail(job, InternalError("the service failed on this request"))
         else:
             if reply.status < HTTPStatus.MULTIPLE_CHOICES:
-                learn = self._costs.learn
+                is_bound = False
             if not job.reply.done():
                 job.reply.set_result(reply)
             if not reply.worker_is_fit:
                 worker.kill()
                 await worker.ended.wait()
-        learn(job.kind, time.monotonic() - started)
+        self._costs.learn(job.kind, time.monotonic() - started, job.task.client, is_bound)
 
     def _repeat(self, job: Job, dead: Worker) -> None:
         """Let another worker do the job of one that died, before all jobs that wait."""

@@ -28,6 +28,9 @@ SLOW, CHEAP = Kind(("min_effort",), 2), Kind(("cubic",), 2)
 START = 3.0
 """The time that a worker takes to start, s."""
 
+PAUSE = 0.02
+"""The time between an answer and the next request of a client that does not mind refusals, s."""
+
 
 class SimulatedTime(asyncio.SelectorEventLoop):
     """An event loop whose clock jumps to what happens next."""
@@ -51,9 +54,9 @@ class SimulatedTime(asyncio.SelectorEventLoop):
 class PretendingWorker(MadeUpWorker):
     """A worker that takes as long as the body of its task says, s."""
 
-    async def warm_up(self) -> None:
+    async def get_ready(self) -> None:
         await asyncio.sleep(START)
-        self.warm = True
+        await super().get_ready()
 
     async def run(self, task: Task, hold: Callable[[int], None]) -> Reply:
         work = super().run(task, hold)
@@ -98,24 +101,49 @@ def simulate(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[WorkerPool]
 
 
 async def arrivals(
-    pool: WorkerPool, kind: Kind, rate: float, seconds: float, takes: Callable[[np.random.Generator], float]
+    pool: WorkerPool,
+    kind: Kind,
+    rate: float,
+    seconds: float,
+    takes: Callable[[np.random.Generator], float],
+    client: str = "",
 ) -> list[Outcome]:
-    """Ask at random times, so many times a second, with the deadline that requests have unless they name one."""
+    """Ask at random times, so many times a second."""
     rng, loop = np.random.default_rng(0), asyncio.get_running_loop()
-
-    async def ask(body: bytes) -> Outcome:
-        now = loop.time()
-        try:
-            await pool.run(Task("plan", "/", now, now + 10.0, body), kind, lambda size: None)
-        except ServiceError as error:
-            return Outcome(now, error.code, loop.time() - now)
-        return Outcome(now, "answered", loop.time() - now)
-
     end, tasks = loop.time() + seconds, []
     while loop.time() < end:
-        tasks.append(asyncio.create_task(ask(str(takes(rng)).encode())))
+        tasks.append(asyncio.create_task(ask(pool, kind, takes(rng), client)))
         await asyncio.sleep(rng.exponential(1.0 / rate))
     return list(await asyncio.gather(*tasks))
+
+
+async def again_and_again(
+    pool: WorkerPool,
+    kind: Kind,
+    seconds: float,
+    takes: Callable[[np.random.Generator], float],
+    client: str = "",
+    deadline: float = 10.0,
+) -> list[Outcome]:
+    """Ask one request after the other, as a client does that does not mind what a refusal says."""
+    rng, loop = np.random.default_rng(0), asyncio.get_running_loop()
+    end, outcomes = loop.time() + seconds, []
+    while loop.time() < end:
+        outcomes.append(await ask(pool, kind, takes(rng), client, deadline))
+        await asyncio.sleep(PAUSE)
+    return outcomes
+
+
+async def ask(pool: WorkerPool, kind: Kind, takes: float, client: str, deadline: float = 10.0) -> Outcome:
+    """Send one request, with the deadline that requests have unless they name one."""
+    loop = asyncio.get_running_loop()
+    now = loop.time()
+    task = Task("plan", "/", now, now + deadline, str(takes).encode(), client=client)
+    try:
+        await pool.run(task, kind, lambda size: None)
+    except ServiceError as error:
+        return Outcome(now, error.code, loop.time() - now)
+    return Outcome(now, "answered", loop.time() - now)
 
 
 def latencies(outcomes: list[Outcome], name: str) -> Any:
@@ -164,14 +192,51 @@ def test_plans_that_take_longer_than_their_deadline_do_not_keep_the_workers_from
     seconds = 200.0
 
     async def test(pool: WorkerPool) -> Any:
-        await arrivals(pool, CHEAP, 5.0, 10.0, lambda _: 0.004)
+        await arrivals(pool, CHEAP, 5.0, 10.0, lambda _: 0.004, "quick")
         return await asyncio.gather(
-            arrivals(pool, Kind(("toppra",), 8), 1.0, seconds, lognormal(13.7, 0.1)),
-            arrivals(pool, SLOW, 0.5 * WORKERS / 1.8, seconds, lognormal(1.8)),
-            arrivals(pool, CHEAP, 5.0, seconds, lambda _: 0.004),
+            arrivals(pool, Kind(("toppra",), 8), 1.0, seconds, lognormal(13.7, 0.1), "hopeless"),
+            arrivals(pool, SLOW, 0.5 * WORKERS / 1.8, seconds, lognormal(1.8), "slow"),
+            arrivals(pool, CHEAP, 5.0, seconds, lambda _: 0.004, "quick"),
         )
 
     hopeless, slow, cheap = simulate(test)
-    for o in (hopeless, slow, cheap):
-        print({n: len(latencies(o, n)) for n in {x.name for x in o}})
+    assert not len(latencies(hopeless, "answered"))
+    assert len(latencies(slow, "answered")) >= 0.6 * len(slow)
     assert len(latencies(cheap, "answered")) == len(cheap)
+
+
+def test_one_slow_request_does_not_have_the_quick_ones_of_its_kind_refused(simulate: Any) -> None:
+    """After one time-out 316 of 316 cubic plans of another client were refused, as long as a worker was busy."""
+
+    async def test(pool: WorkerPool) -> Any:
+        slow = await ask(pool, CHEAP, 100.0, "attacker", 60.0)
+        assert slow.name == "deadline_exceeded"
+        busy = [again_and_again(pool, SLOW, 100.0, lambda _: 2.0, name) for name in ("attacker", "another")]
+        return (await asyncio.gather(*busy, again_and_again(pool, CHEAP, 100.0, lambda _: 0.02, "victim")))[-1]
+
+    outcomes = simulate(test)
+    assert {outcome.name for outcome in outcomes} == {"answered"}
+    assert len(outcomes) >= 0.8 * 100.0 / (0.02 + PAUSE)
+
+
+@pytest.mark.parametrize("takes", [5.0, 9.0, 12.0])
+def test_one_client_that_sends_one_request_after_the_other_is_never_refused(simulate: Any, takes: float) -> None:
+    """Free motions with `optimise` and the default deadline were, after the first that took too long."""
+
+    async def test(pool: WorkerPool) -> Any:
+        return await again_and_again(pool, SLOW, 300.0, lognormal(takes, 0.3))
+
+    assert {outcome.name for outcome in simulate(test)} <= {"answered", "deadline_exceeded"}
+
+
+@pytest.mark.parametrize("connections", [1, 4])
+def test_clients_of_long_plans_get_answers(simulate: Any, connections: int) -> None:
+    """Two clients of plans of 5 s got 9,192 refusals and no answer, after the first ones had taken too long."""
+
+    async def test(pool: WorkerPool) -> Any:
+        await asyncio.gather(*(ask(pool, SLOW, 100.0, client) for client in "abab"))
+        clients = [again_and_again(pool, SLOW, 300.0, lognormal(5.0, 0.2), c) for c in "ab" for _ in range(connections)]
+        return await asyncio.gather(*clients)
+
+    answered = sum(len(latencies(outcomes, "answered")) for outcomes in simulate(test))
+    assert answered >= 0.8 * WORKERS * 300.0 / 5.0

@@ -1,0 +1,135 @@
+"""What is learnt of how long requests take: robust to outliers, of each client by itself, and bounded."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from api.schemas.backends import backend_schemas
+from api.server.costs import (
+    BACKENDS,
+    CHEAP,
+    KNOWN_CLIENTS,
+    KNOWN_KINDS_OF_CLIENT,
+    REMEMBERED,
+    TRIAL_PAUSE,
+    Cost,
+    Costs,
+    Kind,
+    kind_of,
+)
+
+KIND = Kind(("plan", "cubic"), 2)
+
+
+def test_costs_are_learnt_by_kind_and_size() -> None:
+    costs = Costs()
+    kind = Kind(("plan", "cubic"), 4)
+    assert costs.expected(kind) is None
+    costs.learn(kind, 0.02)
+    assert costs.expected(kind) == Cost(0.02, 0.01)
+    assert costs.expected(kind._replace(size=6)) == Cost(0.08, 0.04)  # four times as many waypoints
+    assert costs.expected(Kind(("plan", "min_effort"), 4)) is None
+    for _ in range(100):
+        costs.learn(kind, 0.05)
+    learnt = costs.expected(kind)
+    assert learnt is not None
+    assert learnt.mean == pytest.approx(0.05, rel=1e-3)
+    assert learnt.is_cheap
+    costs.learn(kind, 0.001, is_bound=True)  # a refusal says nothing of what a plan takes
+    assert costs.expected(kind) == learnt
+
+
+def test_outliers_do_not_change_an_estimate_and_a_change_does() -> None:
+    """One time-out of 60 s made plans of 20 ms look like 37 s."""
+    costs = Costs()
+    for _ in range(REMEMBERED):
+        costs.learn(KIND, 0.02)
+    for _ in range(REMEMBERED // 4):
+        costs.learn(KIND, 60.0, is_bound=True)
+    estimate = costs.expected(KIND)
+    assert estimate is not None
+    assert estimate.most < 0.1
+    for _ in range(REMEMBERED // 2):
+        costs.learn(KIND, 60.0, is_bound=True)
+    estimate = costs.expected(KIND)
+    assert estimate is not None
+    assert estimate.mean > 30.0
+
+
+def test_what_one_client_sends_says_nothing_of_anothers_requests() -> None:
+    costs = Costs()
+    costs.learn(KIND, 0.02, "victim")
+    for _ in range(REMEMBERED):
+        costs.learn(KIND, 60.0, "attacker", is_bound=True)
+    found = [costs.expected(KIND, client) for client in ("victim", "attacker", "stranger")]
+    assert [cost and cost.mean for cost in found] == [0.02, 60.0, 60.0]
+
+
+def test_a_large_request_says_little_of_small_ones() -> None:
+    """150,000 points and one minute are no reason to refuse a plan of 300 bytes."""
+    costs = Costs()
+    document = {"backend": {"kind": "cubic"}, "waypoints": [{}, {}]}
+    costs.learn(kind_of("plan_trajectory", document, size=3_000_000), 60.0, is_bound=True)
+    expected = costs.expected(kind_of("plan_trajectory", document, size=300))
+    assert expected is not None
+    assert expected.mean < CHEAP
+
+
+def test_trials_are_seldom() -> None:
+    costs = Costs()
+    for client in ("a", "b"):
+        times = [k / 10.0 for k in range(1000) if costs.claim_trial(KIND, client, k / 10.0)]
+        assert times == [k * TRIAL_PAUSE for k in range(10)]
+    assert costs.expected(KIND, "a") is None  # a trial by itself says nothing
+
+
+def test_no_more_is_kept_than_a_client_cannot_overflow() -> None:
+    """60 refused requests, each with a back end that nobody knows, left 3.9 GB in the server."""
+    costs = Costs()
+    names = ["x" * k for k in range(2000)]
+    documents = [{"backend": {"kind": name, name: True}, "waypoints": [{"motion": {"kind": name}}]} for name in names]
+    kinds = {kind_of("plan_trajectory", document) for document in documents}
+    assert len(kinds) == 1
+    budgets = [{"optimise": True, "time_budget": 10.0**k} for k in range(-300, 300)]
+    kinds = {kind_of("plan_trajectory", {"waypoints": [{"motion": budget}]}) for budget in budgets}
+    assert len(kinds) < 30
+    for k in range(2 * KNOWN_CLIENTS):
+        for size in range(2 * KNOWN_KINDS_OF_CLIENT):
+            costs.learn(Kind(("plan",), size), 1.0, str(k))
+    assert len(costs._of_client) == KNOWN_CLIENTS
+    assert {len(histories) for histories in costs._of_client.values()} == {KNOWN_KINDS_OF_CLIENT}
+
+
+def test_the_kinds_of_back_ends_are_those_that_there_are() -> None:
+    assert set(BACKENDS) == set(backend_schemas())
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        {},
+        {"backend": 7, "waypoints": 3, "poses": {}},
+        {"backend": {"kind": [1]}, "waypoints": [1, {"motion": 2}, {"motion": {"kind": []}}]},
+        {"backends": [], "positions": [[]]},
+        {"backends": [{"kind": {}}], "backend": None},
+    ],
+)
+def test_the_kind_of_what_follows_no_schema(document: dict[str, Any]) -> None:
+    assert hash(kind_of("plan_trajectory", document)) is not None
+
+
+def test_the_kind_says_what_makes_a_request_long() -> None:
+    def kind(**document: Any) -> Kind:
+        return kind_of("plan_trajectory", {"backend": {"kind": "toppra"}, "waypoints": [{}] * 5, **document})
+
+    kinds = {
+        kind(),
+        kind(backend={"kind": "cubic"}),
+        kind(backend={"kind": "toppra", "jerk_limited": True}),
+        kind(waypoints=[{}] * 50),
+        kind(waypoints=[{}] * 4 + [{"motion": {"kind": "linear"}}]),
+    }
+    assert len(kinds) == 5
+    assert kind(waypoints=[{}] * 6, seed=3) == kind()
