@@ -50,6 +50,36 @@ ALL_BUT_JERK: Mapping[str, Guarantee] = {**ALL_HARD, **dict.fromkeys(JERKS, Guar
 """The guarantees of a back end whose accelerations may jump."""
 
 
+@dataclass(frozen=True)
+class Capabilities:
+    """What a back end can do besides motions from rest to rest along the straight joint motion.
+
+    Attributes:
+        passes_with_velocities: It passes waypoints with requested velocities.
+        moves_at_its_ends: Its trajectory may begin and end in motion, by the options of `MovesAtItsEnds`.
+        leaves_straight_motions: It may leave the straight joint motion between two stops, as far as the options of
+            `LeavesStraightMotions` allow.
+        is_shaped_by_duration: With more time it makes another motion, not the same one slower.
+        searches: It begins with a motion within all limits and searches for a better one: it has the methods of
+            `planner.backends.base.Searching`.
+    """
+
+    passes_with_velocities: bool = False
+    moves_at_its_ends: bool = False
+    leaves_straight_motions: bool = False
+    is_shaped_by_duration: bool = False
+    searches: bool = False
+
+
+class HasCapabilities(Protocol):
+    """A back end as far as this module knows it."""
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What it can do."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class EndStates:
     """The motion at the first and at the last waypoint of a trajectory; that of a plan never ends with an acceleration.
@@ -77,7 +107,7 @@ class EndStates:
         return bool(self.final_velocity.any())
 
 
-class MovesAtItsEnds(Protocol):
+class MovesAtItsEnds(HasCapabilities, Protocol):
     """A back end whose trajectory may begin and end in motion, as asked by these options; None: at rest."""
 
     initial_velocity: tuple[float, ...] | None
@@ -85,7 +115,7 @@ class MovesAtItsEnds(Protocol):
     final_velocity: tuple[float, ...] | None
 
 
-class LeavesStraightMotions(Protocol):
+class LeavesStraightMotions(HasCapabilities, Protocol):
     """A back end that is free to leave the straight joint motion between two stops, by so much; None: by any way.
 
     The tool may go that far, m, and so may each joint, rad or m.
@@ -99,22 +129,19 @@ END_OPTIONS = ("initial_velocity", "initial_acceleration", "final_velocity")
 """Names of the options of a back end whose trajectory may begin and end in motion, in the order of `EndStates`."""
 
 
-def moves_at_its_ends(backend: object) -> TypeGuard[MovesAtItsEnds]:
-    """Tell whether a back end has these options: `isinstance` would take longer than what is then asked of them."""
-    return all(hasattr(backend, name) for name in END_OPTIONS)
+def moves_at_its_ends(backend: HasCapabilities) -> TypeGuard[MovesAtItsEnds]:
+    """Tell whether a back end has the options of motion at its ends."""
+    return backend.capabilities.moves_at_its_ends
 
 
-def leaves_straight_motions(backend: object) -> TypeGuard[LeavesStraightMotions]:
-    """Tell whether a back end has this option."""
-    return hasattr(backend, "max_deviation")
+def leaves_straight_motions(backend: HasCapabilities) -> TypeGuard[LeavesStraightMotions]:
+    """Tell whether a back end may leave the straight joint motion between two stops."""
+    return backend.capabilities.leaves_straight_motions
 
 
-def passes_with_velocities(backend: object) -> bool:
-    """Tell whether a back end passes waypoints with the velocities that are asked there."""
-    return bool(getattr(backend, "passes_with_velocities", False))
-
-
-def end_states(backend: object, joints: int) -> EndStates:
-    """Read from a back end's options which motion is asked at the ends; a back end without such options is at rest."""
-    asked = [getattr(backend, name, None) for name in END_OPTIONS]
-    return EndStates(*(np.zeros(joints) if rates is None else np.array(rates) for rates in asked))
+def end_states(backend: HasCapabilities, joints: int) -> EndStates:
+    """Read the motion at the ends from the options of a back end; one without such options is at rest."""
+    if not moves_at_its_ends(backend):
+        return EndStates(*np.zeros((3, joints)))
+    requested = (backend.initial_velocity, backend.initial_acceleration, backend.final_velocity)
+    return EndStates(*(np.zeros(joints) if rates is None else np.array(rates) for rates in requested))

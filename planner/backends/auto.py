@@ -11,7 +11,7 @@ from planner.backends.ruckig.ruckig import Ruckig
 from planner.backends.splines.quintic import Quintic
 from planner.backends.toppra.toppra import Toppra
 from planner.errors import InfeasibleDuration, PlanningError
-from planner.guarantees import ALL_HARD, Guarantee
+from planner.guarantees import ALL_HARD, Capabilities, Guarantee
 from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
@@ -34,8 +34,7 @@ class Auto:
     kind: ClassVar[str] = "auto"
     summary: ClassVar[str] = "The back end that suits the request, with the reason in a warning; keeps every limit, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
-    is_shaped_by_duration: ClassVar[bool] = True
-    passes_with_velocities: ClassVar[bool] = True
+    capabilities: ClassVar[Capabilities] = Capabilities(passes_with_velocities=True, is_shaped_by_duration=True)
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Return the trajectory of the back end chosen, with a warning that says which and why."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, ClassVar, Protocol, TypeGuard
 
-from planner.guarantees import QUANTITIES, Guarantee
+from planner.guarantees import QUANTITIES, Capabilities, Guarantee
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,11 +22,13 @@ class BackEnd(Protocol):
         kind: Its name.
         summary: What it does, in one sentence.
         guarantees: What it promises about each of `QUANTITIES`.
+        capabilities: What it can do besides motions from rest to rest; an option may change it.
     """
 
     kind: ClassVar[str]
     summary: ClassVar[str]
     guarantees: ClassVar[Mapping[str, Guarantee]]
+    capabilities: ClassVar[Capabilities]
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put time on a path.
@@ -38,7 +40,6 @@ class BackEnd(Protocol):
         ...
 
 
-@runtime_checkable
 class Searching(BackEnd, Protocol):
     """A back end that begins with a motion within all limits, where it finds one at once, and searches for a better."""
 
@@ -51,9 +52,14 @@ class Searching(BackEnd, Protocol):
         ...
 
 
-def shaped_by_duration(backend: BackEnd) -> bool:
-    """Tell whether the back end makes another motion where more time is asked, and not the same one slower."""
-    return bool(getattr(backend, "is_shaped_by_duration", False))
+def searches(backend: BackEnd) -> TypeGuard[Searching]:
+    """Tell whether a back end searches for a better motion than the one that it begins with."""
+    return backend.capabilities.searches
+
+
+def without_search(backend: BackEnd) -> BackEnd:
+    """Return the back end that returns the motion with which a search begins; one that does not search as it is."""
+    return backend.without_search() if searches(backend) else backend
 
 
 def enforced(backend: BackEnd) -> frozenset[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import Searching
+from planner.backends.base import searches
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
@@ -34,7 +34,7 @@ from planner.waypoints.solve import given_positions
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-    from planner.backends.base import BackEnd
+    from planner.backends.base import BackEnd, Searching
     from planner.certificate.checks import Certificate
     from planner.certificate.clearance import ClearanceReport
     from planner.certificate.speed_zones import SpeedZoneCheck
@@ -167,7 +167,7 @@ def certified_plan(problem: PlanningProblem, backend: BackEnd, path: JointPath) 
     try:
         return certified(problem, backend, path, trajectory)
     except (Collision, ClearanceUnproved):
-        plan = _kept_clear(problem, backend, path, trajectory) if isinstance(backend, Searching) else None
+        plan = _kept_clear(problem, backend, path, trajectory) if searches(backend) else None
         if plan is None:
             raise
         return plan

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.errors import InvalidProblem, LimitsUnsatisfiable, MissingDynamics, Remedy
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends, passes_with_velocities
+from planner.guarantees import END_OPTIONS, end_states, moves_at_its_ends
 from planner.limits import SMALLEST, TOO_SMALL, limit_faults
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import CircularMotion, JointMotion, LinearMotion, PolylineMotion, SplineMotion
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from planner.fields import FieldPath
-    from planner.guarantees import MovesAtItsEnds
+    from planner.guarantees import HasCapabilities, MovesAtItsEnds
     from planner.limits import Limits
     from planner.problems.problem import AnyWaypoint, PlanningProblem
     from planner.robots import Robot
@@ -32,7 +32,7 @@ TOOL_MOTIONS = {LinearMotion: "line", CircularMotion: "circle", PolylineMotion: 
 """What messages call the motions of the tool."""
 
 
-def check_problem(problem: PlanningProblem, backend: object) -> None:
+def check_problem(problem: PlanningProblem, backend: HasCapabilities) -> None:
     """Hold the problem against its robot: lengths of arrays, widths of limits, order of waypoints.
 
     What depends on the solved waypoints is refused where they are known (`planner.paths`): a corner that cannot be
@@ -188,7 +188,7 @@ def _end_faults(problem: PlanningProblem, backend: MovesAtItsEnds) -> Iterator[t
             yield from (((BACK_END, name), message) for name in moving)
 
 
-def _passing_faults(problem: PlanningProblem, backend: object) -> Iterator[tuple[FieldPath, str]]:
+def _passing_faults(problem: PlanningProblem, backend: HasCapabilities) -> Iterator[tuple[FieldPath, str]]:
     """Find velocities asked where waypoints are passed that the back end, or the motions there, cannot have."""
     waypoints, joints = problem.waypoints, problem.robot.dof
     stops = [k for k, waypoint in enumerate(waypoints) if isinstance(waypoint.transition, StopTransition)]
@@ -203,7 +203,7 @@ def _passing_faults(problem: PlanningProblem, backend: object) -> Iterator[tuple
             yield field, "a waypoint passed with no velocity is a stop: ask for that"
         elif not all(map(_is_free_in_joint_space, waypoints[since + 1 : until + 1])):
             yield field, "a velocity can be asked only where nothing but joint motions is passed from stop to stop"
-        elif not passes_with_velocities(backend):
+        elif not backend.capabilities.passes_with_velocities:
             yield (
                 field,
                 "this back end passes waypoints with velocities of its own; ruckig, quintic and cubic keep those asked",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from planner.backends.base import Searching
+from planner.backends.base import without_search
 from planner.errors import PlanningError
 from planner.free_motion.ways import free_waypoints
 from planner.paths import solve_path
@@ -32,7 +32,7 @@ def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: Bac
     for remedy in remedies:
         problem, backend = remedy.applied_to(problem), remedy.applied_to_backend(backend)
     check_problem(problem, backend)
-    at_once = backend.without_search() if isinstance(backend, Searching) else backend
+    at_once = without_search(backend)
     if free_waypoints(problem):
         return plan_around(problem, at_once)
     return certified_plan(problem, at_once, solve_path(problem))

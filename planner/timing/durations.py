@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.base import Searching, shaped_by_duration
+from planner.backends.base import without_search
 from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.guarantees import end_states
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
@@ -43,7 +43,7 @@ def in_asked_durations(problem: PlanningProblem, backend: BackEnd, path: JointPa
         PlanningError: Another refusal of the back end.
     """
     least = minimum_durations(problem)
-    at_once = backend.without_search() if isinstance(backend, Searching) else backend
+    at_once = without_search(backend)
     if problem.duration is None:
         if at_once is not backend and least.any():
             path = replace(path, durations=_with_least_durations(at_once, path, least)[1])
@@ -195,7 +195,7 @@ def _lengthened(backend: BackEnd, path: JointPath, fastest: Trajectory, asked: F
     That is the fastest one stretched, or what the back end makes of these durations if it can.
     """
     rigid = any(_is_rigid(backend, path, run) for run in path.every_run)
-    if rigid or shaped_by_duration(backend):
+    if rigid or backend.capabilities.is_shaped_by_duration:
         try:
             return backend.parametrize(replace(path, durations=asked))
         except PlanningError:

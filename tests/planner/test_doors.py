@@ -10,6 +10,7 @@ import pinocchio as pin
 import pytest
 
 import planner
+from planner.guarantees import END_OPTIONS
 
 HOME = [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]
 PICK = [1.0, -1.2, 1.2, 0.0, 0.5, 0.5]
@@ -139,3 +140,18 @@ def test_values_are_short_to_read(robot: planner.Robot) -> None:
         assert "\n" not in repr(value)
     assert repr(robot) == "Robot('kuka_kr16_2', 6 joints)"
     assert f"{plan.trajectory.duration:.6g} s" in repr(plan)
+
+
+@pytest.mark.parametrize("kind", planner.BACKENDS)
+def test_capabilities_say_which_options_a_back_end_has(kind: str) -> None:
+    """The options and methods that a capability promises are there, and no back end has them without it."""
+    backend = planner.BACKENDS[kind]()
+    can = backend.capabilities
+    assert can.moves_at_its_ends == all(hasattr(backend, name) for name in END_OPTIONS)
+    assert can.leaves_straight_motions == hasattr(backend, "max_deviation")
+    assert can.searches == (hasattr(backend, "without_search") and hasattr(backend, "held_nearer"))
+
+
+def test_given_ramps_change_what_a_trapezoid_can_do() -> None:
+    assert not planner.Trapezoidal().capabilities.is_shaped_by_duration
+    assert planner.Trapezoidal(acceleration_time=0.5).capabilities.is_shaped_by_duration

@@ -9,7 +9,7 @@ from planner.backends.min_effort.optimum import OnCurve, Optimum, ThroughWaypoin
 from planner.backends.min_effort.options import LEAST_DEVIATION, MinEffortOptions
 from planner.backends.shared.assembly import assemble
 from planner.errors import Fault, InvalidProblem, MissingDynamics
-from planner.guarantees import ALL_HARD, Guarantee
+from planner.guarantees import ALL_HARD, Capabilities, Guarantee
 from planner.trajectories.trajectory import PlanWarning
 
 if TYPE_CHECKING:
@@ -57,7 +57,9 @@ class MinEffort(MinEffortOptions):
     kind: ClassVar[str] = "min_effort"
     summary: ClassVar[str] = "The least torque within all limits, between waypoints on the way that takes least, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
-    is_shaped_by_duration: ClassVar[bool] = True
+    capabilities: ClassVar[Capabilities] = Capabilities(
+        leaves_straight_motions=True, is_shaped_by_duration=True, searches=True
+    )
 
     def without_search(self) -> MinEffort:
         """Return the back end that takes the motion which the search begins with, if that keeps all limits."""

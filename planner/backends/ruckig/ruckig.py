@@ -18,7 +18,7 @@ from planner.backends.shared.assembly import assemble
 from planner.backends.shared.smooth_curve import smoothed
 from planner.backends.shared.straight_lines import time_lines
 from planner.errors import InfeasibleDuration, LimitsUnsatisfiable
-from planner.guarantees import ALL_HARD, EndStates, Guarantee, end_states
+from planner.guarantees import ALL_HARD, Capabilities, EndStates, Guarantee, end_states
 from planner.limits import counted_velocity
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
@@ -64,7 +64,7 @@ class Ruckig:
         "As fast as velocity, acceleration and jerk limits allow, waypoints passed with the best rates found, C2."
     )
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
-    passes_with_velocities: ClassVar[bool] = True
+    capabilities: ClassVar[Capabilities] = Capabilities(passes_with_velocities=True, moves_at_its_ends=True)
 
     synchronization: Synchronization = field(
         default="phase",

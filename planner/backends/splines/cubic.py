@@ -9,7 +9,7 @@ from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import PolynomialLaw
 from planner.backends.splines.run_timing import time_run
-from planner.guarantees import ALL_BUT_JERK, Guarantee
+from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,7 +30,7 @@ class Cubic:
     kind: ClassVar[str] = "cubic"
     summary: ClassVar[str] = "Third-order polynomial, rest to rest: the law of the seed documents, C1."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
-    passes_with_velocities: ClassVar[bool] = True
+    capabilities: ClassVar[Capabilities] = Capabilities(passes_with_velocities=True)
     law: ClassVar[PolynomialLaw] = PolynomialLaw((0.0, 0.0, 3.0, -2.0), velocity=1.5, acceleration=6.0)
 
     def parametrize(self, path: JointPath) -> Trajectory:

@@ -10,7 +10,7 @@ from planner.backends.base import enforced
 from planner.backends.shared.assembly import assemble
 from planner.backends.shared.rest_to_rest import PolynomialLaw
 from planner.backends.splines.run_timing import time_run
-from planner.guarantees import ALL_HARD, Guarantee
+from planner.guarantees import ALL_HARD, Capabilities, Guarantee
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,7 +31,7 @@ class Quintic:
     kind: ClassVar[str] = "quintic"
     summary: ClassVar[str] = "Fifth-order polynomial, rest to rest: smooth acceleration, limited jerk, C2."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_HARD
-    passes_with_velocities: ClassVar[bool] = True
+    capabilities: ClassVar[Capabilities] = Capabilities(passes_with_velocities=True)
     law: ClassVar[PolynomialLaw] = PolynomialLaw(
         (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), velocity=15.0 / 8.0, acceleration=10.0 / sqrt(3.0), jerk=60.0
     )

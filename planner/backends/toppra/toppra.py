@@ -21,7 +21,7 @@ from planner.backends.toppra.intervals import FEWEST_INTERVALS, cut
 from planner.backends.toppra.profile import MOST_REFINEMENTS, MOST_REPAIRS, fastest_on, pieces_of, solved_again
 from planner.backends.toppra.solver_failed import SolverFailed
 from planner.backends.trapezoidal.trapezoidal import fastest_trapezoids, reciprocal_accelerations
-from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Guarantee
+from planner.guarantees import ALL_BUT_JERK, ALL_HARD, Capabilities, Guarantee
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.polynomials import joined
 from planner.trajectories.trajectory import PlanWarning
@@ -71,6 +71,7 @@ class Toppra:
         "Time-optimal on the exact path within velocity, acceleration, torque and tool speed limits, C1."
     )
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
+    capabilities: ClassVar[Capabilities] = Capabilities()
 
     jerk_limited: bool = field(
         default=False,

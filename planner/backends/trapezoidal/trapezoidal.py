@@ -13,7 +13,7 @@ from planner.backends.shared.refusals import RAMPS
 from planner.backends.shared.rest_to_rest import time_straight_motions, unit_laws
 from planner.backends.shared.straight_lines import time_lines
 from planner.backends.trapezoidal.along_curve import time_run, time_run_with_ramps
-from planner.guarantees import ALL_BUT_JERK, Guarantee
+from planner.guarantees import ALL_BUT_JERK, Capabilities, Guarantee
 from planner.tolerances import ROUNDING
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class Trapezoidal:
     kind: ClassVar[str] = "trapezoidal"
     summary: ClassVar[str] = "Accelerate, cruise, brake: the fastest law from rest to rest without a jerk limit, C1."
     guarantees: ClassVar[Mapping[str, Guarantee]] = ALL_BUT_JERK
+    capabilities: ClassVar[Capabilities] = Capabilities()
 
     acceleration_time: float | None = field(
         default=None,
@@ -52,10 +53,10 @@ class Trapezoidal:
         metadata={"description": "Time of braking on every segment, s; omitted: the same as accelerating.", "gt": 0.0},
     )
 
-    @property
-    def is_shaped_by_duration(self) -> bool:
-        """Whether given ramps stay as they are in more time."""
-        return self._times() is not None
+    def __post_init__(self) -> None:
+        """Let given ramps stay as they are in more time."""
+        if self._times() is not None:
+            object.__setattr__(self, "capabilities", Capabilities(is_shaped_by_duration=True))
 
     def parametrize(self, path: JointPath) -> Trajectory:
         """Put the trapezoid on each segment, at the asked durations or the shortest."""
