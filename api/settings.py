@@ -81,7 +81,8 @@ class Settings(BaseSettings):
     max_body_bytes: int = Field(default=4 * 1024 * 1024, ge=1024)
     """The largest request body, bytes."""
     max_bytes_in_flight: int = Field(default=256 * 1024 * 1024, ge=8 * 1024 * 1024)
-    """The bytes of bodies and answers that the server holds at once; what would go beyond is answered with 503."""
+    """The bytes of bodies and answers that the server holds at once, of one client no more than it leaves free (half,
+    if it is alone); what would go beyond is answered with 503."""
     answer_cache_bytes: int = Field(default=32 * 1024 * 1024, ge=0)
     """The bytes of answers that are kept for those who ask the same again; 0: none are."""
     max_deadline: float = Field(default=60.0, ge=10.0)

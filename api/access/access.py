@@ -178,7 +178,8 @@ class Guarded:
             await self._app(scope, receive, send)
             return
         key = await access.key_of(Headers(scope=scope), self._operation.scope)
-        scope["state"]["client"] = Client(f"key:{key.id}", key.scopes, has_key=True)
+        sender = scope["state"]["client"] = Client(f"key:{key.id}", key.scopes, has_key=True)
+        scope["state"]["share"].client = sender.name
         allowance, quota = access.allowance_of(key), access.quota_of(key)
         scope["state"]["quota"] = quota
 

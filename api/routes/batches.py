@@ -142,18 +142,19 @@ async def download_batch_results(request: Request) -> Response:
 async def _first_look(request: Request, shape: str) -> tuple[BatchRecord, Reply]:
     """Find the batch whose results are asked for, and see whether there is the form that is asked for."""
     batch = await _batch(request, request.path_params["id"])
-    return batch, await _rendered(service_of(request), [], _form(request), shape, request.url.path)
+    return batch, await _rendered(request, [], shape)
 
 
 async def _pieces_of(request: Request, batch: BatchRecord, shape: str) -> AsyncIterator[Reply]:
     """Have all results written, some at a time, as they come."""
-    service, form, behind = service_of(request), _form(request), -1
+    service, behind = service_of(request), -1
     while not request.scope["state"].get("stopping"):
         batch = await _batch(request, batch.id)
         found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
         while found:
-            reply = await _rendered(service, found, form, shape, request.url.path)
+            reply = await _rendered(request, found, shape)
             yield reply
+            request.state.share.release()
             behind, found = found[reply.result - 1].position, found[reply.result :]
             if not found:
                 found, _ = await _results(service, batch, behind, RESULTS_AT_ONCE)
@@ -162,24 +163,23 @@ async def _pieces_of(request: Request, batch: BatchRecord, shape: str) -> AsyncI
         await asyncio.sleep(LOOK)
 
 
-async def _rendered(service: Service, results: Sequence[Result], form: str | None, shape: str, path: str) -> Reply:
-    """Have a part of a stream written; while there is too much to do, later."""
+async def _rendered(request: Request, results: Sequence[Result], shape: str) -> Reply:
+    """Have a part of a stream written; while there is too much to do, or to hold, later."""
+    service, path = service_of(request), request.url.path
     definitions = await _definitions(service, results)
-    arguments = {"results": results, "form": form, "shape": shape, "definitions": definitions}
+    arguments = {"results": results, "form": _form(request), "shape": shape, "definitions": definitions}
+    kind = Kind((RENDER_RESULTS,), len(results).bit_length())
     for tries in range(1, MOST_TRIES + 1):
         now = time.monotonic()
-        task = Task(RENDER_RESULTS, path, now, now + service.settings.max_deadline, b"", arguments)
+        deadline = now + service.settings.max_deadline
+        task = Task(RENDER_RESULTS, path, now, deadline, b"", arguments, client(request).name)
         try:
-            return await service.pool.run(task, Kind((RENDER_RESULTS,), len(results).bit_length()), _count_nothing)
+            return await service.pool.run(task, kind, request.state.share.hold)
         except Overloaded:
             if tries == MOST_TRIES:
                 raise
             await asyncio.sleep(1.0)
     raise AssertionError  # the last try has returned or raised
-
-
-def _count_nothing(_size: int) -> None:
-    """Hold no bytes: a piece of a stream is bounded, and a client has one at a time."""
 
 
 async def get_batch_report(request: Request) -> Response:

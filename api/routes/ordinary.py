@@ -158,7 +158,7 @@ async def run(request: Request, operation: str, asked: Asked = NOTHING_ASKED, **
         tag = service.answers.tag(operation, task.body, task.arguments)
         if is_known(request, tag):
             return not_modified(tag)
-        reply = await _unless_hung_up(request, service.answers.answer(tag, task.deadline, compute))
+        reply = await _unless_hung_up(request, service.answers.answer(tag, task.deadline, task.client, compute))
         share.hold(len(reply.body))
         if reply.status == HTTPStatus.OK:
             reply = replace(reply, headers={**reply.headers, "ETag": tag})

@@ -55,9 +55,10 @@ class RequestContext:
             return
         arrived = time.monotonic()
         state = scope.setdefault("state", {})
-        share = self._traffic.share()
+        client = client_by_address(scope)
+        share = self._traffic.share(client.name)
         state |= {"arrived": arrived, "timings": {}, "request_id": _request_id(scope), "share": share}
-        state |= {"operation": None, "submitted": None, "code": None, "client": client_by_address(scope)}
+        state |= {"operation": None, "submitted": None, "code": None, "client": client}
         state["quota"] = None
         context = trace_context(Headers(scope=scope).get("traceparent"))
         span = None

@@ -68,7 +68,7 @@ class SharedAnswers:
         return f'W/"{digest.hexdigest()}"'
 
     async def answer(
-        self, tag: str, deadline: float, compute: Callable[[Callable[[int], None]], Awaitable[Reply]]
+        self, tag: str, deadline: float, client: str, compute: Callable[[Callable[[int], None]], Awaitable[Reply]]
     ) -> Reply:
         """Give the answer with a tag: one that is kept, one that is being computed, or one that is computed now.
 
@@ -78,6 +78,7 @@ class SharedAnswers:
         Args:
             tag: The tag.
             deadline: When the answer must be there, s on the monotonic clock.
+            client: The client whose bytes the answer counts as while it is computed.
             compute: What computes it, given what counts the bytes of the answer; it keeps the deadline.
 
         Raises:
@@ -95,7 +96,7 @@ class SharedAnswers:
             self._kept.move_to_end(tag)
             self._metrics.count_shared("kept")
             return self._kept[tag]
-        flight = self._under_way[tag] = Flight(asyncio.create_task(self._compute(tag, compute)))
+        flight = self._under_way[tag] = Flight(asyncio.create_task(self._compute(tag, client, compute)))
         flight.work.add_done_callback(lambda _: self._forget(tag, flight))
         return await self._await(tag, flight)
 
@@ -115,8 +116,10 @@ class SharedAnswers:
         if self._under_way.get(tag) is flight:
             del self._under_way[tag]
 
-    async def _compute(self, tag: str, compute: Callable[[Callable[[int], None]], Awaitable[Reply]]) -> Reply:
-        share = self._traffic.share()
+    async def _compute(
+        self, tag: str, client: str, compute: Callable[[Callable[[int], None]], Awaitable[Reply]]
+    ) -> Reply:
+        share = self._traffic.share(client)
         try:
             reply = await compute(share.hold)
         finally:

@@ -157,13 +157,14 @@ class Worker:
 
     async def _receive(self, hold: Callable[[int], None]) -> Reply:
         payload_length, body_length = HEADER.unpack(await self._reader.readexactly(HEADER.size))
-        payload = await self._reader.readexactly(payload_length)
+        length = payload_length + body_length
         try:
-            hold(body_length)
+            hold(length)
         except Overloaded:
-            for start in range(0, body_length, READ_AHEAD):
-                await self._reader.readexactly(min(READ_AHEAD, body_length - start))
+            for start in range(0, length, READ_AHEAD):
+                await self._reader.readexactly(min(READ_AHEAD, length - start))
             raise
+        payload = await self._reader.readexactly(payload_length)
         reply: Reply = unpack(payload, await self._reader.readexactly(body_length))
         return reply
 

@@ -342,12 +342,13 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
 
         app = SimpleNamespace(state=SimpleNamespace(service=service))
         state = {
-            "share": Traffic(10**6).share(),
+            "share": Traffic(10**6).share(""),
             "arrived": time.monotonic(),
             "client": Client("127.0.0.1"),
             "operation": None,
         }
-        scope = {"type": "http", "method": "POST", "path": "/", "headers": [], "app": app, "state": state}
+        headers = [(b"content-type", b"application/json")]
+        scope = {"type": "http", "method": "POST", "path": "/", "headers": headers, "app": app, "state": state}
         await run_with_body(Request(scope, receive), "plan_trajectory")
 
     async def three_times() -> None:

@@ -61,7 +61,7 @@ def run(test: Callable[[SharedAnswers], Awaitable[None]], room: int = ROOM) -> N
 
 
 def ask(answers: SharedAnswers, work: Work, tag: str = "x", seconds: float = 60.0) -> asyncio.Task[Reply]:
-    return asyncio.create_task(answers.answer(tag, time.monotonic() + seconds, work))
+    return asyncio.create_task(answers.answer(tag, time.monotonic() + seconds, "", work))
 
 
 async def a_moment() -> None:
