@@ -113,11 +113,12 @@ class Settings(BaseSettings):
     max_batch_bytes: int = Field(default=64 * 1024 * 1024, ge=1024)
     """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
     max_batches: int = Field(default=1000, ge=0)
-    """The largest number of batches that are kept."""
+    """The largest number of batches that have not ended, of one client no more than it leaves to others."""
     max_batches_per_client: int = Field(default=10, ge=0)
     """The largest number of batches of one address that have not ended."""
     max_batches_bytes: int = Field(default=4 * 1024**3, ge=0)
-    """The bytes that requests and results of batches may take in the database before no more batches are taken."""
+    """The bytes that requests and results of batches may take in the database before no more batches are taken; those
+    of one client may take as many as they leave free."""
     batch_retention_days: float = Field(default=7.0, gt=0.0)
     """The time for which a batch that has ended is kept, days."""
     worker_memory_mib: int = Field(default=1024, ge=448)

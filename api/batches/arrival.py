@@ -87,7 +87,10 @@ async def take_in(service: Service, body: Body, client: Client, key: str | None,
             case "arriving":
                 raise Conflict("a request with this key is still under way", headers={"Retry-After": "1"})
             case "full":
-                raise TooManyBatches("the service keeps no more batches now")
+                raise TooManyBatches(
+                    "The service keeps no more batches of yours now. Wait for one to end, cancel one, or delete one "
+                    "that you need no more: DELETE /v1/batches/{id}?forget=true."
+                )
             case "too_many":
                 raise TooManyBatches("you have too many batches under way; wait for one to end, or cancel it")
             case arrival:

@@ -50,6 +50,9 @@ GAIN = 0.3
 CLEANING = 3600.0
 """The time between two looks for batches that have been kept for long enough, s."""
 
+MOST_TURNS = 4096
+"""The number of batches of which it is known when they had a turn: many more than can be under way."""
+
 CACHED_DEFINITIONS = 16
 """The number of definitions of added robots that are kept at hand; one has up to some MB."""
 
@@ -82,6 +85,8 @@ class Engine:
         self._all_done = asyncio.Event()
         self._rate = 0.0
         self._definitions: dict[str, bytes] = {}
+        self._turn = 0
+        self._turns: dict[int, int] = {}
         self._tasks: list[asyncio.Task[None]] = []
 
     async def start(self) -> None:
@@ -126,12 +131,22 @@ class Engine:
         if len(self._claimed) <= self._wanted // 2 and await self._database.read(claims.is_work_left):
             # Committed before the claim: who reads in between must not take this service for dead.
             await self._database.write(claims.beat, self.id)
-            found = await self._database.write(claims.claim, self.id, self._wanted)
+            found = await self._database.write(claims.claim, self.id, self._wanted, self._turns)
+            self._note_turns(found)
         self._claimed += found
         self._change.set()
         if not found:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._new.wait(), BEAT if self._under_way else IDLE)
+
+    def _note_turns(self, found: list[Claimed]) -> None:
+        """Note which batches had a turn; those that have had none for long are as good as new."""
+        if not found:
+            return
+        self._turn += 1
+        self._turns |= dict.fromkeys((item.batch for item in found), self._turn)
+        if len(self._turns) > MOST_TURNS:
+            self._turns = {number: turn for number, turn in self._turns.items() if turn > self._turn - MOST_TURNS // 2}
 
     async def _hand_out_items(self) -> None:
         """Hand out the next items, unless enough are under way."""

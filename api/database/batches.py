@@ -24,12 +24,16 @@ ENGINE_TIMEOUT = 5.0
 says so. The clocks of services that share a database have to agree within it."""
 
 
+BATCH_BYTES = 2**16
+"""The bytes that a batch counts besides its requests and results, so that there are not too many small ones."""
+
+
 class BatchBounds(NamedTuple):
-    """How much is kept.
+    """How many batches there may be. One client may have as many, and as many bytes, as it leaves free to others.
 
     Attributes:
-        batches: The most batches.
-        batches_of_owner: The most batches of one client that have not ended.
+        batches: The most batches that have not ended.
+        batches_of_owner: The most of these of one client.
         size: The most bytes of requests and results, beyond which no more requests are taken.
     """
 
@@ -101,7 +105,8 @@ def begin_batch(
 
     Returns:
         The batch, which may be one of an earlier request with the same key; `arriving`: such a request is still under
-        way; `full`: there is no room; `too_many`: the client has as many batches under way as one may have.
+        way; `full`: there is no room for another one of this client, or for its bytes; `too_many`: the client has as
+        many batches under way as one may have.
     """
     exclusively(connection, BATCHES)
     if key is not None:
@@ -112,13 +117,20 @@ def begin_batch(
             discard_batches(connection, [known.number])
         elif known is not None:
             return "arriving" if known.status == "arriving" else Arrival(known.number, known.id, known.body_digest)
-    count, size = connection.execute(select(func.count(), func.coalesce(func.sum(batches.c.size), 0))).one()
-    if count >= bounds.batches or size >= bounds.size:
-        return "full"
     not_ended = batches.c.status.in_(["arriving", "running"]) & ~_is_cut_off()
-    under_way = select(func.count()).where(batches.c.owner == owner, not_ended)
-    if connection.execute(under_way).scalar_one() >= bounds.batches_of_owner:
+    size, own = batches.c.size + BATCH_BYTES, batches.c.owner == owner
+    under_way, own_under_way, all_bytes, own_bytes = connection.execute(
+        select(
+            func.count().filter(not_ended),
+            func.count().filter(not_ended & own),
+            func.coalesce(func.sum(size), 0),
+            func.coalesce(func.sum(size).filter(own), 0),
+        )
+    ).one()
+    if own_under_way >= bounds.batches_of_owner:
         return "too_many"
+    if own_under_way + under_way >= bounds.batches or own_bytes + all_bytes >= bounds.size:
+        return "full"
     batch_id = uuid.uuid4().hex
     made = insert(batches).values(
         id=batch_id,

@@ -17,16 +17,15 @@ from api.database.batches import ENGINE_TIMEOUT
 from api.database.tables import batches, engines, items, robot_contents, scene_contents
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from sqlalchemy import Connection
 
 RATE_MEMORY = 10.0
 """The time over which the rate of a batch is averaged, s: long enough for items of some seconds."""
 
-MOST_BATCHES_AT_ONCE = 8
-"""The most batches that share what is claimed, those that came first."""
-
+MOST_BATCHES_AT_ONCE = 32
+"""The most batches that share one claim; the others are next."""
 
 MOST_BYTES = 8 * 2**20
 """The most bytes of results that are read at once: those of some hundred plans, or a few of the longest."""
@@ -89,26 +88,47 @@ def is_work_left(connection: Connection) -> bool:
     return connection.execute(running).first() is not None
 
 
-def claim(connection: Connection, engine: str, limit: int) -> list[Claimed]:
-    """Take items of running batches to work on, of each batch about as many."""
-    running = select(batches.c.number, batches.c.id).where(batches.c.status == "running")
-    chosen = connection.execute(running.order_by(batches.c.number).limit(MOST_BATCHES_AT_ONCE)).all()
+def claim(connection: Connection, engine: str, limit: int, turns: Mapping[int, int] | None = None) -> list[Claimed]:
+    """Take items of running batches to work on: of each client as many, and of each of its batches.
+
+    Args:
+        connection: The transaction.
+        engine: The service that takes them.
+        limit: The number of items to take, about.
+        turns: When items of a batch were taken last, by the number of the batch: those that had no turn come first.
+    """
+    dead = items.c.engine.not_in(select(engines.c.id).where(engines.c.seen > time.time() - ENGINE_TIMEOUT))
+    is_free = items.c.outcome.is_(None) & or_(items.c.engine.is_(None), dead)
+    has_work = select(items.c.position).where(items.c.batch == batches.c.number, is_free).exists()
+    waiting = select(batches.c.number, batches.c.id, batches.c.owner).where(batches.c.status == "running", has_work)
+    chosen = _shares(connection.execute(waiting.order_by(batches.c.number)).all(), limit, turns or {})
     if not chosen:
         return []
     beat(connection, engine)
-    dead = items.c.engine.not_in(select(engines.c.id).where(engines.c.seen > time.time() - ENGINE_TIMEOUT))
     claimed: list[Claimed] = []
-    for batch in chosen:
-        free = select(items.c.position).where(
-            items.c.batch == batch.number, items.c.outcome.is_(None), or_(items.c.engine.is_(None), dead)
-        )
-        share = math.ceil(limit / len(chosen))
+    for batch, share in chosen:
+        free = select(items.c.position).where(items.c.batch == batch.number, is_free)
         free = free.order_by(items.c.position).limit(share).with_for_update(skip_locked=True)
         taken = update(items).where(items.c.batch == batch.number, items.c.position.in_(free)).values(engine=engine)
         columns = (items.c[name] for name in Claimed._fields[2:])
         rows = connection.execute(taken.returning(*columns))
         claimed += [Claimed(batch.number, batch.id, *row) for row in sorted(rows, key=lambda row: row.position)]
     return claimed
+
+
+def _shares(waiting: Sequence[Any], limit: int, turns: Mapping[int, int]) -> list[tuple[Any, int]]:
+    """Divide a claim among clients, and what each gets among its batches; those that had no turn for longest first."""
+    of_client: dict[str, list[Any]] = {}
+    for batch in sorted(waiting, key=lambda batch: turns.get(batch.number, 0)):
+        of_client.setdefault(batch.owner, []).append(batch)
+    last_turns = {owner: max(turns.get(batch.number, 0) for batch in own) for owner, own in of_client.items()}
+    clients = sorted(of_client, key=lambda owner: last_turns[owner])[: min(limit, MOST_BATCHES_AT_ONCE)]
+    shares = []
+    for owner in clients:
+        share = math.ceil(limit / len(clients))
+        own = of_client[owner][: max(1, min(share, MOST_BATCHES_AT_ONCE // len(clients)))]
+        shares += [(batch, math.ceil(share / len(own))) for batch in own]
+    return shares
 
 
 def definition_of(connection: Connection, digest: str) -> bytes:

@@ -104,6 +104,9 @@ async def cancel_batch(request: Request) -> Response:
     await service.database.write(batches.cancel_batch, batch.number)
     service.engine.forget(batch.number)
     audit(request, "batch_cancelled", batch.id)
+    if request.query_params.get("forget") == "true":
+        await service.database.write(batches.discard_batches, [batch.number])
+        audit(request, "batch_forgotten", batch.id)
     return Response(status_code=HTTPStatus.NO_CONTENT)
 
 

@@ -41,7 +41,7 @@ class ServiceLimits(Answer):
     max_batch_bytes: int
     """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
     max_batches: int
-    """The largest number of batches that are kept."""
+    """The largest number of batches that have not ended, of one client no more than it leaves to others."""
     max_batches_per_client: int
     """The largest number of batches of one address that have not ended."""
     key_requests_per_minute: int

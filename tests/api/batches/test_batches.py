@@ -347,3 +347,5 @@ def test_a_cancelled_batch_keeps_what_is_done(service: RunningService) -> None:
     assert service.post("/v1/trajectories", plan_request()).status_code == 200
     assert service.client.delete(location).status_code == 204  # again: it is so already
     assert status(service, location) == batch
+    assert service.client.delete(location, params={"forget": "true"}).status_code == 204
+    assert service.client.get(location).status_code == 404

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from sqlalchemy import delete, func, select, update
 from api.batches.items import PLANNED, NewItem
 from api.content.robots import RobotContent
 from api.database.batches import (
+    BATCH_BYTES,
     Arrival,
     BatchBounds,
     append_items,
@@ -19,6 +21,7 @@ from api.database.batches import (
     begin_batch,
     cancel_batch,
     clean_up,
+    discard_batches,
     find_batch,
     histogram_of,
     one_with,
@@ -50,8 +53,10 @@ def connection(engine: Engine) -> Iterator[Connection]:
         connection.rollback()
 
 
-def arrived(connection: Connection, count: int, key: str | None = None, robot: str | None = None) -> Arrival:
-    arrival = begin_batch(connection, "client", key, ME, WIDE)
+def arrived(
+    connection: Connection, count: int, key: str | None = None, robot: str | None = None, client: str = "client"
+) -> Arrival:
+    arrival = begin_batch(connection, client, key, ME, WIDE)
     assert isinstance(arrival, Arrival)
     append_items(connection, arrival.number, 0, [NewItem(b"%d" % k, robot, None, 10.0) for k in range(count)], "")
     open_batch(connection, arrival.number, "digest")
@@ -237,3 +242,45 @@ def test_services_that_work_at_once_do_every_item_once(engine: Engine) -> None:
         assert batch is not None and batch.status == "completed"
         for table in (items, batches, engines):
             connection.execute(delete(table))
+
+
+def test_no_client_takes_all_places_and_ended_batches_take_none(connection: Connection) -> None:
+    """One key took all places for seven days within 38 s."""
+    bounds = BatchBounds(batches=8, batches_of_owner=100, size=10**9)
+    made = []
+    while isinstance(arrival := begin_batch(connection, "greedy", None, ME, bounds), Arrival):
+        made.append(arrival)
+    assert (arrival, len(made)) == ("full", 4)
+    assert isinstance(begin_batch(connection, "another", None, ME, bounds), Arrival)
+    for arrival in made:
+        open_batch(connection, arrival.number, "digest")
+        cancel_batch(connection, arrival.number)
+    assert isinstance(begin_batch(connection, "greedy", None, ME, bounds), Arrival)
+
+
+def test_no_client_takes_all_bytes_and_a_deleted_batch_takes_none(connection: Connection) -> None:
+    bounds = WIDE._replace(size=8 * BATCH_BYTES)
+    made = []
+    while isinstance(arrival := begin_batch(connection, "greedy", None, ME, bounds), Arrival):
+        open_batch(connection, arrival.number, "digest")
+        cancel_batch(connection, arrival.number)
+        made.append(arrival)
+    assert (arrival, len(made)) == ("full", 4)
+    assert isinstance(begin_batch(connection, "another", None, ME, bounds), Arrival)
+    discard_batches(connection, [made[0].number, made[1].number])
+    assert isinstance(begin_batch(connection, "greedy", None, ME, bounds), Arrival)
+
+
+def test_clients_take_turns_whatever_number_of_batches_they_have(connection: Connection) -> None:
+    """Eight running batches of one client kept those of all others waiting until one of them had ended."""
+    greedy = [arrived(connection, 100).number for _ in range(40)]
+    others = [arrived(connection, 5, client=name).number for name in "abc"]
+    turns: dict[int, int] = {}
+    counts: Counter[int] = Counter()
+    for turn in range(1, 11):
+        found = claim(connection, ME, 2, turns)
+        counts.update(item.batch for item in found)
+        turns |= dict.fromkeys((item.batch for item in found), turn)
+    assert [counts[number] for number in others] == [5, 5, 5]
+    assert [counts[number] for number in greedy] == [1] * 5 + [0] * 35
+    assert {item.batch for item in claim(connection, ME, 100, turns)} == set(greedy[5:37])  # those without a turn
