@@ -372,10 +372,23 @@ def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[Pla
             yield PlanWarning("joint_deviates", f"{way} {check.joint} goes {away}")
 
 
+def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:
+    """Yield what is said where torques are not checked, or only in part."""
+    robot, is_limited = problem.robot, bool(np.isfinite(path.limits.torque).any())
+    unchecked = f"{robot.id} has no torque limits: no torque is checked"
+    if robot.has_dynamics:
+        if not is_limited:
+            yield PlanWarning("torque_unchecked", unchecked)
+    elif any(problem.payloads):
+        message = f"{robot.id} has no link inertias: torques are those of the payload alone"
+        yield PlanWarning("payload_only", message if is_limited else f"{message}; {unchecked}")
+    elif is_limited:
+        yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")
+
+
 def _warnings(
     problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory
 ) -> Iterator[PlanWarning]:
-    robot = problem.robot
     yield from _snapped(problem)
     repeated = path.still + 1
     if len(repeated):
@@ -386,10 +399,7 @@ def _warnings(
     for waypoint in path.waypoints:
         if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
             yield waypoint.tool_motion.warning
-    if any(problem.payloads) and not robot.has_dynamics:
-        yield PlanWarning("payload_only", f"{robot.id} has no link inertias: torques are those of the payload alone")
-    elif not robot.has_dynamics and np.isfinite(robot.limit("torque")).any():
-        yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")
+    yield from _torque_warnings(problem, path)
     for quantity in JOINT_QUANTITIES:
         asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
         if asked and backend.guarantees[quantity] is not Guarantee.HARD:

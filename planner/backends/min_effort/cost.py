@@ -11,6 +11,8 @@ from planner.dynamics import inverse_dynamics
 from planner.trajectories.polynomials import differentiate, horner
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from planner.limits import SegmentLimits
     from planner.robots import Robot
     from planner.spatial import FloatArray
@@ -28,25 +30,38 @@ FEWEST_ON_A_PIECE = 9
 class Cost:
     """The cost of motions of a robot.
 
+    Where masses of links are unknown, many motions take no torque. There the jerk is part of the cost, and in the first
+    motion it costs as much as the rest.
+
     Attributes:
         units: Units (3, joints) by which torque, power and jerk of each joint are measured.
+        adds_jerk: Whether the jerk is part of the cost beside the objective.
     """
 
-    def __init__(self, robot: Robot, objective: Objective) -> None:
+    def __init__(self, robot: Robot, objective: Objective, first: SegmentedPolynomial) -> None:
+        """Choose the units.
+
+        Args:
+            robot: The robot, with its payload.
+            objective: The objective.
+            first: The motion that the search begins with: its largest torques stand for limits that there are not.
+        """
         self.robot, self.objective = robot, objective
-        torque, jerk = (_finite(robot.limit(quantity)) for quantity in ("torque", "jerk"))
+        self.adds_jerk = False
+        jerk = _finite(robot.limit("jerk"))
+        torque = np.ones_like(jerk) if objective == "jerk" else _torque_units(robot, first)
         power = np.full_like(torque, (torque * _finite(robot.limit("velocity"))).max())
         self.units = np.array([torque, power, jerk])
+        if objective == "jerk" or not has_massless_links(robot):
+            return
+        by_torque, by_jerk = (_integral(first, rate) for rate in (self._rate_of_torques, self._rate_of_jerk))
+        if by_torque > 0.0 and by_jerk > 0.0:
+            self.units[2] *= (by_jerk / by_torque) ** 0.5
+            self.adds_jerk = True
 
     def of(self, pieces: SegmentedPolynomial) -> float:
-        """Return the integral over the motion, s; by Simpson's rule on each piece."""
-        count = max(FEWEST_ON_A_PIECE, SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
-        q, v, a, j = sampled(pieces, count)
-        rates = self._rate(q, v, a, j).reshape(-1, count)
-        simpson = np.full(count, 2.0)
-        simpson[1::2] = 4.0
-        simpson[[0, -1]] = 1.0
-        return float((rates @ simpson * pieces.lengths).sum() / (3.0 * (count - 1)))
+        """Return the integral over the motion, s."""
+        return _integral(pieces, self._rate)
 
     def at_rest(self, positions: FloatArray) -> FloatArray:
         """Return the cost (N,) of a second at rest at positions (N, joints)."""
@@ -56,14 +71,54 @@ class Cost:
     def _rate(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
         """Return the cost (N,) of a second in states (N, joints)."""
         if self.objective == "jerk":
-            jerk: FloatArray = ((j / self.units[2]) ** 2).sum(axis=1)
-            return jerk
+            return self._rate_of_jerk(q, v, a, j)
+        rate = self._rate_of_torques(q, v, a, j)
+        return rate + self._rate_of_jerk(q, v, a, j) if self.adds_jerk else rate
+
+    def _rate_of_jerk(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
+        rate: FloatArray = ((j / self.units[2]) ** 2).sum(axis=1)
+        return rate
+
+    def _rate_of_torques(self, q: FloatArray, v: FloatArray, a: FloatArray, j: FloatArray) -> FloatArray:
         torques = inverse_dynamics(self.robot, q, v, a)
         if self.objective == "effort":
             effort: FloatArray = ((torques / self.units[0]) ** 2).sum(axis=1)
             return effort
         work: FloatArray = np.abs(torques * v / self.units[1]).sum(axis=1)
         return work
+
+
+def has_massless_links(robot: Robot) -> bool:
+    """Tell whether a joint moves a link of no mass; what the last joint moves has that of the payload at least."""
+    model = robot.model
+    last = model.frames[robot.tip_frame_id].parentJoint
+    return any(model.inertias[joint].mass <= 0.0 for joint in range(1, model.njoints) if joint != last)
+
+
+def _integral(pieces: SegmentedPolynomial, rate: Callable[..., FloatArray]) -> float:
+    """Return the integral of a rate over a motion; by Simpson's rule on each piece."""
+    count = max(FEWEST_ON_A_PIECE, SAMPLES // len(pieces.lengths) // 2 * 2 + 1)
+    rates = rate(*sampled(pieces, count)).reshape(-1, count)
+    simpson = np.full(count, 2.0)
+    simpson[1::2] = 4.0
+    simpson[[0, -1]] = 1.0
+    return float((rates @ simpson * pieces.lengths).sum() / (3.0 * (count - 1)))
+
+
+def _torque_units(robot: Robot, first: SegmentedPolynomial) -> FloatArray:
+    """Return the torque limits (joints,); in place of those that there are not the largest of joints of that kind.
+
+    Where none of the joints that turn, or that slide, has a limit, it is the largest torque or force of any of them in
+    the first motion.
+    """
+    units = robot.limit("torque").copy()
+    for kind in (robot.is_angle, ~robot.is_angle):
+        known = kind & np.isfinite(units)
+        if (kind & ~known).any():
+            q, v, a, _ = sampled(first, FEWEST_ON_A_PIECE)
+            taken = units[known] if known.any() else np.abs(inverse_dynamics(robot, q, v, a)[:, kind])
+            units[kind & ~known] = taken.max() or 1.0
+    return units
 
 
 def _finite(limits: FloatArray) -> FloatArray:

@@ -51,7 +51,12 @@ class MinEffort(MinEffortOptions):
     search would not see their torques come and go: tens of turns between two stops.
 
     Efforts are measured by the robot's own torque limits, whatever limits are asked; a joint without a limit counts
-    like the strongest one, and 1 N m (N) if no joint has one.
+    like the strongest one of its kind, turning or sliding. Where none of a kind has a limit, the largest torque or
+    force of them in the first motion stands for it.
+
+    Where links have no masses, the torques are those of the payload alone, and many motions take none. There the cost
+    has the integral of the sum of (jerk / limit)^2 beside the objective, weighted so that in the first motion both are
+    equal. What is found has at most twice the first motion's integral of the jerk.
     """
 
     kind: ClassVar[str] = "min_effort"
@@ -91,14 +96,17 @@ class MinEffort(MinEffortOptions):
         ]
         trajectory = assemble(path, [optimum.find() for optimum in optima])
         stopped = [int(optimum.run.first) for optimum in optima if not optimum.converged]
-        if not stopped:
-            return trajectory
-        warning = PlanWarning(
-            "suboptimal",
-            "the search ended before it reached an optimum: what is returned keeps all limits and costs no more than "
-            f"the quintic (segments from {', '.join(map(str, stopped))} on)",
-        )
-        return replace(trajectory, warnings=(warning,))
+        warnings = []
+        if any(optimum.cost.adds_jerk for optimum in optima):
+            message = f"{path.robot.id} has links without masses: {self.objective} and jerk are minimised together"
+            warnings.append(PlanWarning("effort_incomplete", message))
+        if stopped:
+            message = (
+                "the search ended before it reached an optimum: what is returned keeps all limits and costs no more "
+                f"than the quintic (segments from {', '.join(map(str, stopped))} on)"
+            )
+            warnings.append(PlanWarning("suboptimal", message))
+        return replace(trajectory, warnings=tuple(warnings)) if warnings else trajectory
 
 
 def _refuse_long_runs(path: JointPath) -> None:

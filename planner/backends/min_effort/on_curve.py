@@ -120,6 +120,31 @@ class RetimingCost(Aim):
         return result
 
 
+@dataclass(frozen=True, eq=False)
+class CostWithJerk(Aim):
+    """The sum of two costs.
+
+    Attributes:
+        cost: The cost, that of time included.
+        jerk: The cost of the jerk.
+    """
+
+    cost: RetimingCost
+    jerk: RetimingCost
+
+    def value(self, states: FloatArray) -> float:
+        """Return the cost at states (3, points)."""
+        return self.cost.value(states) + self.jerk.value(states)
+
+    def slope(self, states: FloatArray) -> FloatArray:
+        """Return the derivative (3, points) of the cost by b, a and c."""
+        return self.cost.slope(states) + self.jerk.slope(states)
+
+    def curvature(self, states: FloatArray, concave: FloatArray) -> FloatArray:
+        """Return the second derivative (3, 3, points) of the cost, made positive semidefinite."""
+        return self.cost.curvature(states, concave) + self.jerk.curvature(states, np.zeros_like(concave))
+
+
 class FoundLaw(NamedTuple):
     """A law that a search found, and whether nothing better is left."""
 
@@ -171,19 +196,25 @@ class Search:
             law = retimed(law, _on_time(law, found.unknowns, asked))
         return FoundLaw(limits.on_segments(law), found.converged)
 
-    def _aim(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> RetimingCost:
+    def _aim(self, limits: LimitsOnCurve, law: PiecewisePolynomial) -> Aim:
         """Return the cost of retiming a law."""
         torque, power, jerk = self.cost.units
         s, ds, dds, first, second, third = limits.rates(law)
         by_work = self.cost.objective == "mechanical_work"
-        if self.cost.objective == "jerk":
-            rows, exponent = (third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5
-        else:
+        duration = Duration(law.lengths)
+        costs: list[RetimingCost] = []
+
+        def add(rows: tuple[FloatArray, ...], exponent: float, absolute: bool) -> None:
+            by_b, by_a, by_c, offset = (row.reshape(s.size, -1).T for row in rows)
+            weight = 0.0 if costs else self.time_weight
+            costs.append(RetimingCost(by_b, by_a, by_c, offset, exponent, absolute, duration, weight))
+
+        if self.cost.objective != "jerk":
             unit, exponent = (first / power, 0.0) if by_work else (1.0 / torque, -0.5)
-            by_b, by_a, by_c, gravity = limits.sampled.torques_at(s, ds, dds)
-            rows = (by_b * unit, by_a * unit, by_c * unit, gravity * unit)
-        by_b, by_a, by_c, offset = (row.reshape(s.size, -1).T for row in rows)
-        return RetimingCost(by_b, by_a, by_c, offset, exponent, by_work, Duration(law.lengths), self.time_weight)
+            add(tuple(row * unit for row in limits.sampled.torques_at(s, ds, dds)), exponent, by_work)
+        if self.cost.objective == "jerk" or self.cost.adds_jerk:
+            add((third / jerk, 3.0 * second / jerk, first / jerk, np.zeros_like(first)), 0.5, False)
+        return costs[0] if len(costs) == 1 else CostWithJerk(*costs)
 
     def _asked(self, law: SegmentedPolynomial) -> AskedDurations:
         """Return the asked durations by the gridpoints of a law."""

@@ -95,13 +95,15 @@ class Optimum(ABC):
 
     Attributes:
         converged: Whether an optimum was found.
+        cost: What is to be least; it is known once there is a first motion.
     """
+
+    cost: Cost
 
     def __init__(self, options: MinEffortOptions, path: JointPath, run: Run) -> None:
         self.options, self.path = options, path
         self.run, self.robot = run, path.dynamics.robot_on(run.first)
         self.enforced = frozenset(QUANTITIES)
-        self.cost = Cost(self.robot, options.objective)
         self.asked = path.durations[run.segments]
         self.free = np.isnan(self.asked)
         self.converged = False
@@ -148,7 +150,9 @@ class OnCurve(Optimum):
         """Return the best motion within the limits."""
         law = fastest_law(self.path, self.run)
         known, refusal = self._known(law)
-        nothing = self.costs_nothing(known[0] if known else follow_curve(self.run, law))
+        first = known[0] if known else follow_curve(self.run, law)
+        self.cost = Cost(self.robot, self.options.objective, first)
+        nothing = self.costs_nothing(first)
         found = None if nothing else self._search(law, self.durations(known[0]) if known else self.asked)
         if found is not None:
             return min([*known, found], key=self.price)
@@ -238,6 +242,7 @@ class ThroughWaypoints(Optimum):
             first = self._quintic(self.path)
         except InfeasibleDuration as error:
             refusal, first, self.begins_outside = error, self._too_fast(), True
+        self.cost = Cost(self.robot, self.options.objective, first)
         nothing = self.costs_nothing(first)
         found = None if nothing else self._solve(first)
         self.converged |= nothing
@@ -304,7 +309,8 @@ class ThroughWaypoints(Optimum):
         begin, again = PiecewisePolynomial(first.lengths, first.coefficients), None
         margins, nearer = np.full((segments * intervals, 1), FIRST_MARGIN), FIRST_MARGIN
         cuts = 0 if self.path.half_spaces is None else self.path.half_spaces.rows
-        layout = Layout(segments, intervals, self.options.objective, watches_tool, *holds, cuts)
+        objective, adds_jerk = self.options.objective, self.cost.adds_jerk
+        layout = Layout(segments, intervals, objective, watches_tool, *holds, cuts, adds_jerk)
         left = MOST_WORK if self.options.iterations is None else self.options.iterations * _work(layout)
         for _ in range(MOST_REPAIRS):
             if left <= 0:

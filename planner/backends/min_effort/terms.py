@@ -45,6 +45,7 @@ class Layout(NamedTuple):
         holds_tool: Whether the tool is held near a way.
         holds_joints: Whether the joints are held near a way.
         half_spaces: In how many half-spaces the joints are held at each instant.
+        adds_jerk: Whether the jerk is part of the cost beside the objective.
     """
 
     segments: int
@@ -54,6 +55,7 @@ class Layout(NamedTuple):
     holds_tool: bool = False
     holds_joints: bool = False
     half_spaces: int = 0
+    adds_jerk: bool = False
 
     @property
     def instants(self) -> int:
@@ -176,7 +178,7 @@ def build_terms(layout: Layout, n: int, p: Parameters) -> Terms:
     way_states = all_positions[:, : layout.way_instants]
     ends = (p.resting[0] * h[0] + p.resting[1] * h[-1]) / 2.0
     smooth = p.time_weight * ca.sum1(durations) * unit_time + ends
-    if layout.objective == "jerk":
+    if layout.objective == "jerk" or layout.adds_jerk:
         smooth = smooth + ca.sum2(ca.sum1((j / ca.repmat(p.unit_of_jerk, 1, pieces)) ** 2) * h)
     at_via = ca.vec(shape[:, layout.intervals : -1 : layout.intervals] - p.via)
     rest = ca.veccat(bounds[:, 2:-2] * p.velocity, a[:, 1:-1] * p.acceleration, j * p.jerk)
