@@ -14,25 +14,24 @@ from planner.backends.shared.assembly import assemble
 from planner.backends.shared.sampled_limits import refuse_what_turns_too_often
 from planner.certificate.clearance import CLEARANCE_TOLERANCE, certify_clearance_along, segment_checkers
 from planner.certificate.durations import certify_durations
-from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION, certify_joint_motions
+from planner.certificate.joint_motions import certify_joint_motions
 from planner.certificate.limits import certificate_of, unless_missed
 from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.certificate.tool_path import certify_tool_path
 from planner.certificate.waypoints import certify_passages, certify_waypoints
 from planner.errors import ClearanceUnproved, Collision, InvalidProblem, LimitsUnsatisfiable, PlanningError, distinct
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, Guarantee, end_states, leaves_straight_motions, moves_at_its_ends
-from planner.limits import JOINT_QUANTITIES
+from planner.guarantees import END_OPTIONS, end_states, leaves_straight_motions, moves_at_its_ends
 from planner.plans.half_spaces import half_spaces_between
+from planner.plans.warnings import plan_warnings
 from planner.timing.action_times import action_times
 from planner.timing.durations import duration_error, in_asked_durations
 from planner.timing.slowing import slowed
 from planner.tolerances import ROUNDING
 from planner.trajectories.trajectory import PlanWarning
-from planner.waypoints.solve import given_positions
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection
 
     from planner.backends.base import BackEnd, Searching
     from planner.certificate.checks import Certificate
@@ -48,18 +47,11 @@ if TYPE_CHECKING:
     from planner.timing.action_times import TimedAction
     from planner.trajectories.trajectory import Trajectory
 
-WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
-"""Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
-people and things near the arm have to reckon with it."""
-
 NEARER = (0.3, 0.1)
 """Shares of the deviation allowed within which a search is held, one after the other, where it would collide."""
 
 AHEAD = (0.001, 0.002, 0.004, 0.008)
 """Distances, m, by which pairs that were too near are kept further away than their margins, search after search."""
-
-MOST_NAMED = 10
-"""The most waypoints that one warning names."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +253,7 @@ def certified(problem: PlanningProblem, backend: BackEnd, path: JointPath, traje
         clearance=_clearance(problem, path.positions, trajectory),
         speed_zones=_speed_zones(problem, path, trajectory),
     )
-    warnings = (*_warnings(problem, backend, path, trajectory), *_wandering(trajectory, certificate))
+    warnings = tuple(plan_warnings(problem, backend, path, trajectory, certificate))
     measured = zip(path.waypoints, met.errors, strict=True)
     waypoints = [replace(waypoint, position_error=a, orientation_error=b) for waypoint, (a, b) in measured]
     made = Plan(problem, backend, replace(path, waypoints=tuple(waypoints)), trajectory, certificate, warnings)
@@ -335,74 +327,12 @@ def refuse_unless_satisfied(certificate: Certificate) -> None:
         missed = f"a joint would miss its waypoint by {certificate.waypoint_error:.4g} rad or m"
         raise LimitsUnsatisfiable(missed, value=certificate.waypoint_error)
     worst = max(broken, key=lambda check: check.ratio or float("inf"))
-    subject = worst.joint or "the tool"
+    name = worst.quantity.replace("_", " ") + (f" of {worst.joint}" if worst.joint else "")
     peak, limit = distinct(worst.peak, float("inf") if worst.limit is None else worst.limit)
     raise LimitsUnsatisfiable(
-        f"the {worst.quantity} of {subject} would reach {peak}, its limit is {limit}",
+        f"the {name} would reach {peak}, its limit is {limit}",
         joint=worst.joint,
         value=worst.peak,
         limit=worst.limit,
         time=worst.time,
     )
-
-
-def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
-    """Return what is said of joint positions that are outside of their limits by no more than the tolerance."""
-    given, positions = given_positions(problem.robot, problem.waypoints)
-    within = np.clip(positions, problem.robot.limit("lower"), problem.robot.limit("upper"))
-    for row, joint in np.argwhere(positions != within).tolist():
-        asked, limit = distinct(positions[row, joint], within[row, joint])
-        name = problem.robot.joint_names[joint]
-        message = f"waypoint {given[row]} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
-        yield PlanWarning("position_snapped", message)
-
-
-def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
-    """Return what is said of a tool or a joint that goes far from straight joint motions."""
-    for check in certificate.checks:
-        if check.peak <= WANDERING.get(check.quantity, np.inf):
-            continue
-        segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
-        way = f"on the way from waypoint {segment} to {segment + 1}"
-        if check.quantity == TOOL_DEVIATION:
-            message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation bounds that"
-            yield PlanWarning("tool_deviates", message)
-        else:
-            away = f"{check.peak:.3g} off the straight joint motion, rad or m; max_joint_deviation bounds that"
-            yield PlanWarning("joint_deviates", f"{way} {check.joint} goes {away}")
-
-
-def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:
-    """Yield what is said where torques are not checked, or only in part."""
-    robot, is_limited = problem.robot, bool(np.isfinite(path.limits.torque).any())
-    unchecked = f"{robot.id} has no torque limits: no torque is checked"
-    if robot.has_dynamics:
-        if not is_limited:
-            yield PlanWarning("torque_unchecked", unchecked)
-    elif any(problem.payloads):
-        message = f"{robot.id} has no link inertias: torques are those of the payload alone"
-        yield PlanWarning("payload_only", message if is_limited else f"{message}; {unchecked}")
-    elif is_limited:
-        yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")
-
-
-def _warnings(
-    problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory
-) -> Iterator[PlanWarning]:
-    yield from _snapped(problem)
-    repeated = path.still + 1
-    if len(repeated):
-        named = ", ".join(map(str, repeated[:MOST_NAMED].tolist()))
-        more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
-        message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
-        yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
-    for waypoint in path.waypoints:
-        if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
-            yield waypoint.tool_motion.warning
-    yield from _torque_warnings(problem, path)
-    for quantity in JOINT_QUANTITIES:
-        asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
-        if asked and backend.guarantees[quantity] is not Guarantee.HARD:
-            message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
-            yield PlanWarning(f"{quantity}_not_enforced", message)
-    yield from trajectory.warnings

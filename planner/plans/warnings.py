@@ -1,0 +1,94 @@
+"""The warnings of a plan: what its caller should know, though every limit is kept."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
+from planner.errors import distinct
+from planner.guarantees import Guarantee
+from planner.limits import JOINT_QUANTITIES
+from planner.trajectories.trajectory import PlanWarning
+from planner.waypoints.solve import given_positions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from planner.backends.base import BackEnd
+    from planner.certificate.checks import Certificate
+    from planner.paths import JointPath
+    from planner.problems.problem import PlanningProblem
+    from planner.trajectories.trajectory import Trajectory
+
+WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
+"""Distances from straight joint motions, of the tool, m, and of a joint, rad or m, from which on a warning says so:
+people and things near the arm have to reckon with it."""
+
+MOST_NAMED = 10
+"""The most waypoints that one warning names."""
+
+
+def plan_warnings(
+    problem: PlanningProblem, backend: BackEnd, path: JointPath, trajectory: Trajectory, certificate: Certificate
+) -> Iterator[PlanWarning]:
+    """Yield what the caller of a good plan should know."""
+    yield from _snapped(problem)
+    repeated = path.still + 1
+    if len(repeated):
+        named = ", ".join(map(str, repeated[:MOST_NAMED].tolist()))
+        more = f" and {len(repeated) - MOST_NAMED} more" if len(repeated) > MOST_NAMED else ""
+        message = "the joint position of the waypoint before; both are passed at once, or the robot rests as asked"
+        yield PlanWarning("waypoint_repeated", f"waypoint {named}{more}: {message}")
+    for waypoint in path.waypoints:
+        if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
+            yield waypoint.tool_motion.warning
+    yield from _torque_warnings(problem, path)
+    for quantity in JOINT_QUANTITIES:
+        asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
+        if asked and backend.guarantees[quantity] is not Guarantee.HARD:
+            message = f"a {quantity} limit is asked, but {backend.kind} only reports {quantity}"
+            yield PlanWarning(f"{quantity}_not_enforced", message)
+    yield from trajectory.warnings
+    yield from _wandering(trajectory, certificate)
+
+
+def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:
+    """Return what is said of joint positions that are outside of their limits by no more than the tolerance."""
+    given, positions = given_positions(problem.robot, problem.waypoints)
+    within = np.clip(positions, problem.robot.limit("lower"), problem.robot.limit("upper"))
+    for row, joint in np.argwhere(positions != within).tolist():
+        asked, limit = distinct(positions[row, joint], within[row, joint])
+        name = problem.robot.joint_names[joint]
+        message = f"waypoint {given[row]} puts {name} at {asked}, beyond its limit {limit}, at which it is taken to be"
+        yield PlanWarning("position_snapped", message)
+
+
+def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[PlanWarning]:
+    """Return what is said of a tool or a joint that goes far from straight joint motions."""
+    for check in certificate.checks:
+        if check.peak <= WANDERING.get(check.quantity, np.inf):
+            continue
+        segment = int(trajectory.segments[trajectory.locate(np.array([check.time]))[0][0]])
+        way = f"on the way from waypoint {segment} to {segment + 1}"
+        if check.quantity == TOOL_DEVIATION:
+            message = f"{way} the tool goes {check.peak:.3g} m off the straight joint motion; max_deviation bounds that"
+            yield PlanWarning("tool_deviates", message)
+        else:
+            away = f"{check.peak:.3g} off the straight joint motion, rad or m; max_joint_deviation bounds that"
+            yield PlanWarning("joint_deviates", f"{way} {check.joint} goes {away}")
+
+
+def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:
+    """Yield what is said where torques are not checked, or only in part."""
+    robot, is_limited = problem.robot, bool(np.isfinite(path.limits.torque).any())
+    unchecked = f"{robot.id} has no torque limits: no torque is checked"
+    if robot.has_dynamics:
+        if not is_limited:
+            yield PlanWarning("torque_unchecked", unchecked)
+    elif any(problem.payloads):
+        message = f"{robot.id} has no link inertias: torques are those of the payload alone"
+        yield PlanWarning("payload_only", message if is_limited else f"{message}; {unchecked}")
+    elif is_limited:
+        yield PlanWarning("torque_unchecked", f"{robot.id} has torque limits but no inertias: they are not checked")
