@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
@@ -23,18 +24,21 @@ class LastUsed(Generic[T]):
     def __init__(self, most_bytes: int, size_of: Callable[[T], int]) -> None:
         self.most_bytes, self.size_of = most_bytes, size_of
         self.kept: dict[Any, tuple[T, int]] = {}
+        self._lock = Lock()
 
     def get(self, key: Any, build: Callable[[], T]) -> T:
         """Get the value of a key, built if it is not there."""
-        known = self.kept.pop(key, None)
-        if known is not None:
-            self.kept[key] = known
-            return known[0]
+        with self._lock:
+            known = self.kept.pop(key, None)
+            if known is not None:
+                self.kept[key] = known
+                return known[0]
         value = build()
-        self.kept[key] = value, self.size_of(value)
-        total = sum(size for _, size in self.kept.values())
-        while total > self.most_bytes:
-            total -= self.kept.pop(next(iter(self.kept)))[1]
+        with self._lock:
+            self.kept[key] = value, self.size_of(value)
+            total = sum(size for _, size in self.kept.values())
+            while total > self.most_bytes:
+                total -= self.kept.pop(next(iter(self.kept)))[1]
         return value
 
 

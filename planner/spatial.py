@@ -21,6 +21,10 @@ FloatArray = NDArray[np.float64]
 GIMBAL_LOCK = 1e-6
 """Cosine of the pitch below which roll and yaw turn about one axis: poses are not solved well enough to tell them."""
 
+NEAR_HALF_A_TURN = 0.1
+"""Sine of an angle beyond a quarter of a turn below which the axis is read from the symmetric part of a rotation: the
+antisymmetric part would lose a digit there, and all of them at half a turn."""
+
 ROTATION_TOLERANCE = 1e-6
 """Largest entry of R^T R - I with which a matrix R counts as a rotation: people write them with six decimals."""
 
@@ -242,12 +246,31 @@ def quaternion(rotation: FloatArray) -> FloatArray:
     return -xyzw if xyzw[3] < 0.0 else xyzw
 
 
+def rotation_vector(rotation: FloatArray) -> FloatArray:
+    """Return the logarithm (3,) of one rotation (3, 3), as `rotation_vectors` does of many, but faster."""
+    return np.asarray(pin.log3(rotation))
+
+
 def rotation_vectors(rotations: FloatArray) -> FloatArray:
-    """Return the logarithms (N, 3) of rotations (N, 3, 3); at half a turn, where the axis is lost, short ones."""
-    vectors = 0.5 * (rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]])
-    sine = np.linalg.norm(vectors, axis=1)
-    angle = np.arctan2(sine, 0.5 * (np.einsum("nii->n", rotations) - 1.0))
-    return vectors * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 1.0)[:, None]
+    """Return the logarithms (N, 3) of rotations (N, 3, 3), as long as their angles, rad, which are at most pi.
+
+    Of the two at half a turn the one is returned whose component of largest magnitude is positive.
+    """
+    vectors: FloatArray = 0.5 * (rotations[:, [2, 0, 1], [1, 2, 0]] - rotations[:, [1, 2, 0], [2, 0, 1]])
+    sines = np.linalg.norm(vectors, axis=1)
+    cosines = 0.5 * (np.einsum("nii->n", rotations) - 1.0)
+    angles = np.arctan2(sines, cosines)
+    vectors *= np.where(sines > 1e-9, angles / np.maximum(sines, 1e-9), 1.0)[:, None]
+    rows = np.flatnonzero((cosines < 0.0) & (sines < NEAR_HALF_A_TURN))
+    if len(rows):  # the antisymmetric part, short there, has lost the axis a: the symmetric one is c 1 + (1 - c) a a^T
+        turned = rotations[rows]
+        symmetric = 0.5 * (turned + turned.transpose(0, 2, 1)) - cosines[rows, None, None] * np.eye(3)
+        largest = np.einsum("nii->ni", symmetric).argmax(axis=1)
+        axes = symmetric[np.arange(len(rows)), largest]
+        axes /= np.linalg.norm(axes, axis=1)[:, None]
+        back = (axes * vectors[rows]).sum(axis=1) < 0.0
+        vectors[rows] = np.where(back, -angles[rows], angles[rows])[:, None] * axes
+    return vectors
 
 
 def rotations_from_vectors(vectors: FloatArray) -> FloatArray:

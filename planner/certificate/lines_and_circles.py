@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
+
+from planner.spatial import rotation_vector, rotation_vectors, rotations_from_vectors
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray, Pose
-
-LEAST_SINE = 1e-6
-"""Least sine of an angle by the angle: near half a turn a rotation hardly tells its axis; for first guesses only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,10 +105,10 @@ def _turns(start: Pose, via: Pose | None, end: Pose, u: float) -> tuple[FloatArr
     """Give the rotation (3, 3) at the start, None if any will do, and the turns (2, 3) by way of a third pose at u."""
     if start.rotation is None or end.rotation is None:
         return None, np.zeros((2, 3))
-    whole = _logarithm(start.rotation, end.rotation)
+    whole = rotation_vector(start.rotation.T @ end.rotation)
     if via is None or via.rotation is None:
         return start.rotation, np.array([whole, np.zeros(3)])
-    half = _logarithm(start.rotation, via.rotation)
+    half = rotation_vector(start.rotation.T @ via.rotation)
     return start.rotation, np.linalg.solve(np.array([[u, u * u], [1.0, 1.0]]), np.array([half, whole]))
 
 
@@ -118,41 +116,11 @@ def _turned(start: FloatArray | None, turns: FloatArray, u: FloatArray) -> Float
     """Rotations (N, 3, 3) at shares (N,) of the ways, from `start` (N, 3, 3) by `turns` (N, 2, 3)."""
     if start is None:
         return None
-    rotations: FloatArray = start @ _rotations(turns[:, 0] * u[:, None] + turns[:, 1] * (u * u)[:, None])
+    rotations: FloatArray = start @ rotations_from_vectors(turns[:, 0] * u[:, None] + turns[:, 1] * (u * u)[:, None])
     return rotations
-
-
-def _logarithm(start: FloatArray, end: FloatArray) -> FloatArray:
-    """Give the rotation vector (3,), rad, that leads from one rotation (3, 3) to another, in the axes of the first."""
-    return np.asarray(pin.log3(start.T @ end))
-
-
-def _axial(rotations: FloatArray) -> FloatArray:
-    """Axes (N, 3) of rotations (N, 3, 3), as long as the sines of their angles."""
-    skew = (rotations - rotations.transpose(0, 2, 1)) / 2.0
-    return np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
 
 
 def angles_of(rotations: FloatArray) -> FloatArray:
     """Angles (N,), rad, of rotations (N, 3, 3)."""
-    cosines = (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2.0
-    angles: FloatArray = np.arctan2(np.linalg.norm(_axial(rotations), axis=1), cosines)
+    angles: FloatArray = np.linalg.norm(rotation_vectors(rotations), axis=1)
     return angles
-
-
-def rotation_vectors_of(rotations: FloatArray) -> FloatArray:
-    """Rotation vectors (N, 3) of rotations (N, 3, 3) by less than half a turn."""
-    vectors: FloatArray = _axial(rotations) / np.maximum(np.sinc(angles_of(rotations) / np.pi), LEAST_SINE)[:, None]
-    return vectors
-
-
-def _rotations(vectors: FloatArray) -> FloatArray:
-    """Rotations (N, 3, 3) by vectors (N, 3): Rodrigues' formula."""
-    x, y, z = vectors.T
-    none = np.zeros_like(x)
-    skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
-    angles = np.linalg.norm(vectors, axis=1)[:, None, None]
-    rotations: FloatArray = (
-        np.eye(3) + np.sinc(angles / np.pi) * skew + 0.5 * np.sinc(angles / (2.0 * np.pi)) ** 2 * skew @ skew
-    )
-    return rotations

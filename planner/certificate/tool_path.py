@@ -14,13 +14,14 @@ import numpy as np
 
 from planner.certificate.checks import Check
 from planner.certificate.goal_regions import misses_of_region
-from planner.certificate.lines_and_circles import Circle, Line, angles_of, rotation_vectors_of
+from planner.certificate.lines_and_circles import Circle, Line, angles_of
 from planner.certificate.on_curve import parameters_on
 from planner.dynamics import SegmentDynamics
 from planner.kinematics.forward import tool_poses_on
 from planner.problems.problem import CartesianMotion, CircularMotion, JointMotion
 from planner.problems.regions import region_of
 from planner.problems.transitions import BlendTransition
+from planner.spatial import rotation_vectors
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_splines import PoseSpline
 
@@ -274,7 +275,7 @@ def _distances(
         position, rotation = path.poses(u)
         parts = [(position - positions) / tolerances[:, :1]]
         if rotation is not None:
-            parts.append(rotation_vectors_of(rotation.transpose(0, 2, 1) @ rotations) / tolerances[:, 1:])
+            parts.append(rotation_vectors(rotation.transpose(0, 2, 1) @ rotations) / tolerances[:, 1:])
         return np.hstack(parts)
 
     u = path.nearest(positions)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
 from planner.errors import UnsupportedFormat
 from planner.export.base import ExportOptions, Format
@@ -14,6 +13,7 @@ from planner.export.urscript import halt_away_from_start, joints, set_output
 from planner.guarantees import leaves_straight_motions
 from planner.problems.problem import JointMotion, LinearMotion
 from planner.problems.transitions import StopTransition
+from planner.spatial import rotation_vector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,7 +69,7 @@ def _statements(plan: Plan, motions: list[Move]) -> Iterator[str]:
 
 def _pose(pose: Pose) -> str:
     """Return a pose as URScript writes it: a position, m, and a rotation vector, rad."""
-    turn = np.zeros(3) if pose.rotation is None else pin.log3(pose.rotation)
+    turn = np.zeros(3) if pose.rotation is None else rotation_vector(pose.rotation)
     return f"p[{', '.join(repr(value) for value in [*pose.position.tolist(), *turn.tolist()])}]"
 
 

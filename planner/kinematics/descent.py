@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from eigenpy import LDLT
 
-from planner.spatial import rotation_vectors
+from planner.spatial import rotation_vector, rotation_vectors
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -180,7 +180,7 @@ class Descent:
         error = np.empty(self._rows)
         error[:3] = missing.translation
         if self._rows == 6:
-            error[3:] = pin.log3(missing.rotation)
+            error[3:] = rotation_vector(missing.rotation)
         return error
 
     def _jacobian(self) -> FloatArray:

@@ -13,7 +13,7 @@ from planner.kinematics.descent import Descent, Target, descend_many
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.seeds import random_configurations, seed_table
 from planner.kinematics.turns import TURN, distances, nearest_turn
-from planner.spatial import rotation_vectors
+from planner.spatial import rotation_vector, rotation_vectors
 from planner.tolerances import SAME_SOLUTION
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def pose_errors(pose: Pose, reached: Pose) -> tuple[float, float | None]:
     distance = float(np.linalg.norm(pose.position - reached.position))
     if pose.rotation is None or reached.rotation is None:
         return distance, None
-    return distance, float(np.linalg.norm(pin.log3(reached.rotation.T @ pose.rotation)))
+    return distance, float(np.linalg.norm(rotation_vector(reached.rotation.T @ pose.rotation)))
 
 
 def errors_of_many(poses: Sequence[Pose], reached: Sequence[Pose]) -> list[tuple[float, float | None]]:

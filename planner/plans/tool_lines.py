@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
 from planner.kinematics import tool_poses
+from planner.spatial import rotation_vector
 from planner.tool_motions.pose_paths import Line
 from planner.trajectories.polynomials import PiecewisePolynomial, differentiate, horner, powers, quintic_hermite
 
@@ -145,8 +145,8 @@ def _share_behind(robot: Robot, line: Line, positions: FloatArray) -> FloatArray
     way = line.end.position - line.start.position
     along, whole = (reached - line.start.position) @ way, float(way @ way)
     if line.start.rotation is not None and line.end.rotation is not None:
-        turn = np.asarray(pin.log3(line.start.rotation.T @ line.end.rotation))
-        along += np.array([pin.log3(line.start.rotation.T @ rotation) for rotation in turned]) @ turn
+        turn = rotation_vector(line.start.rotation.T @ line.end.rotation)
+        along += np.array([rotation_vector(line.start.rotation.T @ rotation) for rotation in turned]) @ turn
         whole += float(turn @ turn)
     share: FloatArray = np.clip(along / whole, 0.0, 1.0)
     return share

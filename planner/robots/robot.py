@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -37,6 +38,14 @@ if TYPE_CHECKING:
 
 TOOL_FRAME = "tool"
 """Name of the frame that carries the tool, when there is one."""
+
+
+class _Scratch(threading.local):
+    """What Pinocchio writes into while it computes with a model: one for each thread, made when it first asks."""
+
+    def __init__(self, model: pin.Model) -> None:
+        self.data = model.createData()
+        self.pool: pin.ModelPool | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,14 +216,20 @@ class Robot(RobotDescription):
         return f"Robot({self.id!r}, {self.dof} joints)"
 
     @cached_property
-    def data(self) -> pin.Data:
-        """Pinocchio's scratch space. One per process: planning is single-threaded."""
-        return self.model.createData()
+    def _scratch(self) -> _Scratch:
+        return _Scratch(self.model)
 
-    @cached_property
+    @property
+    def data(self) -> pin.Data:
+        """Pinocchio's scratch space, of each thread its own."""
+        return self._scratch.data
+
+    @property
     def pool(self) -> pin.ModelPool:
-        """Pinocchio's scratch space for many states at once, on one thread."""
-        return pin.ModelPool(self.model, 1)
+        """Pinocchio's scratch space for many states at once, on one thread; of each thread its own."""
+        if self._scratch.pool is None:
+            self._scratch.pool = pin.ModelPool(self.model, 1)
+        return self._scratch.pool
 
     @property
     def dof(self) -> int:

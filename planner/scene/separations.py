@@ -7,6 +7,7 @@ separation(n) = min over b of n . b - max over a of n . a. Its own distance, and
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, NamedTuple
 
 import coal
@@ -119,9 +120,10 @@ def cluster_separation(first: Placed, balls: Cluster) -> Separation:
 def _by_gjk(first: Placed, second: Placed, request: coal.DistanceRequest) -> Separation:
     """Compute a distance by coal and prove it by the plane across its normal."""
     here, there = (coal.Transform3s(placed.rotation, placed.translation) for placed in (first, second))
-    _result.clear()
-    distance = float(coal.distance(first.shape.geometry, here, second.shape.geometry, there, request, _result))
-    normal, point = _result.normal, _result.getNearestPoint1()
+    result = _scratch.result
+    result.clear()
+    distance = float(coal.distance(first.shape.geometry, here, second.shape.geometry, there, request, result))
+    normal, point = result.normal, result.getNearestPoint1()
     length = float(np.sqrt(normal @ normal))
     if not abs(length - 1.0) < 0.5:  # none, or no number
         apart = second.translation - first.translation
@@ -173,4 +175,13 @@ _more_requests = (
     _distance_request(coal.GJKInitialGuess.BoundingVolumeGuess, coal.GJKVariant.DefaultGJK),
     _distance_request(coal.GJKInitialGuess.DefaultGuess, coal.GJKVariant.NesterovAcceleration),
 )
-_result = coal.DistanceResult()
+
+
+class _Scratch(threading.local):
+    """What coal writes its answer into, of each thread its own."""
+
+    def __init__(self) -> None:
+        self.result = coal.DistanceResult()
+
+
+_scratch = _Scratch()

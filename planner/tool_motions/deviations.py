@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from planner.kinematics.configurations import WRIST, straight_wrist
 from planner.kinematics.forward import jacobian, tool_pose
-from planner.spatial import Pose
+from planner.spatial import Pose, rotation_vector
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -95,7 +95,7 @@ def through_singular_wrist(robot: Robot, path: PosePath, lost: Lost) -> Deviated
     weights = np.repeat([POSITION_WEIGHT, 1.0], 3)
     for _ in range(MOST_ITERATIONS):
         pose, here = path.pose(u), tool_pose(robot, q)
-        turn = np.asarray(pin.log3(pose.rotation @ np.asarray(here.rotation).T))
+        turn = rotation_vector(pose.rotation @ np.asarray(here.rotation).T)
         missing = np.concatenate([pose.position - here.position, turn])
         columns = np.column_stack([jacobian(robot, q)[:, moving], -path.twist(u)])
         step = np.linalg.lstsq(columns * weights[:, None], missing * weights, rcond=None)[0]

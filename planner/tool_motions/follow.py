@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.search import pose_errors
+from planner.spatial import rotation_vector
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.inverse_jacobian import (
     NEAR_SINGULARITY,
@@ -302,7 +302,7 @@ class Follower:
             missing[self.rows :] = self.free @ (self.start - q) + u * self.drift
         missing[:3] = pose.position - here.position
         if pose.rotation is not None and here.rotation is not None:
-            missing[3:6] = here.rotation @ pin.log3(here.rotation.T @ pose.rotation)
+            missing[3:6] = here.rotation @ rotation_vector(here.rotation.T @ pose.rotation)
         return missing
 
     def _with_derivatives(self, u: float, q: FloatArray) -> _Knot | None:

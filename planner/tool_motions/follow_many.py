@@ -6,11 +6,10 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from planner.kinematics.forward import jacobian, tool_pose
 from planner.kinematics.screws import screws_of
-from planner.spatial import rotation_vectors, rotations_from_vectors
+from planner.spatial import rotation_vector, rotation_vectors, rotations_from_vectors
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.follow import (
     AHEAD,
@@ -153,7 +152,7 @@ class _Lines:
             here, J = tool_pose(self.robot, q), jacobian(self.robot, q)[: self.rows]
             missing = np.concatenate([self.origins[k] + self.ways[k] - here.position, np.zeros(self.robot.dof - 3)])
             if turned is not None and here.rotation is not None:
-                missing[3:6] = here.rotation @ pin.log3(here.rotation.T @ turned)
+                missing[3:6] = here.rotation @ rotation_vector(here.rotation.T @ turned)
             missing[self.rows :] = self.free[k] @ (start - q)
             if np.abs(missing).max() < SOLVED:
                 return q

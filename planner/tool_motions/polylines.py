@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 import pinocchio as pin
 
-from planner.spatial import Pose, rotation_vectors, rotations_from_vectors
+from planner.spatial import Pose, rotation_vector, rotation_vectors, rotations_from_vectors
 from planner.tolerances import POSITION_TOLERANCE
 from planner.tool_motions.pose_paths import NoPath
 from planner.tool_motions.via_poses import via_poses
@@ -137,7 +137,7 @@ class _Corner:
         (first,) = self.before.rotations(np.array([s - self.reach]))
         (last,) = self.after.rotations(np.array([s + self.reach - self.length]))
         between = first.T @ last
-        turn = pin.log3(between)
+        turn = rotation_vector(between)
         rate = pin.Jlog3(between) @ (self.after.rate - between.T @ self.before.rate)
         weight, slope = _blended(s / self.length)
         turned = pin.exp3(weight * turn)
@@ -247,7 +247,7 @@ def _lines(poses: ViaPoses) -> list[_Straight]:
         rotation, rate = None, np.zeros(3)
         if poses.rotations is not None:
             rotation = poses.rotations[k]
-            rate = np.asarray(pin.log3(rotation.T @ poses.rotations[k + 1])) / length
+            rate = rotation_vector(rotation.T @ poses.rotations[k + 1]) / length
         lines.append(_Straight(length, poses.positions[k], direction, rotation, rate))
     return lines
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import pinocchio as pin
 
-from planner.spatial import Pose
+from planner.spatial import Pose, rotation_vector
 
 if TYPE_CHECKING:
     from planner.spatial import FloatArray
@@ -72,12 +72,12 @@ class Turn:
     @classmethod
     def between(cls, start: FloatArray, end: FloatArray) -> Turn:
         """Return the shortest rotation: about one axis (document 004, axis and angle of R = R0^T R1)."""
-        return cls(start, np.asarray(pin.log3(start.T @ end)), np.zeros(3))
+        return cls(start, rotation_vector(start.T @ end), np.zeros(3))
 
     @classmethod
     def by_way_of(cls, start: FloatArray, via: FloatArray, end: FloatArray, u: float) -> Turn:
         """Smoothly through the rotation `via` at `u`."""
-        half, whole = np.asarray(pin.log3(start.T @ via)), np.asarray(pin.log3(start.T @ end))
+        half, whole = rotation_vector(start.T @ via), rotation_vector(start.T @ end)
         second = (half - u * whole) / (u * u - u)
         return cls(start, whole - second, second)
 

@@ -8,6 +8,7 @@ halve the time, 0.1 s for 50 knots and six joints, but a robot and payload takes
 
 from __future__ import annotations
 
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -374,5 +375,8 @@ _programs: LastUsed[Program] = LastUsed(PROGRAM_BYTES, lambda program: program.m
 
 
 def program_of(robot: Robot, layout: Layout) -> Program:
-    """Return the program of a robot and layout, built when first asked for and kept while the last used leave room."""
-    return _programs.get((dynamics_content(robot), layout), lambda: Program(robot, layout))
+    """Return the program of a robot and layout, built when first asked for and kept while the last used leave room.
+
+    A program watches one search at a time, so that each thread has its own.
+    """
+    return _programs.get((get_ident(), dynamics_content(robot), layout), lambda: Program(robot, layout))
