@@ -162,7 +162,8 @@ def robot_summary(robot: Robot) -> Group:
             joint.name, joint.kind, _position_range(joint), *(_limit(joint, q) for q in LIMITED_QUANTITIES[1:])
         )
         origins.add_row(joint.name, *(_origin(joint.provenance.get(quantity)) for quantity in LIMITED_QUANTITIES))
-    return Group(Text(), head, Text(robot.source, style="dim"), Text(), limits, Text(), origins, Text())
+    notes = [Padding(Text(f"- {note}"), (0, 0, 0, 2)) for note in robot.notes]
+    return Group(Text(), head, Text(robot.source, style="dim"), *notes, Text(), limits, Text(), origins, Text())
 
 
 def _waypoint_table(plan: Plan) -> Table:

@@ -319,6 +319,10 @@ class RobotSummary(Answer):
     version of the service."""
     source: str
     """Where the model comes from."""
+    notes: list[str] = Field(
+        default_factory=list,
+        description="What a user of the model should know, such as limits that nobody publishes: sentences for people.",
+    )
     dof: int
     """The number of degrees of freedom, which is the length of every joint array."""
     joint_names: list[str]

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from planner.certificate.checks import Certificate
     from planner.paths import JointPath
     from planner.problems.problem import PlanningProblem
+    from planner.robots import Robot
     from planner.trajectories.trajectory import Trajectory
 
 WANDERING = {TOOL_DEVIATION: 0.1, JOINT_DEVIATION: 1.0}
@@ -44,6 +45,7 @@ def plan_warnings(
     for waypoint in path.waypoints:
         if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
             yield waypoint.tool_motion.warning
+    yield from unchecked_positions(problem.robot)
     yield from _torque_warnings(problem, path)
     for quantity in JOINT_QUANTITIES:
         asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
@@ -78,6 +80,15 @@ def _wandering(trajectory: Trajectory, certificate: Certificate) -> Iterator[Pla
         else:
             away = f"{check.peak:.3g} off the straight joint motion, rad or m; max_joint_deviation bounds that"
             yield PlanWarning("joint_deviates", f"{way} {check.joint} goes {away}")
+
+
+def unchecked_positions(robot: Robot) -> Iterator[PlanWarning]:
+    """Yield what is said of joints that take any position, though they do not turn for ever."""
+    joints = [joint for joint in robot.joints if joint.kind != "continuous"]
+    names = [joint.name for joint in joints if not (np.isfinite(joint.lower) and np.isfinite(joint.upper))]
+    if names:
+        message = f"{robot.id} has no position limits of {', '.join(names)}: no position is refused"
+        yield PlanWarning("position_unchecked", message)
 
 
 def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:

@@ -2,7 +2,7 @@
 
 A data file has these fields:
 
-- `source`, `notes`: where the model and its numbers come from.
+- `source`: where the model comes from; `notes`: what its user should know, a list of sentences.
 - `angles`: `degree` or `radian`, the unit of every angle in the file but those in `geometry`.
 - the model, one of
   - `dh`: `convention`, `joints` (the fields of `DHJoint`), and where they apply `base` and `tip`, positions in m,
@@ -99,6 +99,7 @@ def load_robot(id: str) -> Robot:
         collision=_collision(robot, joints, entry),
         limit_sources={quantity: limit["source"] for quantity, limit in limits.items() if "source" in limit},
         geometry=robot.geometry + tuple(entry.get("geometry", ())),
+        notes=tuple(entry.get("notes", ())),
         findings=(),
     )
 

@@ -23,6 +23,7 @@ def describe(robot: Robot) -> dict[str, Any]:
     return {
         "id": robot.id,
         "source": robot.source,
+        "notes": list(robot.notes),
         "dof": robot.dof,
         "joint_names": list(robot.joint_names),
         "joints": [_describe_joint(joint) for joint in robot.joints],

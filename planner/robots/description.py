@@ -113,4 +113,5 @@ class RobotDescription:
     disabled_collisions: tuple[DisabledCollision, ...] = ()
     collision: CollisionGeometry | None = None
     external_axes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()

@@ -70,6 +70,7 @@ class Robot(RobotDescription):
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
         collision: What the description says about the shapes of the links, see `collision_shapes`.
         external_axes: Names of the first joints that carry the base of the arm, such as a rail; none: it stands still.
+        notes: What a user of the model should know, for a person; of robots of the catalogue.
         findings: Warnings and remarks about the model, by its reader.
     """
 

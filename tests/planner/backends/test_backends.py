@@ -222,8 +222,9 @@ def test_a_torque_limit_that_nobody_can_check_is_refused() -> None:
 def test_a_limit_asked_that_the_back_end_only_reports_comes_with_a_warning() -> None:
     problem = problem_of("ngv_refuelling_arm", 19, 3)
     asked = replace(problem, limits=Limits(jerk=(1.0,) * 6))
-    assert [warning.code for warning in plan(asked).warnings] == ["jerk_not_enforced"]
-    assert plan(problem).warnings == plan(asked, Quintic()).warnings == ()
+    assert [warning.code for warning in plan(asked).warnings] == ["position_unchecked", "jerk_not_enforced"]
+    assert [warning.code for warning in plan(problem).warnings] == ["position_unchecked"]
+    assert plan(problem).warnings == plan(asked, Quintic()).warnings
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -143,7 +143,7 @@ def test_torques_of_a_robot_without_inertias_are_refused_unless_it_carries_somet
     with pytest.raises(MissingDynamics):
         FORMATS["json"].render(plan(problem), torque)
     carrying = plan(replace(problem, payload=Payload(mass=1.0)))
-    assert [warning.code for warning in carrying.warnings] == ["payload_only"]
+    assert [warning.code for warning in carrying.warnings] == ["position_unchecked", "payload_only"]
     answer = json.loads(FORMATS["json"].render(carrying, torque))
     assert np.abs(answer["samples"]["torque"]).max() > 0.0
 
