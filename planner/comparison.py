@@ -32,10 +32,11 @@ class Figures:
 
     Attributes:
         duration: Time from start to end, s.
-        peak_jerk: Largest |jerk| of any joint inside the pieces, rad/s^3 or m/s^3.
-        rms_jerk: Root of the mean over time of the sum over joints of jerk^2; steps of the acceleration not counted.
+        peak_jerk: Largest |jerk| of any joint, rad/s^3 or m/s^3; infinite where an acceleration jumps.
+        rms_jerk: Root of the mean over time of the sum over joints of jerk^2; infinite where an acceleration jumps.
         effort: Integral over time of the sum over joints of (torque / limit)^2, s; None: torques are unknown, or no
-            joint has a torque limit.
+            joint has a torque limit. A longer trajectory has more of it: compare it at equal durations.
+        mean_effort: The effort divided by the duration, which trajectories of other durations compare with.
         mechanical_energy: Integral over time of the sum over joints of |torque times velocity|, J; None: unknown.
         waypoint_error: Largest distance of a joint from a waypoint that is to be met, rad or m.
         path_deviation: Largest distance of the tool from where it goes when it stops at every waypoint, m: from its
@@ -46,6 +47,7 @@ class Figures:
     peak_jerk: float
     rms_jerk: float
     effort: float | None
+    mean_effort: float | None
     mechanical_energy: float | None
     waypoint_error: float
     path_deviation: float
@@ -101,13 +103,17 @@ def figures(plan: Plan) -> Figures:
         limit = plan.path.limits.torque[segments]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
-    jerks = derivatives_on_unit_time(trajectory, 4)[3]
-    *_, peak_jerk = largest_magnitude(jerks, np.ones((len(trajectory.lengths), robot.dof)))
+    peak_jerk = rms_jerk = np.inf
+    if all(check.bounded for check in plan.certificate.checks if check.quantity == "jerk"):
+        jerks = derivatives_on_unit_time(trajectory, 4)[3]
+        *_, peak_jerk = largest_magnitude(jerks, np.ones((len(trajectory.lengths), robot.dof)))
+        rms_jerk = float(np.sqrt(weights @ (jerk**2).sum(axis=1) / trajectory.duration))
     return Figures(
         duration=trajectory.duration,
         peak_jerk=abs(peak_jerk),
-        rms_jerk=float(np.sqrt(weights @ (jerk**2).sum(axis=1) / trajectory.duration)),
+        rms_jerk=rms_jerk,
         effort=effort,
+        mean_effort=None if effort is None else effort / trajectory.duration,
         mechanical_energy=energy,
         waypoint_error=plan.certificate.waypoint_error,
         path_deviation=_path_deviation(plan),

@@ -355,12 +355,17 @@ class ComparedBackend(Answer):
     duration: float | None
     """The duration of the trajectory, s."""
     peak_jerk: float | None
-    """The largest jerk of any joint, rad/s^3 or m/s^3; jumps of the acceleration are not counted."""
+    """The largest jerk of any joint, rad/s^3 or m/s^3; null: an acceleration jumps, so that the jerk has no bound."""
+    jerk_is_bounded: bool | None
+    """Whether no acceleration jumps, rest before and after included; false: the jerk has no bound."""
     rms_jerk: float | None
-    """The root of the mean over time of the sum over joints of jerk^2, rad/s^3 or m/s^3."""
+    """The root of the mean over time of the sum over joints of jerk^2, rad/s^3 or m/s^3; null: it has no bound."""
     effort: float | None
     """The integral over time of the sum over joints of (torque / limit)^2, s; null: torques are unknown or
-    unlimited."""
+    unlimited. A longer trajectory has more of it."""
+    mean_effort: float | None
+    """The effort by the duration, without unit, by which trajectories of different durations are compared; null: the
+    effort is unknown."""
     mechanical_energy: float | None
     """The integral over time of the sum over joints of |torque times velocity|, J; null: torques are unknown."""
     waypoint_error: float | None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from planner.errors import PlanningError
 if TYPE_CHECKING:
     from api.tasks.work import Work
     from planner.certificate.checks import Certificate
+    from planner.comparison import Figures
     from planner.export import ExportOptions
     from planner.plans.result import Plan
     from planner.robots import Robot
@@ -102,7 +104,14 @@ def compare_backend(work: Work) -> Reply:
         return work.reply(entry | {"status": error.code, "problem": orjson.Fragment(body)})
     with work.stage("serialise"):
         trajectory = as_dict(solved, export_options(request, work.arguments.get("definition")))
-        return work.reply(entry | asdict(figures(solved)) | {"status": "planned", "trajectory": trajectory})
+        return work.reply(entry | _compared(figures(solved)) | {"status": "planned", "trajectory": trajectory})
+
+
+def _compared(found: Figures) -> dict[str, Any]:
+    """Return figures in plain values: JSON has no infinite ones."""
+    bounded = math.isfinite(found.peak_jerk)
+    unbounded = {} if bounded else {"peak_jerk": None, "rms_jerk": None}
+    return asdict(found) | unbounded | {"jerk_is_bounded": bounded}
 
 
 def validate_trajectory(work: Work) -> Reply:

@@ -198,6 +198,11 @@ def test_a_robot_is_shown_with_the_provenance_of_its_limits() -> None:
     assert ["l1", "published"] in [line[:2] for line in lines]
 
 
+def test_a_robot_is_shown_with_its_notes() -> None:
+    shown = " ".join(planner("robots", "three_dof_arm").stdout.split())
+    assert "The arm hangs from its foot: the z axis of its base points downwards" in shown
+
+
 def test_an_unknown_robot_is_a_problem() -> None:
     result = planner("robots", "nobody")
     assert result.exit_code == 1

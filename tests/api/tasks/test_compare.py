@@ -56,6 +56,15 @@ def test_the_figures_are_those_of_the_samples(service: RunningService) -> None:
     assert result["path_deviation"] < 1e-4
 
 
+def test_laws_whose_acceleration_jumps_have_no_jerk_to_compare(service: RunningService) -> None:
+    kinds = ("cubic", "quintic", "trapezoidal", "ruckig", "toppra")
+    results = service.post(COMPARE, compare_request(*({"kind": kind} for kind in kinds))).json()["results"]
+    bounded = {result["backend"]: result["jerk_is_bounded"] for result in results}
+    assert bounded == {"cubic": False, "quintic": True, "trapezoidal": False, "ruckig": True, "toppra": False}
+    for result in results:
+        assert (result["peak_jerk"] is None) == (result["rms_jerk"] is None) == (not bounded[result["backend"]])
+
+
 def test_one_back_end_that_refuses_does_not_keep_the_others_from_planning(service: RunningService) -> None:
     slow = joint(0.3, 0.1, 0.5, duration=1.0)
     ramps = {"kind": "trapezoidal", "acceleration_time": 2.0}

@@ -14,6 +14,7 @@ import pytest
 from api.content.robots import RobotContent
 from api.pages import PAGE_BYTES, first_page
 from api.schemas.robots import AddedRobot, RobotDescription, RobotsAnswer, RobotSummary
+from planner.robots import load_robot
 from tests.api.refusals.odd_robots import ODD_ROBOTS, Odd
 from tests.api.requests import dh_joint, dh_robot, joint, plan_request, urdf_chain, urdf_robot
 
@@ -403,3 +404,10 @@ def test_the_list_does_not_have_the_pairs_of_an_srdf(service: RunningService) ->
 
 def test_an_id_is_written_into_the_description_as_json() -> None:
     assert RobotContent("x", b"", b'{"dof":1}', b"").described_as('quo"te') == b'{"id":"quo\\"te","dof":1}'
+
+
+def test_notes_of_the_catalogue_are_in_the_list_and_in_the_robot(service: RunningService) -> None:
+    listed = {robot["id"]: robot for robot in service.client.get("/v1/robots").json()["robots"]}
+    one = service.client.get("/v1/robots/three_dof_arm").json()
+    assert listed["three_dof_arm"]["notes"] == one["notes"] == list(load_robot("three_dof_arm").notes)
+    assert any("points downwards" in note for note in one["notes"])

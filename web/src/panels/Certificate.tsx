@@ -130,24 +130,36 @@ function Meter({ used, enforced }: { used: number; enforced: boolean }) {
   );
 }
 
+function siUnit(quantity: string, slides: boolean): string {
+  const [unit, ofSliding] = SI_UNITS[quantity] ?? [''];
+  return slides ? (ofSliding ?? unit) : unit;
+}
+
 function figures({ quantity, joint, peak, limit, bounded }: Check, arm: Robot): string {
   const described = arm.joints.find(({ name }) => name === joint);
   const isOfJoint = described && quantity in texts.quantities;
   const factor = isOfJoint ? factorOf(described, quantity as Quantity) : 1;
-  const unit = isOfJoint ? unitOf(described, quantity as Quantity) : (TOOL_UNITS[quantity] ?? '');
+  const unit = isOfJoint ? unitOf(described, quantity as Quantity) : siUnit(quantity, described?.kind === 'prismatic');
   const top = bounded ? short(peak * factor, 3) : texts.result.unbounded;
   return `${top} / ${limit === null ? texts.result.unlimited : `${short(limit * factor, 3)} ${unit}`}`;
 }
 
-const TOOL_UNITS: Record<string, string> = {
-  tcp_linear_velocity: 'm/s',
-  tcp_angular_velocity: 'rad/s',
-  tcp_linear_acceleration: 'm/s²',
-  tcp_angular_acceleration: 'rad/s²',
-  tcp_centripetal_acceleration: 'm/s²',
-  path_position_deviation: 'm',
-  path_orientation_deviation: 'rad',
-  blend_deviation: 'm',
-  waypoint_position_error: 'm',
-  waypoint_orientation_error: 'rad',
+// The units of what is shown in SI units: of the tool and of joints that turn, then of joints that slide, if they differ.
+const SI_UNITS: Record<string, readonly [string, string?]> = {
+  tcp_linear_velocity: ['m/s'],
+  tcp_angular_velocity: ['rad/s'],
+  tcp_linear_acceleration: ['m/s²'],
+  tcp_angular_acceleration: ['rad/s²'],
+  tcp_centripetal_acceleration: ['m/s²'],
+  tcp_linear_jerk: ['m/s³'],
+  tcp_angular_jerk: ['rad/s³'],
+  path_position_deviation: ['m'],
+  path_orientation_deviation: ['rad'],
+  blend_deviation: ['m'],
+  passing_velocity_error: ['rad/s', 'm/s'],
+  waypoint_position_error: ['m'],
+  waypoint_orientation_error: ['rad'],
+  duration_error: ['s'],
+  tool_deviation: ['m'],
+  joint_deviation: ['rad', 'm'],
 };

@@ -44,7 +44,7 @@ export function Compare() {
 }
 
 function Entry({ entry, index }: { entry: Compared; index: number }) {
-  const { backend, duration, effort, rms_jerk, path_deviation, problem, took } = entry;
+  const { backend, duration, mean_effort, peak_jerk, jerk_is_bounded, path_deviation, problem, took } = entry;
   return (
     <tr>
       <th scope="row">
@@ -55,8 +55,8 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
       ) : (
         <>
           <td class="number">{figure(duration)}</td>
-          <td class="number">{figure(effort)}</td>
-          <td class="number">{figure(rms_jerk)}</td>
+          <td class="number">{figure(mean_effort)}</td>
+          <td class="number">{jerk_is_bounded === false ? texts.result.unbounded : figure(peak_jerk)}</td>
           <td class="number">{figure(path_deviation === null ? null : path_deviation * 1000)}</td>
           <td class="number">{figure(took === null ? null : Math.round(took * 1000))}</td>
         </>

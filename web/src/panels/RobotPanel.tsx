@@ -19,6 +19,7 @@ export function RobotPanel() {
       {arm && <Sliders arm={arm} />}
       {arm && <Workspace />}
       {arm && <LimitTable arm={arm} />}
+      {arm?.notes?.map((note) => <p class="hint" key={note}>{note}</p>)}
       <RobotUpload />
     </>
   );
