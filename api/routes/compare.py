@@ -11,7 +11,7 @@ import orjson
 from api.errors import DeadlineExceeded, InternalError, MemoryExceeded
 from api.problem_documents import MEDIA_TYPE, problem_document
 from api.routes.ordinary import is_known, look_at_body, not_modified, respond, run, service_of
-from api.schemas.answers import ComparedBackend
+from api.schemas.comparisons import ComparedBackend
 from api.schemas.requests import MOST_BACKENDS
 from api.server.traffic import Answer
 from api.workers.messages import Reply

@@ -12,6 +12,7 @@ from api.content.digests import request_hash
 from api.errors import InvalidRequest, invalid
 from api.problem_documents import problem_document
 from api.schemas import answers, requests
+from api.schemas.comparisons import ComparedBackend, ComparisonAnswer
 from api.size import rows_of
 from api.tasks.operation import BODY_CODES, WORKER_CODES, Operation
 from api.tasks.remedies import acceptable_remedies, at_back_end
@@ -92,7 +93,7 @@ def compare_backend(work: Work) -> Reply:
         index = work.arguments["index"]
         request = requests.PlanRequest.model_construct(backend=asked.backends[index], **shared)
         robot = work.robot(request)
-    entry: dict[str, Any] = dict.fromkeys(answers.ComparedBackend.model_fields)
+    entry: dict[str, Any] = dict.fromkeys(ComparedBackend.model_fields)
     entry["backend"] = request.backend.kind
     try:
         with work.stage("plan"), acceptable_remedies(work, asked, robot.dof), at_back_end(index):
@@ -312,7 +313,7 @@ OPERATIONS = (
         "figures of the others.",
         run=compare_backend,
         request=requests.CompareRequest,
-        answer=answers.ComparisonAnswer,
+        answer=ComparisonAnswer,
         shared=True,
         codes=(*BODY_CODES, "unknown_robot", "unknown_scene"),
         examples={

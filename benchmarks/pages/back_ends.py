@@ -41,10 +41,9 @@ Made by `python -m benchmarks.pages.back_ends > docs/back_ends.md`; the tests ma
 Each back end plans the waypoints of two of the documents, first with the published durations, then as fast as it can
 (durations left out). The first row of each table is the motion as published. In brackets: as a multiple of it.
 
-- Step: the largest step of a joint's acceleration, rad/s^2 or m/s^2, rest before and after included. The jerk is
-  infinite there, and the figures of the jerk leave it out: compare them only between rows without a step.
+- Step: the largest step of a joint's acceleration, rad/s^2 or m/s^2, rest before and after included.
 - Peak jerk: the largest of any joint, rad/s^3 or m/s^3. RMS jerk: root of the mean over time of the sum over joints of
-  jerk^2.
+  jerk^2. Both are unbounded where the acceleration has a step.
 - Effort: integral over time of the sum over joints of (torque / limit)^2, s. Energy: integral of the sum over joints of
   |torque x velocity|, J. A dash: masses or torque limits are not known.
 - Off path: largest distance of the tool from the path of the straight joint motions, or from its straight line, mm.
@@ -225,6 +224,8 @@ def _compared(value: float | None, reference: float | None) -> str:
     if value is None or reference is None:
         return "-"
     text = _rounded(value)
+    if not np.isfinite([value, reference]).all():
+        return text
     return text if text in ("0", _rounded(reference)) else f"{text} (x {_rounded(value / reference)})"
 
 
@@ -232,6 +233,8 @@ def _rounded(value: float) -> str:
     """To three significant digits."""
     if abs(value) < ZERO:
         return "0"
+    if np.isinf(value):
+        return "unbounded"
     return np.format_float_positional(value, precision=3, unique=False, fractional=False, trim="k").rstrip(".")
 
 
