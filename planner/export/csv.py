@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,9 @@ from planner.export.base import ExportOptions, Format, refuse_actions, sample
 if TYPE_CHECKING:
     from planner.kinematics import FloatArray
     from planner.plans.result import Plan
+
+FORMULA = re.compile(r"(?<![^,;\s\"])(?=[=+@-])")
+"""The places where a spreadsheet would see a formula begin: at the start, or behind what may separate cells."""
 
 
 def render(plan: Plan, options: ExportOptions) -> bytes:
@@ -47,11 +51,16 @@ def render(plan: Plan, options: ExportOptions) -> bytes:
     table = np.hstack(blocks)
     # orjson writes the shortest digits that read back exactly, many times faster than the csv module.
     body = orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].replace(b"],[", b"\r\n")
-    return ",".join(map(_quoted, header)).encode() + b"\r\n" + body + b"\r\n"
+    return ",".join(map(quoted, header)).encode() + b"\r\n" + body + b"\r\n"
 
 
-def _quoted(cell: str) -> str:
-    """Quote a cell as RFC 4180 asks where it contains a comma, a quote or a line break."""
+def quoted(cell: str) -> str:
+    """Quote a cell as RFC 4180 asks where it contains a comma, a quote or a line break; formulas become text.
+
+    Names of joints come from clients. Spreadsheets run a cell that starts like a formula, and in many countries they
+    separate cells by semicolons.
+    """
+    cell = FORMULA.sub("'", cell)
     if any(mark in cell for mark in ',"\r\n'):
         return '"' + cell.replace('"', '""') + '"'
     return cell

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from planner.backends import Quintic
 from planner.errors import MissingDynamics, UnsupportedFormat
 from planner.export import FORMATS, INCLUDABLE, ExportOptions, render
+from planner.export.csv import quoted
 from planner.planning import plan
 from planner.plans.result import Plan
 from planner.problems.problem import LinearMotion, PlanningProblem, PoseWaypoint
@@ -64,6 +65,25 @@ def test_csv_is_a_table_that_the_csv_module_reads(result: Plan) -> None:
     velocity = [[float(row[f"velocity.{name}"]) for name in result.path.robot.joint_names] for row in rows]
     assert (np.array(velocity) == result.trajectory.evaluate(time, [1])[0]).all()
     assert {"torque.joint_a1", "tcp_position.x", "tcp_quaternion.w", "jerk.joint_a6"} <= set(rows[0])
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_no_name_of_a_joint_becomes_a_formula_in_a_spreadsheet(separator: str) -> None:
+    """Whatever separates the cells where the spreadsheet is opened."""
+    problem = problem_of("three_dof_arm", 2, 2)
+    names = ("a,=1+1", 'b;=HYPERLINK("x")', "c\t@SUM(1)\r\n-2")
+    joints = tuple(replace(joint, name=name) for joint, name in zip(problem.robot.joints, names, strict=True))
+    made = plan(replace(problem, robot=replace(problem.robot, joints=joints)))
+    text = FORMATS["csv"].render(made, ExportOptions()).decode()
+    header = next(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
+    assert not [cell for cell in header if cell.startswith(("=", "+", "-", "@", "\t", "\r"))]
+    columns = next(csv.reader(io.StringIO(text, newline="")))
+    assert [f"position.{name}" for name in names] == [column.replace("'", "") for column in columns[2:5]]
+
+
+@pytest.mark.parametrize("cell", ["=1+1", "+1", "-1", "@SUM(1)"])
+def test_a_cell_that_is_a_formula_is_made_text(cell: str) -> None:
+    assert next(csv.reader(io.StringIO(quoted(cell), newline=""))) == [f"'{cell}"]
 
 
 def test_the_tools_columns_are_the_same_in_json_and_csv(result: Plan) -> None:
