@@ -112,6 +112,8 @@ class Settings(BaseSettings):
     """The largest number of requests in one batch."""
     max_batch_bytes: int = Field(default=64 * 1024 * 1024, ge=1024)
     """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
+    max_batch_expanded_bytes: int = Field(default=128 * 1024 * 1024, ge=1024)
+    """The largest number of bytes that all requests of one batch have together, those of a grid one by one."""
     max_batches: int = Field(default=1000, ge=0)
     """The largest number of batches that have not ended, of one client no more than it leaves to others."""
     max_batches_per_client: int = Field(default=10, ge=0)

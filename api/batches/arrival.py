@@ -52,11 +52,13 @@ class Body(NamedTuple):
     Attributes:
         chunks: The bytes, as they arrive.
         is_lines: Whether it has one request a line.
+        declared: The number of its bytes (`Content-Length`); 0: it is not declared.
         share: What counts the bytes that are held.
     """
 
     chunks: AsyncIterator[bytes]
     is_lines: bool
+    declared: int
     share: Share
 
 
@@ -149,8 +151,13 @@ async def _pieces(service: Service, body: Body, digest: hashlib._Hash) -> AsyncI
     settings = service.settings
     most = settings.max_body_bytes if body.is_lines else settings.max_batch_bytes
     what = "a line of the body" if body.is_lines else "the body"
-    held = bytearray()
+    held, arrived = bytearray(), 0
     async for chunk in body.chunks:
+        arrived += len(chunk)
+        if (size := max(arrived, body.declared)) > settings.max_batch_expanded_bytes:
+            most_of_all = settings.max_batch_expanded_bytes
+            message = f"The requests of a batch may have {most_of_all} bytes together; these have {size} or more."
+            raise PayloadTooLarge(f"{message} Send them as several batches.", headers={"Connection": "close"})
         body.share.hold(len(chunk))
         digest.update(chunk)
         held += chunk
@@ -172,6 +179,7 @@ async def _requests_of(service: Service, body: Body, piece: bytes, first: int) -
         "most_items": settings.max_batch_items,
         "most_bytes": settings.max_batch_bytes,
         "most_bytes_of_one": settings.max_body_bytes,
+        "most_bytes_of_all": settings.max_batch_expanded_bytes,
     }
     now = time.monotonic()
     task = Task(READ_ITEMS, PATH, now, now + settings.max_deadline, piece, arguments)

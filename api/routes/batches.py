@@ -70,7 +70,8 @@ async def create_batch(request: Request) -> Response:
     key = request.headers.get("idempotency-key")
     if key is not None and not 1 <= len(key) <= LONGEST_KEY:
         raise invalid([{"pointer": "", "message": f"the header Idempotency-Key has 1 to {LONGEST_KEY} characters"}])
-    body = Body(request.stream(), is_lines, request.state.share)
+    declared = request.headers.get("content-length", "")
+    body = Body(request.stream(), is_lines, int(declared) if declared.isdecimal() else 0, request.state.share)
     try:
         batch_id = await take_in(service_of(request), body, client(request), key, request.state.quota)
     except Refused as refused:

@@ -40,6 +40,8 @@ class ServiceLimits(Answer):
     """The largest number of requests in one batch."""
     max_batch_bytes: int
     """The largest body of a batch that is one JSON document, bytes; newline-delimited ones may be longer."""
+    max_batch_expanded_bytes: int
+    """The largest number of bytes that all requests of one batch have together, those of a grid one by one."""
     max_batches: int
     """The largest number of batches that have not ended, of one client no more than it leaves to others."""
     max_batches_per_client: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import pickle
 from base64 import b64encode
 from dataclasses import replace
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import orjson
 
 from api.batches.items import PLANNED, NewItem, Result, compressed, decompressed
-from api.errors import invalid
+from api.errors import PayloadTooLarge, invalid
 from api.problem_documents import problem_document
 from api.schemas import batches as schemas
 from api.schemas.common import DEFAULT_DEADLINE
@@ -25,7 +26,7 @@ from api.workers.messages import Reply
 from planner.errors import PlanningError
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Iterable, Iterator
 
     from api.tasks.work import Work
     from planner.backends.base import BackEnd
@@ -52,25 +53,41 @@ def read_items(work: Work) -> Reply:
     first, most = work.arguments.get("first", 0), work.arguments.get("most_items", CHUNK)
     with work.stage("validate"):
         found = of_lines(work.task.body, first) if work.arguments.get("lines") else of_document(work, most)
-        items = [_item(request, pointer, work) for request, pointer in itertools.islice(found, most + 1 - first)]
+        contents = _contents(itertools.islice(found, most + 1 - first), work)
+        items = [_item(request, content, work) for request, content in contents]
     if first + len(items) > most:
         raise invalid([{"pointer": "/requests", "message": f"a batch may have {most} requests"}])
     chunks = [pickle.dumps(items[start : start + CHUNK]) for start in range(0, len(items), CHUNK)]
     return Reply(200, "application/octet-stream", b"", work.timings, result=chunks)
 
 
-def _item(request: Any, pointer: str, work: Work) -> NewItem:
-    """Make a request what goes into the database.
+def _contents(found: Iterable[tuple[Any, str]], work: Work) -> Iterator[tuple[dict[str, Any], bytes]]:
+    """Write requests as JSON, one after the other, and give each with what is written.
 
     Raises:
-        InvalidRequest: It is no object, or larger than it might be by itself.
+        InvalidRequest: One is no object, or larger than it might be by itself.
+        PayloadTooLarge: They are too large together.
     """
-    if not isinstance(request, dict):
-        raise invalid([{"pointer": pointer, "message": "a request is an object"}])
-    content = orjson.dumps(request)
-    most = work.arguments.get("most_bytes_of_one", len(content))
-    if len(content) > most:
-        raise invalid([{"pointer": pointer, "message": f"a request may have {most} bytes"}])
+    most_of_one = work.arguments.get("most_bytes_of_one", math.inf)
+    most_of_all = work.arguments.get("most_bytes_of_all", math.inf)
+    size = 0
+    for number, (request, pointer) in enumerate(found, 1):
+        if not isinstance(request, dict):
+            raise invalid([{"pointer": pointer, "message": "a request is an object"}])
+        content = orjson.dumps(request)
+        if len(content) > most_of_one:
+            raise invalid([{"pointer": pointer, "message": f"a request may have {most_of_one} bytes"}])
+        size += len(content)
+        if size > most_of_all:
+            raise PayloadTooLarge(
+                f"The requests of a batch may have {most_of_all} bytes together, those of a grid one by one; the first "
+                f"{number} have {size}. Send them as several batches."
+            )
+        yield request, content
+
+
+def _item(request: dict[str, Any], content: bytes, work: Work) -> NewItem:
+    """Make a request what goes into the database."""
     robot, scene, deadline = (request.get(name) for name in ("robot", "scene", "deadline"))
     if isinstance(deadline, bool) or not isinstance(deadline, int | float) or not deadline > 0.0:
         deadline = DEFAULT_DEADLINE  # it is omitted, or will be refused

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+import asyncio
+import hashlib
 import json
 import math
+import pickle
 import resource
 from multiprocessing import get_context
-from typing import Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from api.errors import ServiceError
+from api.batches.arrival import Body, _pieces
+from api.errors import PayloadTooLarge, ServiceError
+from api.server.traffic import Traffic
+from api.settings import Settings
 from api.tasks.batch_bodies import of_document
+from api.tasks.batches import read_items
 from api.tasks.work import Work
 from api.workers.messages import Caps, Task
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
 
 CAPS = Caps(max_deadline=60.0, max_waypoints=1000, max_samples=1_000_000, memory_mib=0)
 
@@ -121,3 +132,44 @@ def _count_in_a_worker() -> int:
     assert len(body) > 50_000_000
     work = Work(Task("create_batch", "/v1/batches", 0.0, math.inf, body, {"most_bytes": 2**26}), CAPS)
     return sum(1 for _ in of_document(work, 100_000))
+
+
+@pytest.mark.parametrize(("values", "is_taken"), [(10, True), (11, False)])
+def test_the_requests_of_a_grid_have_so_many_bytes_together(values: int, is_taken: bool) -> None:
+    """A template of 2.9 MB and 130 values became 378 MB in the database, and as much in the server."""
+    vary = [{"pointer": "/seed", "values": list(range(100, 100 + values))}]
+    template = {"robot": "ur5", "seed": 100, "x": "x" * 1000}
+    body = json.dumps({"grid": {"template": template, "vary": vary}}).encode()
+    most = 10 * len(json.dumps(template, separators=(",", ":")))
+    work = Work(Task("", "", 0.0, math.inf, body, {"most_items": 100, "most_bytes_of_all": most}), CAPS)
+    if is_taken:
+        assert sum(len(pickle.loads(chunk)) for chunk in read_items(work).result) == values  # noqa: S301 - made here
+    else:
+        with pytest.raises(PayloadTooLarge, match=f"{most}.*first 11 have {most // 10 * 11}"):
+            read_items(work)
+
+
+@pytest.mark.parametrize(
+    ("declared", "lines", "pieces"), [(0, 2048, 2048), (0, 2049, 2048), (2048 * 1024, 2048, 2048), (2**30, 2048, 0)]
+)
+def test_lines_have_so_many_bytes_together(declared: int, lines: int, pieces: int) -> None:
+    """Each line was bounded, not their sum. What is declared to be too much is refused before anything is kept."""
+    most = 2 * 2**20
+    service: Any = SimpleNamespace(settings=Settings(max_batch_expanded_bytes=most))
+    taken = bytearray()
+
+    async def chunks() -> AsyncIterator[bytes]:
+        for _ in range(lines):
+            yield b"x" * 1023 + b"\n"
+
+    async def take() -> None:
+        body = Body(chunks(), True, declared, Traffic(2**30).share(""))
+        async for piece in _pieces(service, body, hashlib.sha256()):
+            taken.extend(piece)
+
+    if pieces == lines:
+        asyncio.run(take())
+    else:
+        with pytest.raises(PayloadTooLarge, match=str(most)):
+            asyncio.run(take())
+    assert len(taken) == pieces * 1024
