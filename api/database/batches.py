@@ -86,6 +86,7 @@ class BatchRecord(NamedTuple):
     created: float
     ended: float | None
     rate: float | None
+    settled: float | None
 
 
 HISTOGRAM_PARTS = 20

@@ -16,8 +16,9 @@ from starlette.responses import StreamingResponse
 from api.access.access import audit
 from api.batches.archive import zipped
 from api.batches.arrival import Body, Refused, take_in
-from api.batches.items import PLANNED, RENDER_RESULTS, REPORT, Result
-from api.batches.status import described, finished, listed, range_of_durations, tabulated
+from api.batches.items import RENDER_RESULTS, REPORT, Result
+from api.batches.looks import FORGOTTEN, LOOK
+from api.batches.status import finished, listed, tabulated
 from api.database import batches, claims
 from api.database.batch_reports import report_figures, shown_results
 from api.errors import Overloaded, UnknownBatch, UnsupportedMediaType, invalid
@@ -26,11 +27,9 @@ from api.server.costs import Kind
 from api.workers.messages import Task
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+    from collections.abc import AsyncIterator, Mapping, Sequence
 
-    from sqlalchemy import Connection
-
-    from api.database.batches import BatchRecord, Outcomes
+    from api.database.batches import BatchRecord
     from api.server.service import Service
     from api.workers.messages import Reply
 
@@ -43,17 +42,11 @@ LINES = frozenset({"application/x-ndjson", "application/ndjson", "application/js
 LONGEST_KEY = 200
 """The most characters of an `Idempotency-Key`."""
 
-LOOK = 0.5
-"""The time between two looks at a batch for those who follow it, s: as often as the engine writes what it has done."""
-
 KEEP_ALIVE = 15.0
 """The time after which a stream of events without news sends a comment, s: proxies close what is silent."""
 
 RESULTS_AT_ONCE = 100
 """The number of results that are read for one piece of a stream."""
-
-FORGOTTEN = "no batch has this id; GET /v1/batches lists those that are kept"
-"""What is told of a batch that there is not, or not any more."""
 
 MOST_TRIES = 30
 """The number of times that a piece of a stream is tried, a second apart, while the service has too much to do."""
@@ -79,7 +72,7 @@ async def create_batch(request: Request) -> Response:
     audit(request, "batch_created", batch_id)
     batch = await _batch(request, batch_id)
     headers = {"Location": f"/v1/batches/{batch_id}"}
-    return _json(await _described(service_of(request), batch), HTTPStatus.ACCEPTED, headers)
+    return _json(await service_of(request).looks.describe(batch), HTTPStatus.ACCEPTED, headers)
 
 
 async def list_batches(request: Request) -> Response:
@@ -95,7 +88,7 @@ async def list_batches(request: Request) -> Response:
 async def get_batch(request: Request) -> Response:
     """Answer GET /v1/batches/{id}."""
     service = service_of(request)
-    return _json(await _described(service, await _batch(request, request.path_params["id"])))
+    return _json(await service.looks.describe(await _batch(request, request.path_params["id"])))
 
 
 async def cancel_batch(request: Request) -> Response:
@@ -190,7 +183,7 @@ async def get_batch_report(request: Request) -> Response:
     """Answer GET /v1/batches/{id}/report: the database sums up, a worker writes."""
     service = service_of(request)
     batch = await _batch(request, request.path_params["id"])
-    description = await _described(service, batch)
+    description = await service.looks.describe(batch)
     codes = [refusal["code"] for refusal in description["summary"]["refusals"]]
     figures = await service.database.read(report_figures, batch.number, codes)
     results = await service.database.read(shown_results, batch.number, figures.positions())
@@ -225,8 +218,7 @@ def _streamed(
 async def _events(request: Request, service: Service, batch: BatchRecord, seen: int) -> AsyncIterator[bytes]:
     sent = time.monotonic()
     while not request.scope["state"].get("stopping"):
-        batch = await _batch(request, batch.id)
-        description = await _described(service, batch)
+        batch, description = await service.looks.follow(batch.id)
         number = finished(description)
         has_ended = batch.status != "running"
         if has_ended or number > seen:
@@ -243,35 +235,7 @@ async def _events(request: Request, service: Service, batch: BatchRecord, seen: 
 
 async def _batch(request: Request, batch_id: str) -> BatchRecord:
     """Find a batch that the client may see."""
-    found = await service_of(request).database.read(batches.find_batch, batch_id, client(request).batches_of)
-    if found is None:
-        raise UnknownBatch(FORGOTTEN)
-    return found
-
-
-async def _read(service: Service, work: Callable[[Connection, A], T], argument: A) -> T:
-    """Read what a batch needs.
-
-    Raises:
-        UnknownBatch: It is gone: the batch has been forgotten since it was found.
-    """
-    try:
-        return await service.database.read(work, argument)
-    except NoResultFound as error:
-        raise UnknownBatch(FORGOTTEN) from error
-
-
-async def _described(service: Service, batch: BatchRecord) -> dict[str, Any]:
-    return described(batch, *await _read(service, _outcomes, batch.number))
-
-
-def _outcomes(connection: Connection, number: int) -> tuple[list[Outcomes], list[int], dict[str, int]]:
-    """Read what came of the items: how many, how their durations are spread, and one for each code of a problem."""
-    outcomes = batches.outcomes_of(connection, number)
-    ends = range_of_durations(outcomes)
-    histogram = [] if ends is None else batches.histogram_of(connection, number, PLANNED, *ends)
-    codes = [found.outcome for found in outcomes if found.outcome not in {None, PLANNED}]
-    return outcomes, histogram, {code: batches.one_with(connection, number, code) for code in codes if code is not None}
+    return await service_of(request).looks.find(batch_id, client(request).batches_of)
 
 
 async def _results(service: Service, batch: BatchRecord, behind: int, limit: int) -> tuple[list[Result], bool]:
@@ -281,9 +245,16 @@ async def _results(service: Service, batch: BatchRecord, behind: int, limit: int
 
 
 async def _definitions(service: Service, results: Sequence[Result]) -> Mapping[str, bytes]:
-    """Find the added robots and scenes that results need, by their digests."""
+    """Find the added robots and scenes that results need, by their digests.
+
+    Raises:
+        UnknownBatch: One is gone: the batch has been forgotten since its results were read.
+    """
     digests = {digest for result in results for digest in (result.robot, result.scene) if digest is not None}
-    return {digest: await _read(service, claims.definition_of, digest) for digest in digests}
+    try:
+        return {digest: await service.database.read(claims.definition_of, digest) for digest in digests}
+    except NoResultFound as error:
+        raise UnknownBatch(FORGOTTEN) from error
 
 
 def _form(request: Request) -> str | None:

@@ -14,6 +14,7 @@ from starlette.routing import Match, Route
 from api.access.access import Access, Guarded
 from api.batches.cluster import ClusterPlanners
 from api.batches.engine import Engine
+from api.batches.looks import Looks
 from api.batches.planners import PoolPlanners
 from api.database.database import Database, database_url
 from api.errors import MethodNotAllowed, NotFound, ServiceError
@@ -133,7 +134,7 @@ def create_app(settings: Settings | None = None, pool: WorkerPool | None = None)
     # A worker makes the OpenAPI document, as only workers know the back ends; FastAPI serves it and routes.
     app = FastAPI(openapi_url=None, redirect_slashes=False, lifespan=lifespan)
     answers = SharedAnswers(traffic, settings.answer_cache_bytes, metrics)
-    app.state.service = Service(settings, workers, database, engine, access, metrics, answers)
+    app.state.service = Service(settings, workers, database, engine, access, metrics, answers, Looks(database))
     for operation in OPERATIONS:
         endpoint = ENDPOINTS.get(operation.id) or ordinary(operation)
         app.router.routes.append(Route(operation.path, Guarded(endpoint, operation), methods=[operation.method]))

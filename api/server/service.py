@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from api.access.access import Access
     from api.batches.engine import Engine
+    from api.batches.looks import Looks
     from api.database.database import Database
     from api.server.pool import WorkerPool
     from api.server.shared_answers import SharedAnswers
@@ -27,6 +28,7 @@ class Service:
         access: What lets requests in.
         metrics: What is counted and measured.
         answers: Answers that are the same for all who ask the same.
+        looks: What is told of batches, shared by all who ask.
         catalogue: Robots of the catalogue that have been asked for. Only workers know which there are, but a robot for
             which they need no definition is one, and no added robot can have its id: the database need not be asked.
     """
@@ -38,4 +40,5 @@ class Service:
     access: Access
     metrics: Metrics
     answers: SharedAnswers
+    looks: Looks
     catalogue: set[str] = field(default_factory=set)

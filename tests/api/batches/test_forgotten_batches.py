@@ -11,6 +11,7 @@ from fastapi import Request
 
 from api.access.access import Client
 from api.batches.items import PLANNED, NewItem
+from api.batches.looks import Looks
 from api.content.robots import RobotContent
 from api.database import batches, claims
 from api.database.batches import (
@@ -79,7 +80,8 @@ def test_who_reads_a_batch_that_is_forgotten_meanwhile_is_told_so(
 
     async def run() -> None:
         batch_id = await database.write(ended_batch)
-        app = SimpleNamespace(state=SimpleNamespace(service=SimpleNamespace(database=database)))
+        service = SimpleNamespace(database=database, looks=Looks(database))
+        app = SimpleNamespace(state=SimpleNamespace(service=service))
         scope = {"type": "http", "method": "GET", "path": "/", "headers": [], "query_string": b"", "app": app}
         scope |= {"path_params": {"id": batch_id}, "state": {"client": Client("127.0.0.1")}}
         with pytest.raises(UnknownBatch, match="no batch has this id"):
