@@ -97,8 +97,8 @@ class LinkPair(Answer):
     """Why the two are not checked against each other: no joint is between them (`neighbours`), the `srdf` says so, or
     all their shapes are in contact in 95 % of random positions or more (`always`); null: they are checked."""
     always_touching: list[list[int]]
-    """The shapes of a checked pair that are left out, in contact in 95 % of random positions or more. Each item has the
-    index in `shapes` of a shape of `link_1`, and of one of `link_2`."""
+    """The shapes of a checked pair that are left out, in contact in 95 % of random positions or more, shape (pairs, 2):
+    the index in `shapes` of a shape of `link_1`, and of one of `link_2`."""
     contact_share: float | None
     """The share of random positions in which a pair that is checked is in contact, from 0 to 1, without unit; null: it
     is not checked."""
