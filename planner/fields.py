@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 FieldPath = tuple[str | int, ...]
@@ -48,3 +48,11 @@ def with_field(holder: T, path: FieldPath, value: Any) -> T:
             changed = replace(holder, **{str(first): inner})  # type: ignore[type-var]
     result: T = changed
     return result
+
+
+class PickledByFields:
+    """A dataclass that is pickled with its fields alone: what it computes from them is left out."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields by their names."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]

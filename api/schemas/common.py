@@ -174,7 +174,7 @@ class Limits(Schema):
     velocity_scale: Scale = 1.0
     """A factor without unit on the velocity limits of all joints: the speed override. A waypoint's own multiplies with
     that of the whole. At teach speed, with a person near the arm, `tcp_linear_velocity` is 0.25 m/s at most beside it
-    (ISO 10218-1); a waypoint that limits the tool's speed by itself has its own limit in place of that one."""
+    (ISO 10218-1); where a waypoint limits the tool's speed, too, the smaller limit holds there."""
     acceleration_scale: Scale = 1.0
     """A factor without unit on the acceleration limits of all joints."""
     velocity_range: JointRanges | None = None

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
+from planner.fields import PickledByFields
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
@@ -49,7 +50,7 @@ class _Scratch(threading.local):
 
 
 @dataclass(frozen=True, eq=False)
-class Robot(RobotDescription):
+class Robot(PickledByFields, RobotDescription):
     """A robot arm whose configuration is one number per joint, continuous joints included.
 
     Robots are immutable: `derived`, `with_tool`, `with_payload` and `dataclasses.replace` make others.

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from planner.fields import PickledByFields
+
 if TYPE_CHECKING:
     import coal
     from numpy.typing import ArrayLike
@@ -74,7 +76,7 @@ class BoundingCapsule(NamedTuple):
         return np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius)
 
 
-class Shape(ABC):
+class Shape(PickledByFields, ABC):
     """A convex shape in a frame of its own. Shapes of one kind with the same numbers are equal.
 
     Examples:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import pinocchio as pin
 
+from planner.fields import PickledByFields
 from planner.robots.collision.derived import derived_capsules
 from planner.robots.collision.mesh_files import MeshReference, no_meshes
 from planner.robots.findings import Findings, listed, shown
@@ -87,7 +88,7 @@ class LinkShape:
 
 
 @dataclass(frozen=True, eq=False)
-class CollisionGeometry:
+class CollisionGeometry(PickledByFields):
     """The shapes of an arm by its links. All robots derived from one share it: nothing is computed twice.
 
     Attributes:

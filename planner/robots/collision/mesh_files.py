@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -48,22 +49,24 @@ def meshes_of(meshes: Path | Mapping[str, bytes] | FindPieces | None) -> FindPie
         return no_meshes
     if callable(meshes):
         return meshes
-    find = meshes_in_folder(meshes) if isinstance(meshes, Path) else meshes_among(meshes)
-
-    def pieces(reference: MeshReference) -> MeshPieces | None:
-        data = find(reference.name)
-        return None if data is None else mesh_pieces(reference.name, data, reference.scale)
-
-    return pieces
+    return partial(_pieces_of_file, meshes_in_folder(meshes) if isinstance(meshes, Path) else meshes_among(meshes))
 
 
 def kept_meshes(kept: KeptPieces) -> FindPieces:
     """Return what finds the pieces of meshes that were cut before."""
+    return partial(_pieces_among, kept)
 
-    def pieces(reference: MeshReference) -> MeshPieces | None:
-        return None if reference not in kept else MeshPieces.of(ConvexHull(corners) for corners in kept[reference])
 
-    return pieces
+# What finds meshes is kept by robots, which are pickled: a function of a module with its first argument, no closure.
+
+
+def _pieces_of_file(find: FindFile, reference: MeshReference) -> MeshPieces | None:
+    data = find(reference.name)
+    return None if data is None else mesh_pieces(reference.name, data, reference.scale)
+
+
+def _pieces_among(kept: KeptPieces, reference: MeshReference) -> MeshPieces | None:
+    return None if reference not in kept else MeshPieces.of(ConvexHull(corners) for corners in kept[reference])
 
 
 def meshes_in_folder(folder: Path) -> FindFile:
@@ -74,17 +77,16 @@ def meshes_in_folder(folder: Path) -> FindFile:
     Args:
         folder: The folder.
     """
-    root = folder.resolve()
+    return partial(_file_in_folder, folder.resolve())
 
-    def find(reference: str) -> bytes | None:
-        for name in candidates(reference):
-            file = (root / name).resolve()
-            if file.is_relative_to(root) and file.is_file():
-                with file.open("rb") as opened:
-                    return opened.read(MAX_BYTES + 1)
-        return None
 
-    return find
+def _file_in_folder(root: Path, reference: str) -> bytes | None:
+    for name in candidates(reference):
+        file = (root / name).resolve()
+        if file.is_relative_to(root) and file.is_file():
+            with file.open("rb") as opened:
+                return opened.read(MAX_BYTES + 1)
+    return None
 
 
 def meshes_among(files: Mapping[str, bytes]) -> FindFile:
@@ -96,20 +98,20 @@ def meshes_among(files: Mapping[str, bytes]) -> FindFile:
     Args:
         files: The bytes by paths with `/`.
     """
+    return partial(_file_among, files)
 
-    def find(reference: str) -> bytes | None:
-        for name in candidates(reference):
-            if name in files:
-                return files[name]
-        parts = (candidates(reference) or [""])[0].split("/")
-        for first in range(len(parts)):
-            end = "/".join(parts[first:])
-            found = [name for name in files if name == end or name.endswith(f"/{end}")]
-            if found:
-                return files[found[0]] if len(found) == 1 else None
-        return None
 
-    return find
+def _file_among(files: Mapping[str, bytes], reference: str) -> bytes | None:
+    for name in candidates(reference):
+        if name in files:
+            return files[name]
+    parts = (candidates(reference) or [""])[0].split("/")
+    for first in range(len(parts)):
+        end = "/".join(parts[first:])
+        found = [name for name in files if name == end or name.endswith(f"/{end}")]
+        if found:
+            return files[found[0]] if len(found) == 1 else None
+    return None
 
 
 def candidates(reference: str) -> list[str]:
