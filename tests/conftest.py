@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
 
 from planner.errors import UnknownRobot
-from planner.robots import catalogue_ids
 from tests.locations import ROOT
+from tests.robots_extra import is_extra_installed, lacks_extra
 from tests.sizes import LARGER, NAME, SIZE, SIZES, chosen_rows
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ settings.load_profile("sized")
 SLOWEST_FILES = 10
 COMMON_SERVICE = re.compile(r"(service|one_worker|two_workers): RunningService")
 ONE_BY_ONE = {"tests/api/contract/test_schemathesis.py"}
-PACKAGE_ROBOTS_ARE_INSTALLED = "ur5" in catalogue_ids()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -99,10 +98,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> FileSch
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, object]:
-    """Skip what asks for a robot of the optional package where that is not installed."""
+    """Skip a test that loads a robot of the extra `robots` where that is not installed."""
     try:
         return (yield)
-    except UnknownRobot:
-        if PACKAGE_ROBOTS_ARE_INSTALLED:
+    except UnknownRobot as error:
+        if not lacks_extra(error, is_installed=is_extra_installed()):
             raise
         pytest.skip("the extra `robots` is not installed")

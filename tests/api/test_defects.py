@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.locations import ROOT
+from tests.robots_extra import need_robot
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
@@ -32,10 +33,9 @@ def changed(body: dict[str, Any], pointer: str, value: Any) -> dict[str, Any]:
 def test_a_plan_or_a_reason(service: RunningService, name: str, kind: str) -> None:
     """Where durations that are left out help, they do."""
     body = json.loads((DEFECTS / f"{name}.json").read_text()) | {"backend": {"kind": kind}, "deadline": 60.0}
+    need_robot(body["robot"])
     answer = service.post("/v1/trajectories", body)
     document = answer.json()
-    if document.get("code") == "unknown_robot":
-        pytest.skip("the robot comes with a package that is not installed")
     assert answer.status_code in {200, 422}, document
     durations = [r for r in document.get("remedies", ()) if r["change"].endswith("/duration")]
     if document.get("code") == "infeasible_duration":

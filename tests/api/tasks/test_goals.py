@@ -13,6 +13,7 @@ from api.schemas import answers
 from planner.spatial import rotation_from_quaternion, rotation_from_rpy, rotation_x, rotation_y, rotation_z
 from tests.api.answers import checked
 from tests.locations import ROOT
+from tests.robots_extra import need_robot
 
 if TYPE_CHECKING:
     from tests.api.conftest import RunningService
@@ -44,9 +45,8 @@ def test_the_answer_tells_where_in_its_region_a_waypoint_is(service: RunningServ
 def test_the_preferred_posture_is_taken(service: RunningService) -> None:
     """By the robot's own limits: no joint of the arm is nearer to one of its limits than without the preference."""
     request = json.loads((ROOT / "examples" / "elbow_room.json").read_text(encoding="utf-8"))
+    need_robot(request["robot"])
     robot = httpx.get(f"{service.url}/v1/robots/{request['robot']}")
-    if robot.status_code == 404:
-        pytest.skip("example-robot-data is not installed")
     lower, upper = (np.array([one[name] for one in robot.json()["joints"]]) for name in ("lower", "upper"))
     worst = []
     for prefer in ("far_from_limits", "continuous"):

@@ -179,8 +179,6 @@ def test_eight_solutions_have_all_eight_names(robot_id: str) -> None:
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_l6_2", "ngv_refuelling_arm", "welding_arm", "ur5"])
 def test_the_names_change_where_the_jacobian_is_singular(robot_id: str) -> None:
     """The determinant of the Jacobian is a product of the three quantities: it changes its sign with each of them."""
-    if robot_id not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     robot, rng, signs = load_robot(robot_id), np.random.default_rng(8), set()
     for q in (np.array(random_position(robot, rng)) for _ in range(300)):
         (found,) = configurations(robot, [q])

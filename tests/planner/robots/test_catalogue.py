@@ -13,25 +13,12 @@ import pinocchio as pin
 import pytest
 
 from planner.errors import UnknownRobot
-from planner.robots import catalogue_ids, describe, load_robot
+from planner.robots import catalogue, catalogue_ids, describe, load_robot
 from planner.robots.payload import Payload
 from tests.locations import DATA, ROOT
 from tests.planner.robots.frames import frame_pose, numeric_jacobian, product, rot, trans
+from tests.robots_extra import OF_EXTRA, OWN, is_extra_installed, lacks_extra
 
-OWN = {
-    "date_sorting_arm",
-    "fr3",
-    "kuka_kr16_2",
-    "kuka_kr16_l6_2",
-    "ngv_refuelling_arm",
-    "ngv_refuelling_arm_published",
-    "three_dof_arm",
-    "ur10e",
-    "ur16e",
-    "ur3e",
-    "ur5e",
-    "welding_arm",
-}
 KUKAS = {"kuka_kr16_l6_2": (0.97, 0.115, 1.911), "kuka_kr16_2": (0.67, 0.158, 1.611)}
 """Forearm, wrist to flange and reach of KUKA's data sheets, m."""
 FIGURES = {
@@ -53,11 +40,25 @@ def random_positions(dof: int, count: int = 100) -> np.ndarray:
 
 
 def test_the_catalogue_names_its_robots() -> None:
-    assert set(catalogue_ids()) >= OWN
+    assert set(catalogue_ids()) == OWN | (OF_EXTRA if is_extra_installed() else set())
     assert list(catalogue_ids()) == sorted(catalogue_ids())
     assert load_robot("welding_arm") is load_robot("welding_arm")
     with pytest.raises(UnknownRobot, match=r"date_sorting_arm, .*welding_arm"):
         load_robot("../data/welding_arm")
+
+
+def test_only_a_robot_of_the_extra_is_skipped_and_only_without_the_extra() -> None:
+    """Any unknown robot was skipped: a mistyped id passed, and a catalogue that lost a robot."""
+
+    def unknown(name: str) -> UnknownRobot:
+        with pytest.raises(UnknownRobot) as raised, pytest.MonkeyPatch.context() as patch:
+            patch.setattr(catalogue, "_files", dict)
+            load_robot.__wrapped__(name)
+        return raised.value
+
+    assert lacks_extra(unknown("ur5"), is_installed=False)
+    assert not lacks_extra(unknown("ur5"), is_installed=True)
+    assert not any(lacks_extra(unknown(name), is_installed=False) for name in ("kuka_kr16_2", "ur5x", "kuka"))
 
 
 @pytest.mark.parametrize("robot_id", sorted(OWN))

@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from scipy.spatial import ConvexHull as Qhull
 
-from planner import ConvexHull, Robot, catalogue_ids, load_robot
+from planner import ConvexHull, Robot, load_robot
 from planner.robots.catalogue import _package_robots
 from planner.robots.collision.describe import DRAWN_CORNERS, describe_drawn_links
 from planner.robots.collision.mesh_files import meshes_among, meshes_in_folder
@@ -143,8 +143,6 @@ def test_what_there_is_to_remark(files: dict[str, bytes], code: str | None) -> N
 
 @pytest.mark.parametrize("id", ["panda", "ur5", pytest.param("kinova", marks=pytest.mark.large_only)])
 def test_robots_of_the_package_have_the_shapes_of_their_makers(id: str) -> None:
-    if id not in catalogue_ids():
-        pytest.skip("the package example-robot-data is not installed")
     robot = load_robot(id)
     assert {shape.source for shape in robot.collision_shapes} == {"model"}
     assert {shape.joint for shape in robot.collision_shapes} == set(range(robot.dof + 1))

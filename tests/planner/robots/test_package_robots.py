@@ -12,16 +12,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.robots import catalogue, catalogue_ids, load_robot
+from planner.robots import catalogue, load_robot
 from tests.locations import ROOT
 from tests.planner.robots.frames import frame_pose, pinocchio_configuration
 from tests.planner.robots.urdfs import joint, link, robot
+from tests.robots_extra import OF_EXTRA, is_extra_installed
 
-ROBOTS = ("kinova", "panda", "so100", "ur10", "ur3", "ur5", "xarm7", "z1")
 
-
-@pytest.mark.parametrize("robot_id", ROBOTS)
-@pytest.mark.skipif("panda" not in catalogue_ids(), reason="example-robot-data is not installed")
+@pytest.mark.parametrize("robot_id", sorted(OF_EXTRA))
+@pytest.mark.skipif(not is_extra_installed(), reason="example-robot-data is not installed")
 def test_the_packages_robots_move_as_pinocchio_says(robot_id: str) -> None:
     arm = load_robot(robot_id)
     folder = catalogue._package_robots()
@@ -55,7 +54,7 @@ def test_robots_of_the_package_appear_when_it_is_installed(tmp_path: Path) -> No
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     ids, last = json.loads(done.stdout)
-    assert set(ROBOTS) <= set(ids)
+    assert set(ids) >= OF_EXTRA
     assert (last["velocity"], last["acceleration"], last["jerk"]) == (2.61, 20.0, 10000.0)
     quantities = ("position", "velocity", "acceleration", "jerk", "torque")
     assert last["provenance"] == dict.fromkeys(quantities, "datasheet")

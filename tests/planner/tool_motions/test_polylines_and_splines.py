@@ -30,7 +30,7 @@ from planner.problems.problem import (
     SplineMotion,
 )
 from planner.problems.transitions import BlendTransition
-from planner.robots import Robot, catalogue_ids, load_robot
+from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from planner.tool_motions.polylines import Polyline
 from planner.tool_motions.pose_paths import NoPath
@@ -219,8 +219,6 @@ def test_a_closed_way_is_driven_at_one_speed_from_end_to_end(kind: str, backend:
 @pytest.mark.parametrize("arm", ["kuka_kr16_l6_2", "panda", "three_dof_arm"])
 def test_the_joints_are_where_dense_inverse_kinematics_lead(kind: str, arm: str) -> None:
     """A chain of joint positions solved by Pinocchio's Jacobians alone; of a Panda only its tool is compared."""
-    if arm not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     robot = load_robot(arm)
     home = {"panda": np.array((0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5)), "three_dof_arm": np.array((0.2, -0.4, 1.5))}.get(
         arm, HOME

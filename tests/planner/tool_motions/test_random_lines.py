@@ -8,7 +8,7 @@ import pytest
 from planner.errors import PlanningError
 from planner.paths.joint_path import solve_path
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
-from planner.robots import Robot, catalogue_ids, load_robot
+from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.jobs.tracing import on_line, tool_at, trace
 from tests.sizes import NAME, SIZE
@@ -60,8 +60,6 @@ def _asked(robot: Robot, pose: Pose) -> Pose:
 @pytest.mark.parametrize("arm", ARMS)
 def test_lines_that_exist_are_planned(arm: str) -> None:
     """From the first pose in any configuration, and from the joint position where the traced chain starts."""
-    if arm not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     robot, rng, refused = load_robot(arm), np.random.default_rng(0), []
     for _ in range(LISTS):
         q, poses = lines(robot, rng)

@@ -19,7 +19,7 @@ from planner.kinematics import Configuration, FloatArray, Pose, all_solutions, c
 from planner.kinematics.options import InverseKinematicsOptions
 from planner.planning import plan
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
-from planner.robots import Robot, catalogue_ids, load_robot
+from planner.robots import Robot, load_robot
 from planner.waypoints.reachability import reachability
 from tests.planner.problems_of_tests import random_position
 
@@ -46,8 +46,6 @@ def some_of(full: Configuration, rng: np.random.Generator) -> Configuration:
 
 @pytest.mark.parametrize("robot_id", ["kuka_kr16_2", "ngv_refuelling_arm", "date_sorting_arm", "three_dof_arm", "ur5"])
 def test_random_plans_end_in_the_configuration_asked(robot_id: str) -> None:
-    if robot_id not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     robot, rng = load_robot(robot_id), np.random.default_rng(11)
     for _ in range(25):
         start, goal = (np.array(random_position(robot, rng)) for _ in range(2))
@@ -117,8 +115,6 @@ def test_a_configuration_beyond_the_limits_names_the_joint() -> None:
     ],
 )
 def test_a_part_that_an_arm_has_not_is_a_fault_of_that_field(robot_id: str, wanted: Configuration, part: str) -> None:
-    if robot_id not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     robot = load_robot(robot_id)
     start = robot.middle
     with pytest.raises(InvalidProblem) as refusal:

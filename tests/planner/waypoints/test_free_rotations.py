@@ -21,7 +21,7 @@ from planner.problems.problem import (
     SplineMotion,
 )
 from planner.problems.regions import Region
-from planner.robots import Robot, catalogue_ids, load_robot
+from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_from_rpy, rotation_z
 from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, ToolMotion, follow_motion
 from planner.waypoints import choice
@@ -34,8 +34,6 @@ PANDA = (0.1, -0.5, 0.2, -2.0, 0.1, 1.7, 0.5)
 
 
 def robot_of(arm: str) -> Robot:
-    if arm not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     return load_robot(arm)
 
 

@@ -16,7 +16,7 @@ from planner.paths import solve_path
 from planner.planning import plan
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.problems.regions import Region
-from planner.robots import Robot, catalogue_ids, load_robot
+from planner.robots import Robot, load_robot
 from planner.robots.freedoms import with_freedoms
 from planner.spatial import FloatArray, Pose, rotation_from_rpy
 from tests.jobs.tracing import tool_at
@@ -40,8 +40,6 @@ DENSE = {1: 81, 2: 17}
 
 
 def robot_of(arm: str) -> Robot:
-    if arm not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     return load_robot(arm)
 
 

@@ -18,7 +18,7 @@ from planner.planning import plan
 from planner.problems.moves import CartesianMove
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint, RelativeWaypoint
 from planner.problems.regions import Region
-from planner.robots import Robot, catalogue_ids, load_robot
+from planner.robots import Robot, load_robot
 from planner.spatial import FloatArray, Pose, rotation_z
 from tests.jobs.tracing import tool_at
 
@@ -29,8 +29,6 @@ PREFERENCES: tuple[Preference, ...] = ("near_reference", "manipulability", "far_
 
 
 def robot_of(arm: str) -> Robot:
-    if arm not in catalogue_ids():
-        pytest.skip("example-robot-data is not installed")
     return load_robot(arm)
 
 
