@@ -45,51 +45,18 @@ def stands_as_asked(waypoint: dict[str, Any]) -> bool:
     return waypoint["kind"] == "joint" and not is_handled([waypoint])
 
 
-class Conversation:
-    """Requests about one random robot, which follow from a number alone.
+class Judged:
+    """Requests about one robot, each answer before the judges.
 
     Attributes:
         statuses: How many answers there were, by operation and status or code.
     """
 
-    def __init__(self, client: httpx.Client, number: int) -> None:
-        self.client, self.statuses = client, Counter[tuple[str, str]]()
-        self.number, self.random = number, np.random.default_rng([12, number])
-        self.robot, self.added = made_up_robot(self.random, f"own_{number}")
+    def __init__(self, client: httpx.Client, robot: Robot, random: np.random.Generator) -> None:
+        self.client, self.robot, self.random = client, robot, random
+        self.statuses = Counter[tuple[str, str]]()
 
-    def hold(self) -> None:
-        """Plan, and go on with an operation on the answer, or with a remedy of the refusal."""
-        if self.added is not None:
-            reply = self.client.post("/v1/robots", json=self.added)
-            assert reply.status_code == 201, reply.text
-        try:
-            self._hold()
-        finally:
-            if self.added is not None:
-                self.client.delete(f"/v1/robots/{self.robot.id}")
-
-    def _hold(self) -> None:
-        made = Operations(self.robot, self.random)
-        if made.chance(0.1):
-            self._ask(*(made.solutions() if made.chance(0.5) else ("collisions/check", made.check({}, None))))
-            return
-        request = made.plan()
-        if made.chance(0.05):
-            request = made.spoiled(request)
-        if made.compares:
-            self._ask("trajectories/compare", made.comparison(request))
-            return
-        answer, problem = self._ask("trajectories", request)
-        if answer is not None:
-            path, asked = made.operation(request, answer)
-            self._ask(path, asked)
-        elif problem.get("remedies") and made.chance(0.3):
-            chosen = int(self.random.integers(len(problem["remedies"])))
-            helped, refused = self._ask("trajectories", with_remedies(request, problem["remedies"], chosen))
-            said = f"{json.dumps(request)} is refused: {json.dumps(problem)}"
-            assert helped is not None, f"remedy {chosen} does not help: {json.dumps(refused)}; {said}"
-
-    def _ask(self, path: str, body: dict[str, Any]) -> tuple[dict[str, Any] | None, dict[str, Any]]:
+    def ask(self, path: str, body: dict[str, Any]) -> tuple[dict[str, Any] | None, dict[str, Any]]:
         """Ask, and put what comes back before the judges."""
         with self._sent(body) as sent:
             start = time.process_time()
@@ -108,17 +75,8 @@ class Conversation:
 
     @contextmanager
     def _sent(self, body: dict[str, Any]) -> Iterator[dict[str, Any]]:
-        """The request as it is sent: some of those with a scene name it by the id under which it is kept."""
-        if not body.get("scene") or self.random.random() > BY_ID:
-            yield body
-            return
-        name = f"scene_{self.number}"
-        kept = self.client.post("/v1/scenes", json={**body["scene"], "id": name})
-        assert kept.status_code in (201, 422), kept.text
-        try:
-            yield {**body, "scene": name} if kept.status_code == 201 else body
-        finally:
-            self.client.delete(f"/v1/scenes/{name}")
+        """The request as it is sent."""
+        yield body
 
     def _judge(self, path: str, body: dict[str, Any], found: dict[str, Any], status: int) -> None:
         if status != 200:
@@ -166,3 +124,59 @@ class Conversation:
             return self.robot
         where = placement(body["mounting"])
         return self.robot.derived(mounting=Pose(where.translation, where.rotation))
+
+
+class Conversation(Judged):
+    """Requests about one random robot, which follow from a number alone."""
+
+    def __init__(self, client: httpx.Client, number: int) -> None:
+        random = np.random.default_rng([12, number])
+        robot, self.added = made_up_robot(random, f"own_{number}")
+        super().__init__(client, robot, random)
+        self.number = number
+
+    def hold(self) -> None:
+        """Plan, and go on with an operation on the answer, or with a remedy of the refusal."""
+        if self.added is not None:
+            reply = self.client.post("/v1/robots", json=self.added)
+            assert reply.status_code == 201, reply.text
+        try:
+            self._hold()
+        finally:
+            if self.added is not None:
+                self.client.delete(f"/v1/robots/{self.robot.id}")
+
+    def _hold(self) -> None:
+        made = Operations(self.robot, self.random)
+        if made.chance(0.1):
+            self.ask(*(made.solutions() if made.chance(0.5) else ("collisions/check", made.check({}, None))))
+            return
+        request = made.plan()
+        if made.chance(0.05):
+            request = made.spoiled(request)
+        if made.compares:
+            self.ask("trajectories/compare", made.comparison(request))
+            return
+        answer, problem = self.ask("trajectories", request)
+        if answer is not None:
+            path, asked = made.operation(request, answer)
+            self.ask(path, asked)
+        elif problem.get("remedies") and made.chance(0.3):
+            chosen = int(self.random.integers(len(problem["remedies"])))
+            helped, refused = self.ask("trajectories", with_remedies(request, problem["remedies"], chosen))
+            said = f"{json.dumps(request)} is refused: {json.dumps(problem)}"
+            assert helped is not None, f"remedy {chosen} does not help: {json.dumps(refused)}; {said}"
+
+    @contextmanager
+    def _sent(self, body: dict[str, Any]) -> Iterator[dict[str, Any]]:
+        """The request as it is sent: some of those with a scene name it by the id under which it is kept."""
+        if not body.get("scene") or self.random.random() > BY_ID:
+            yield body
+            return
+        name = f"scene_{self.number}"
+        kept = self.client.post("/v1/scenes", json={**body["scene"], "id": name})
+        assert kept.status_code in (201, 422), kept.text
+        try:
+            yield {**body, "scene": name} if kept.status_code == 201 else body
+        finally:
+            self.client.delete(f"/v1/scenes/{name}")
