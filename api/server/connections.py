@@ -66,10 +66,22 @@ class BoundedParser(h11.Connection):
         event = super().next_event()
         if isinstance(event, h11.Request):
             self._pieces = 0
+            if {b"content-length", b"transfer-encoding"} <= {name for name, _ in event.headers}:
+                raise h11.RemoteProtocolError("two servers may not agree where the request ends (RFC 9112, 6.1)")
         self._pieces += isinstance(event, h11.Data)
         if self._pieces > MOST_PIECES:
             raise h11.RemoteProtocolError("the body comes in too many pieces")
         return event
+
+
+class Farewell:
+    """What uvicorn writes an answer to; when it closes that, what the client still sends is taken in first."""
+
+    def __init__(self, connection: Connection) -> None:
+        self.write = connection.transport.write
+        self.is_closing = connection.transport.is_closing
+        self.resume_reading = connection.transport.resume_reading
+        self.close = connection.end
 
 
 class Connection(H11Protocol):
@@ -121,6 +133,8 @@ class Connection(H11Protocol):
     def handle_events(self) -> None:
         """Take what has arrived, and watch what has not."""
         super().handle_events()
+        if self.cycle is not None:
+            self.cycle.transport = Farewell(self)  # type: ignore[assignment]  # before the application has begun
         if not self._refused:
             self._watch_reading()
 
@@ -176,10 +190,24 @@ class Connection(H11Protocol):
         lines = [f"HTTP/1.1 {status} {HTTPStatus(status).phrase}", *(f"{n}: {value}" for n, value in headers.items())]
         self.transport.write("\r\n".join([*lines, "\r\n"]).encode() + document)
         if linger:
-            self.transport.write_eof()
-            self._read_timer = self.loop.call_later(linger, self.transport.abort)
+            self._linger(linger)
         else:
             self.transport.close()
+
+    def end(self) -> None:
+        """End the connection after an answer. A client that writes first and reads then may finish its body."""
+        if self.conn.their_state is h11.SEND_BODY:
+            self._refused = True
+            self._linger(self.settings.body_timeout)
+        else:
+            self.transport.close()
+
+    def _linger(self, seconds: float) -> None:
+        """Read on without a look at it, until the client ends the connection or the time is over."""
+        _cancel(self._read_timer)
+        self.transport.write_eof()
+        self.transport.resume_reading()
+        self._read_timer = self.loop.call_later(seconds, self.transport.abort)
 
     def shutdown(self) -> None:
         """Finish what has been asked; a body that is still under way has to hurry."""
@@ -204,6 +232,8 @@ class Connection(H11Protocol):
     def on_response_complete(self) -> None:
         """Go on with the next request; the last bytes of an answer must be taken in time, too."""
         super().on_response_complete()
+        if self._refused:
+            self._unset_keepalive_if_required()  # there is no next one
         self._watch_writing()
 
     def _watch_writing(self) -> None:

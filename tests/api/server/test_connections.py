@@ -6,6 +6,8 @@ import json
 import resource
 import socket
 import time
+import urllib.error
+import urllib.request
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -139,6 +141,48 @@ def test_a_body_that_nobody_asked_for_does_not_hold_its_connection(wary: Running
     assert answer.startswith(b"HTTP/1.1 200")
 
 
+@pytest.mark.parametrize(
+    ("headers", "status"), [({"Content-Type": "application/json"}, 413), ({}, 415)], ids=["too large", "no JSON"]
+)
+def test_a_client_that_writes_first_and_reads_then_gets_its_refusal(
+    service: RunningService, headers: dict[str, str], status: int
+) -> None:
+    """urllib and others got a broken pipe: the connection ended while they were still sending."""
+    body = b" " * 16 * 2**20
+    request = urllib.request.Request(f"{service.url}{PLAN}", body, headers)  # noqa: S310 - to a service of the tests
+    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        opener.open(request, timeout=PATIENCE)
+    with refused.value:
+        assert (refused.value.code, json.load(refused.value)["status"]) == (status, status)
+
+
+def test_a_refused_client_that_never_stops_sending_is_cut_off(wary: RunningService) -> None:
+    client = connect(wary, HEAD + b"Connection: close\r\nContent-Length: 99999999999\r\n\r\n")
+    with pytest.raises(ConnectionError), client:
+        while True:
+            client.sendall(b" " * 2**16)
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        b"GET /liv",
+        HEAD,
+        HEAD + b"Content-Length: 100\r\n\r\n{",
+        HEAD + b"Content-Length: 1000000\r\n\r\n" + b" " * 300_000,
+        HEAD + b"Transfer-Encoding: chunked\r\n\r\n5\r\n{",
+        b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n",
+    ],
+    ids=["line", "head", "body", "large body", "chunk", "whole"],
+)
+def test_a_connection_that_the_client_half_closes_ends(wary: RunningService, sent: bytes) -> None:
+    client = connect(wary, sent)
+    client.shutdown(socket.SHUT_WR)
+    received(client)
+    assert wary.client.get("/livez").status_code == 200
+
+
 def test_idle_connections_are_closed(wary: RunningService) -> None:
     assert received(connect(wary)) == b""
     assert received(connect(wary, b"GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n")).startswith(b"HTTP/1.1 200")
@@ -153,9 +197,10 @@ def test_idle_connections_are_closed(wary: RunningService) -> None:
         HEAD + b"Content-Length: x\r\n\r\n",
         HEAD + b"Content-Length: 3\r\nContent-Length: 4\r\n\r\n{}",
         HEAD + b"Transfer-Encoding: chunked\r\n\r\nzz\r\n",
+        HEAD + b"Content-Length: 2\r\nTransfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n",
         HEAD + b"Transfer-Encoding: chunked\r\n\r\n" + b"1\r\n \r\n" * 20_000,
     ],
-    ids=["TLS", "no host", "no method", "length", "two lengths", "chunk", "pieces"],
+    ids=["TLS", "no host", "no method", "length", "two lengths", "chunk", "length and chunks", "pieces"],
 )
 def test_what_is_not_http_is_told_so_in_a_problem_document(wary: RunningService, sent: bytes) -> None:
     refusal = problem(received(connect(wary, sent)))
