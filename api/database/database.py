@@ -5,22 +5,24 @@ from __future__ import annotations
 import asyncio
 import shutil
 import tempfile
+import time
 from concurrent.futures import ThreadPoolExecutor
 from fcntl import LOCK_EX, flock
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 import structlog
-from sqlalchemy import create_engine, event, make_url
-from sqlalchemy.exc import DBAPIError, OperationalError
+from sqlalchemy import NullPool, create_engine, event, literal, make_url, select
+from sqlalchemy.exc import DatabaseError, DBAPIError, OperationalError
 
 from api.database.migrate import upgrade
+from api.database.tables import metadata
 from api.errors import DatabaseUnavailable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from sqlalchemy import URL, Connection, Engine
+    from sqlalchemy import URL, Connection, Engine, Pool
 
     from api.settings import Settings
 
@@ -31,6 +33,12 @@ log = structlog.get_logger()
 
 READING_THREADS = 2
 """The number of threads that read: so many answers to clients wait for the disk or the network at once."""
+
+LOOK_TIMEOUT = 2.0
+"""The time within which a look at the database has to end, s: shorter than the patience of a readiness probe."""
+
+LOOK_AGAIN = 1.0
+"""The time for which what a look has found is told again, s: anybody may ask how often they like."""
 
 BUSY_TIMEOUT = 30_000
 """The time for which SQLite waits for another process that writes, ms: many times that of any transaction."""
@@ -58,6 +66,9 @@ class Database:
         self._temporary: Path | None = None
         self._writer = ThreadPoolExecutor(1, "database-writer")
         self._readers = ThreadPoolExecutor(READING_THREADS, "database-reader")
+        self._looker = ThreadPoolExecutor(1, "database-looker")
+        self._look: asyncio.Future[bool] | None = None
+        self._looked = 0.0
 
     def open(self) -> None:
         """Bring its tables up to date. It waits: call it before there are requests.
@@ -72,6 +83,7 @@ class Database:
             url = sqlite_url(self._temporary)
         self.engine = make_engine(url)
         self._reading = self.engine.execution_options(reads=True)
+        self._fresh = make_engine(url, NullPool).execution_options(reads=True)
         upgrade(self.engine)
 
     async def read(self, work: Callable[Concatenate[Connection, P], T], *arguments: P.args, **options: P.kwargs) -> T:
@@ -86,6 +98,28 @@ class Database:
         """Run a function that writes, as `read` does; all that it writes is written together, or nothing."""
         return await self._run(self._writer, False, lambda connection: work(connection, *arguments, **options))
 
+    async def is_readable(self) -> bool:
+        """Tell whether all tables can be read; a look that takes too long, or is still under way then, says no."""
+        now = time.monotonic()
+        if self._look is None or (self._look.done() and now - self._looked > LOOK_AGAIN):
+            self._look = asyncio.get_running_loop().run_in_executor(self._looker, self._read_each_table)
+            self._looked = now
+        try:
+            return await asyncio.wait_for(asyncio.shield(self._look), LOOK_TIMEOUT)
+        except TimeoutError:
+            return False
+
+    def _read_each_table(self) -> bool:
+        """Read from each table through a new connection: one that is kept may have in memory what is gone."""
+        try:
+            with self._fresh.connect() as connection:
+                for table in metadata.sorted_tables:
+                    connection.execute(select(literal(1)).select_from(table).limit(1)).first()
+        except DBAPIError as error:
+            log.warning("database_unavailable", reason=str(error.orig).partition("\n")[0])
+            return False
+        return True
+
     async def _run(self, threads: ThreadPoolExecutor, reads: bool, work: Callable[[Connection], T]) -> T:
         def transaction() -> T:
             with (self._reading if reads else self.engine).begin() as connection:
@@ -94,7 +128,8 @@ class Database:
         try:
             return await asyncio.get_running_loop().run_in_executor(threads, transaction)
         except DBAPIError as error:
-            if isinstance(error, OperationalError) or error.connection_invalidated:
+            is_corrupt = type(error) is DatabaseError  # what SQLite says of a file that is none of its own, or damaged
+            if isinstance(error, OperationalError) or error.connection_invalidated or is_corrupt:
                 log.warning("database_unavailable", reason=str(error.orig).partition("\n")[0])
                 raise DatabaseUnavailable(
                     "the database does not answer; try again later", headers={"Retry-After": "5"}
@@ -105,6 +140,7 @@ class Database:
         """Wait for what is under way and end all connections; a temporary database is deleted."""
         self._writer.shutdown()
         self._readers.shutdown()
+        self._looker.shutdown(wait=False, cancel_futures=True)
         self.engine.dispose()
         if self._temporary is not None:
             shutil.rmtree(self._temporary, ignore_errors=True)
@@ -122,12 +158,12 @@ def sqlite_url(directory: Path) -> URL:
     return make_url("sqlite://").set(database=str(directory / FILE_NAME))
 
 
-def make_engine(url: URL) -> Engine:
-    """Prepare connections to a database; none is made yet."""
+def make_engine(url: URL, pool: type[Pool] | None = None) -> Engine:
+    """Prepare connections to a database; none is made yet. A pool keeps them; None: that of the database's kind."""
     if url.get_backend_name() != "sqlite":
-        return create_engine(url, pool_pre_ping=True)
+        return create_engine(url, pool_pre_ping=True, poolclass=pool)
     Path(str(url.database)).parent.mkdir(parents=True, exist_ok=True)
-    engine = create_engine(url)
+    engine = create_engine(url, poolclass=pool)
     event.listen(engine, "connect", _set_up_sqlite)
     event.listen(engine, "begin", _begin)
     return engine

@@ -218,6 +218,7 @@ def _streamed(
 async def _events(request: Request, service: Service, batch: BatchRecord, seen: int) -> AsyncIterator[bytes]:
     sent = time.monotonic()
     while not request.scope["state"].get("stopping"):
+        await _check_key(request)
         batch, description = await service.looks.follow(batch.id)
         number = finished(description)
         has_ended = batch.status != "running"
@@ -235,7 +236,18 @@ async def _events(request: Request, service: Service, batch: BatchRecord, seen: 
 
 async def _batch(request: Request, batch_id: str) -> BatchRecord:
     """Find a batch that the client may see."""
+    await _check_key(request)
     return await service_of(request).looks.find(batch_id, client(request).batches_of)
+
+
+async def _check_key(request: Request) -> None:
+    """Look the key up again; a stream does so on each turn, and ends where its key was revoked.
+
+    Raises:
+        Unauthorized, Forbidden: The key may not do this any more.
+    """
+    if client(request).has_key:
+        await service_of(request).access.key_of(request.headers, request.state.operation.scope)
 
 
 async def _results(service: Service, batch: BatchRecord, behind: int, limit: int) -> tuple[list[Result], bool]:

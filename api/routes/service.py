@@ -40,13 +40,15 @@ async def get_liveness(request: Request) -> Response:
 async def get_readiness(request: Request) -> Response:
     """Answer GET /readyz."""
     service = service_of(request)
-    ready = service.pool.ready
+    status = "starting"
+    if service.pool.ready:
+        status = "ready" if await service.database.is_readable() else "database_unavailable"
     answer = {
-        "status": "ready" if ready else "starting",
+        "status": status,
         "workers": service.pool.size,
         "warm_workers": service.pool.warm_workers,
     }
-    return _json(answer, 200 if ready else 503)
+    return _json(answer, 200 if status == "ready" else 503)
 
 
 async def get_metrics(request: Request) -> Response:

@@ -71,8 +71,8 @@ class Liveness(Answer):
 class Readiness(Answer):
     """Whether requests should be sent here."""
 
-    status: Literal["ready", "starting"]
-    """Whether the service is ready for requests, or still starting."""
+    status: Literal["ready", "starting", "database_unavailable"]
+    """Whether the service is ready for requests, still starting, or without a database that can be read."""
     workers: int
     """The number of workers that there are to be."""
     warm_workers: int

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import hmac
 import json
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import httpx
 import pytest
 import structlog
+from sqlalchemy import delete, insert, update
 from typer.testing import CliRunner
 
 from api.access import access as access_module
 from api.access.keys import SCOPES, digest_of, id_of, new_key
+from api.batches.items import NewItem
 from api.cli import app
+from api.database.batches import Arrival, BatchBounds, append_items, begin_batch, open_batch
+from api.database.database import make_engine, sqlite_url
+from api.database.tables import engines, items
 from api.operations import OPERATIONS
 from tests.api.conftest import wait_until
 from tests.api.made_up_service import made_up_service
@@ -21,8 +28,6 @@ from tests.api.requests import dh_robot, plan_request
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    import httpx
 
 FORWARD = {"robot": "three_dof_arm", "positions": [[0.1, 0.2, 0.3]]}
 BATCH = {"requests": [plan_request()]}
@@ -236,6 +241,35 @@ def test_batches_of_another_are_not_there(keyed: Keyed) -> None:
     assert keyed.ask("admin", "GET", location).status_code == 200
     assert keyed.ask("one", "GET", f"{location}/events").text.count("event: end") == 1
     assert keyed.ask("one", "DELETE", location).status_code == 204
+
+
+def batch_without_end(folder: Path, key: str) -> str:
+    """The id of a batch of a key whose only request another service, which lives for ever, has claimed."""
+    engine = make_engine(sqlite_url(folder))
+    with engine.begin() as connection:
+        connection.execute(delete(engines).where(engines.c.id == "elsewhere"))
+        connection.execute(insert(engines).values(id="elsewhere", seen=time.time() + 1e6))
+        batch = begin_batch(connection, f"key:{id_of(key)}", None, "elsewhere", BatchBounds(1000, 1000, 10**9))
+        assert isinstance(batch, Arrival)
+        append_items(connection, batch.number, 0, [NewItem(b"0", None, None, 10.0)], "")
+        connection.execute(update(items).where(items.c.batch == batch.number).values(engine="elsewhere"))
+        open_batch(connection, batch.number, "digest")
+    engine.dispose()
+    return batch.id
+
+
+@pytest.mark.parametrize("name", ["events", "results.ndjson"])
+def test_a_stream_ends_when_its_key_is_revoked(keyed: Keyed, name: str) -> None:
+    """It went on for as long as the batch."""
+    key = planner("keys", "create", "short-lived").stdout.strip()
+    path = f"/v1/batches/{batch_without_end(keyed.folder, key)}"
+    streaming = keyed.client.stream("GET", f"{path}/{name}", headers={"Authorization": f"Bearer {key}"}, timeout=30.0)
+    with pytest.raises(httpx.RemoteProtocolError), streaming as stream:
+        assert stream.status_code == 200
+        assert planner("keys", "revoke", str(id_of(key))).exit_code == 0
+        for _ in stream.iter_bytes():
+            pass
+    assert keyed.ask("admin", "DELETE", path).status_code == 204
 
 
 def test_a_key_may_send_so_many_requests(keyed: Keyed) -> None:

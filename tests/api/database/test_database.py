@@ -26,7 +26,7 @@ from api.cli import app
 from api.content.robots import RobotContent
 from api.content.scenes import SceneContent
 from api.database.batches import Arrival, BatchBounds, append_items, begin_batch, find_batch
-from api.database.database import Database, make_engine, sqlite_url
+from api.database.database import FILE_NAME, Database, make_engine, sqlite_url
 from api.database.keys import add_key, all_keys, find_key, revoke_key
 from api.database.migrate import DatabaseTooNew, _config, is_current, upgrade
 from api.database.named_contents import ROBOTS, SCENES, Bounds
@@ -37,6 +37,7 @@ from api.server.traffic import Traffic
 from api.settings import Settings
 from api.workers.messages import Reply
 from tests.api.database.databases import PostgresServer, engine, postgres
+from tests.api.made_up_service import made_up_service
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -358,3 +359,18 @@ def test_the_database_is_not_asked_for_robots_of_the_catalogue() -> None:
 
     asyncio.run(three_times())
     assert asked == ["ur5e", "nobody", "nobody", "nobody"]
+
+
+@pytest.mark.parametrize("damage", ["nothing", "other bytes", "no bytes"])
+def test_a_service_whose_database_cannot_be_read_is_not_ready(tmp_path: Path, damage: str) -> None:
+    """Connections that are kept still have in memory what the file has lost."""
+    with made_up_service(data_directory=tmp_path) as client:
+        assert client.get("/v1/robots").status_code == 200
+        file = tmp_path / FILE_NAME
+        if damage != "nothing":
+            file.write_bytes(b"robot" * 10_000 if damage == "other bytes" else b"")
+            file.with_name(f"{FILE_NAME}-wal").write_bytes(b"")
+        answer = client.get("/readyz")
+        expected = (200, "ready") if damage == "nothing" else (503, "database_unavailable")
+        assert (answer.status_code, answer.json()["status"]) == expected
+        assert client.get("/livez").status_code == 200
