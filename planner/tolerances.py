@@ -25,9 +25,10 @@ SAME_SOLUTION = 1e-4
 """Distance of a joint, rad (but for whole turns) or m, up to which two solutions of the inverse kinematics are one:
 near a singularity the same solution is found with so much of a difference."""
 
-CONTINUITY_TOLERANCE = 1e-8
+CONTINUITY_TOLERANCE = 1e-7
 """Jump of a derivative, relative to its largest magnitude, that is rounding: where a piece is a thousandth as long as
-its neighbour, third and fourth derivatives lose that much."""
+its neighbour, third and fourth derivatives lose 1e-8. Beside a singularity, where a joint goes a thousand rad for 1 m
+of the tool, the rounding of the place on the path loses more of the acceleration: 1.1e-8 in tests/planner/paths."""
 
 NEGLIGIBLE_SHARE = 1e-9
 """Share of an interval, of length or of time, below which a part of it is nothing: the coefficients of a piece so short
