@@ -162,7 +162,9 @@ def make_engine(url: URL, pool: type[Pool] | None = None) -> Engine:
     """Prepare connections to a database; none is made yet. A pool keeps them; None: that of the database's kind."""
     if url.get_backend_name() != "sqlite":
         return create_engine(url, pool_pre_ping=True, poolclass=pool)
-    Path(str(url.database)).parent.mkdir(parents=True, exist_ok=True)
+    file = Path(str(url.database))
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.touch(mode=0o600)  # SQLite gives what it puts beside the file the same mode
     engine = create_engine(url, poolclass=pool)
     event.listen(engine, "connect", _set_up_sqlite)
     event.listen(engine, "begin", _begin)

@@ -72,6 +72,7 @@ class RequestContext:
             if message["type"] == "http.response.start":
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
+                headers.setdefault("X-Content-Type-Options", "nosniff")
                 headers["X-Request-ID"] = state["request_id"]
                 headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
             else:
@@ -110,6 +111,7 @@ class RequestContext:
             status=status,
             duration_ms=round(seconds * 1e3, 3),
             bytes=sent,
+            client=state["client"].name,
             **({"failure": failure} if failure else {}),
         )
 

@@ -374,3 +374,12 @@ def test_a_service_whose_database_cannot_be_read_is_not_ready(tmp_path: Path, da
         expected = (200, "ready") if damage == "nothing" else (503, "database_unavailable")
         assert (answer.status_code, answer.json()["status"]) == expected
         assert client.get("/livez").status_code == 200
+
+
+def test_nobody_else_reads_the_file(tmp_path: Path) -> None:
+    """It was for all users of the machine to read."""
+    with made_up_service(data_directory=tmp_path) as client:
+        answer = client.get("/v1/robots")
+        assert answer.headers["X-Content-Type-Options"] == "nosniff"
+        modes = {file.name: file.stat().st_mode & 0o777 for file in tmp_path.glob(f"{FILE_NAME}*")}
+        assert {modes[FILE_NAME + suffix] for suffix in ("", "-wal", "-shm")} == {0o600}
