@@ -366,8 +366,9 @@ class PoseWaypoint(WaypointBase):
     free: Literal["rotation_z"] | Region | None = None
     """What of the pose is left open; null or omitted: nothing. `rotation_z`: the turn about the tool's own z axis, as
     of a drill or a round nozzle; or ranges along the axes of the pose and about them. Of all poses in this region the
-    one is taken whose posture is nearest to the one before, in time at the joints' full speed; motions to and from this
-    waypoint are as if it had been asked, and the answer has its pose, and in `free` where in the region it is."""
+    one is taken whose posture is nearest to the one before, in time at the joints' full speed; in a scene the nearest
+    at which the robot keeps clear, there and on the motions of the tool that follow. Motions to and from this waypoint
+    are as if it had been asked, and the answer has its pose, and in `free` where in the region it is."""
     configuration: ArmConfiguration | None = None
     """The configuration in which the arm is to be there; a singular posture belongs to those on both sides. Null or
     omitted: any, chosen so that the way through the whole list is shortest."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -12,18 +12,16 @@ import numpy as np
 from planner.dynamics import SegmentDynamics
 from planner.errors import InvalidProblem
 from planner.limits import counted_velocity
+from planner.paths.clear_motions import ClearMotions
 from planner.paths.runs import Run, build_run, is_joint_motion, straight_run, travel_time
 from planner.problems.problem import JointMotion
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
-from planner.scene import is_free
-from planner.scene.carried import checker_at_waypoints
 from planner.waypoints.goal_regions import with_chosen_poses
 from planner.waypoints.solve import SolvedWaypoint, solve_waypoints, within_limits
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
-    from planner.kinematics import IsFree
     from planner.limits import SegmentLimits
     from planner.paths.half_spaces import HalfSpaces
     from planner.problems.problem import AnyWaypoint, PlanningProblem
@@ -219,14 +217,10 @@ def solved_waypoints(problem: PlanningProblem) -> tuple[tuple[AnyWaypoint, ...],
     """
     options = problem.inverse_kinematics
     waypoints = within_limits(problem.robot, problem.waypoints, problem.start_tolerance)
-    waypoints = with_chosen_poses(problem.robot, waypoints, options)
-    return waypoints, solve_waypoints(problem.robot, waypoints, options, is_free=_clear_postures(problem))
-
-
-def _clear_postures(problem: PlanningProblem) -> IsFree | None:
-    """Return what tells where the robot keeps clear of the scene and itself; None: nothing is held against anything."""
-    checker = checker_at_waypoints(problem.robot, problem.scene, problem.self_collision, problem.handling)
-    return None if checker is None or checker.is_empty else partial(is_free, checker)
+    surroundings = ClearMotions.of(problem, waypoints)
+    is_free = None if surroundings is None else surroundings.is_free
+    waypoints = with_chosen_poses(problem.robot, waypoints, options, surroundings)
+    return waypoints, solve_waypoints(problem.robot, waypoints, options, is_free=is_free)
 
 
 def dynamics_of(problem: PlanningProblem) -> SegmentDynamics:

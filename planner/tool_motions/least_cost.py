@@ -35,7 +35,12 @@ NO_GAIN = 1e-9
 """The cost by which a posture has to be better, in the unit of the cost."""
 
 
-def least_cost(search: Search, start: FloatArray, costs: Callable[[FloatArray], FloatArray]) -> FloatArray:
+def least_cost(
+    search: Search,
+    start: FloatArray,
+    costs: Callable[[FloatArray], FloatArray],
+    allowed: Callable[[FloatArray], np.ndarray] | None = None,
+) -> FloatArray:
     """Return a solution of least cost near `start` (joints,), itself a solution.
 
     Steps go in the null space of the Jacobian, in the direction of least predicted cost of its basis and some random
@@ -46,6 +51,7 @@ def least_cost(search: Search, start: FloatArray, costs: Callable[[FloatArray], 
         search: The pose, and the arm.
         start: (joints,), rad or m.
         costs: The costs (N,) of joint positions (N, joints); infinite where they are not allowed.
+        allowed: Tells which solutions (N, joints) may be returned, where that takes longer than their costs; None: all.
     """
     q, cost, step = start, float(costs(start[None])[0]), FIRST_STEP
     rng = np.random.default_rng(0)
@@ -60,6 +66,8 @@ def least_cost(search: Search, start: FloatArray, costs: Callable[[FloatArray], 
         predicted = costs(ahead)
         best = int(predicted.argmin())
         solved = search.solve(ahead[best], **QUICK) if predicted[best] < cost - NO_GAIN else None
+        if solved is not None and allowed is not None and not allowed(solved[None])[0]:
+            solved = None
         found = np.inf if solved is None else float(costs(solved[None])[0])
         if solved is not None and found < cost - NO_GAIN:
             q, cost, step = solved, found, min(2.0 * float(lengths[best]), FIRST_STEP)

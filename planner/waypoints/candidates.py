@@ -47,7 +47,7 @@ class Layer:
         descend: Of a continuum of solutions: from a joint position (joints,) to a solution nearby and its conditioning,
             or to none.
         is_given: Whether the waypoint is a joint position.
-        solutions: The first so many candidates are the solutions that were found, each once.
+        solutions: The first so many candidates are the solutions that were found, each once; 0: nobody counted them.
         pins: (joints,), rad or m: where external axes are pinned; NaN of all other joints; None: none is.
     """
 
@@ -71,6 +71,12 @@ class Layer:
         """
         turns = np.where(may_turn, np.inf, 0.0)[None]
         return cls(position[None], -turns, turns, np.ones(1), is_given=True)
+
+    @classmethod
+    def settled(cls, position: FloatArray) -> Layer:
+        """Return the layer of a pose that was chosen for one joint position (joints,)."""
+        still = np.zeros_like(position)[None]
+        return cls(position[None], still, still, np.ones(1), solutions=0)
 
     @classmethod
     def isolated(cls, robot: Robot, solutions: Sequence[FloatArray], ahead: FloatArray) -> Layer:

@@ -1,8 +1,13 @@
-"""Poses of which something is left open: of all in their region that of the nearest posture, or the preferred one."""
+"""Poses of which something is left open: of all in their region that of the nearest posture, or the preferred one.
+
+Where it is known what is around the robot, postures at which it keeps clear go before all others, and of these those
+from which it keeps clear on the motions of the tool that follow.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections import Counter
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,11 +28,13 @@ from planner.waypoints.targets import wanted_poses
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from planner.kinematics import IsFree
     from planner.kinematics.options import InverseKinematicsOptions
     from planner.problems.problem import AnyWaypoint
     from planner.problems.regions import Region
     from planner.robots import Robot
     from planner.spatial import FloatArray, Pose
+    from planner.waypoints.pinned import Pinned
 
 SWEEP = 2.0 * np.pi / 72
 """The distance of turns that are tried at first, rad: every five degrees, so that no branch of solutions is missed."""
@@ -41,9 +48,62 @@ TOGETHER = 128
 REFINED = 3
 """Number of the best of them from which the posture is refined: the best branches, and neighbours on them."""
 
+MOST_TRIED = 100
+"""The most postures of a region from which the motions of the tool that follow are tried, each some 10 ms."""
+
+
+class Surroundings:
+    """What is around the robot, which judges joint positions alone.
+
+    Attributes:
+        is_free: Tells which joint positions (N, joints) keep clear.
+    """
+
+    def __init__(self, is_free: IsFree) -> None:
+        """Prepare for what tells which joint positions keep clear."""
+        self.is_free = is_free
+
+    def judges_motions(self, index: int) -> bool:
+        """Whether more than the joint position at a waypoint with a goal region is judged."""
+        return False
+
+    def may_lead_on(self, index: int, at_poses: Sequence[AnyWaypoint]) -> np.ndarray:
+        """Tell from which poses (N,), bool, of a waypoint's goal region the motions of the tool may be free.
+
+        Args:
+            index: Index of the waypoint.
+            at_poses: The waypoint with each pose.
+        """
+        return np.ones(len(at_poses), dtype=bool)
+
+    def leads_on(self, chosen: Sequence[AnyWaypoint], index: int, before: FloatArray, position: FloatArray) -> bool:
+        """Prove that the robot keeps clear at a waypoint and on the motions of the tool to it and after it.
+
+        Args:
+            chosen: The waypoints up to this one, each with its pose.
+            index: Index of this one.
+            before: (joints,), rad or m: where the robot comes from.
+            position: (joints,): its joint position at the waypoint.
+        """
+        return True
+
+
+@dataclass(frozen=True, kw_only=True)
+class SettledWaypoint(PoseWaypoint):
+    """A pose that was chosen in its region for one joint position, from which motions of the tool are free.
+
+    Attributes:
+        position: One value per joint, rad or m.
+    """
+
+    position: tuple[float, ...]
+
 
 def with_chosen_poses(
-    robot: Robot, waypoints: Sequence[AnyWaypoint], options: InverseKinematicsOptions
+    robot: Robot,
+    waypoints: Sequence[AnyWaypoint],
+    options: InverseKinematicsOptions,
+    surroundings: Surroundings | None = None,
 ) -> tuple[AnyWaypoint, ...]:
     """Choose the poses of waypoints in their regions, one after the other; the others stay as they are.
 
@@ -55,6 +115,7 @@ def with_chosen_poses(
         waypoints: The waypoints as they are asked.
         options: How poses are solved, and what is preferred in place of the nearest posture; the way starts at their
             reference, or else in the middle of the limits.
+        surroundings: What is around the robot; None: nothing is known to be there.
     """
     chosen = list(waypoints)
     free = [k for k, waypoint in enumerate(chosen) if isinstance(waypoint, PoseWaypoint) and waypoint.free]
@@ -66,26 +127,96 @@ def with_chosen_poses(
         waypoint = chosen[k]
         if isinstance(waypoint, PoseWaypoint) and waypoint.free:
             pinned = every_pinned[k]
-            region = region_of(waypoint.free)
-            pose = _chosen(pinned.robot, waypoint, region, pinned.own(near), pinned.options(options))
-            chosen[k] = waypoint = replace(waypoint, pose=pose, free=None)
-        if isinstance(waypoint, JointWaypoint):
+            selection = _Selection(chosen[: k + 1], pinned, region_of(waypoint.free), near, surroundings)
+            chosen[k] = waypoint = _chosen(selection, waypoint, pinned.options(options))
+        if isinstance(waypoint, JointWaypoint | SettledWaypoint):
             near = np.array(waypoint.position)
         elif k < free[-1]:
             origin = origin if isinstance(waypoint, RelativeWaypoint) else k
             there = wanted_poses(robots[origin : k + 1], chosen[origin : k + 1])[-1]
             pinned = every_pinned[k]
             if there is not None:
-                solved = inverse_kinematics(pinned.robot, there, pinned.options(options), pinned.own(near))
+                own_options, own_near = pinned.options(options), pinned.own(near)
+                solved = inverse_kinematics(pinned.robot, there, own_options, own_near, _is_free(surroundings, pinned))
                 near = near if solved.status != "solved" else pinned.whole(solved.position)
         origin = k if isinstance(waypoint, JointWaypoint) else origin
     return tuple(chosen)
 
 
-def _chosen(
-    robot: Robot, waypoint: PoseWaypoint, region: Region, near: FloatArray, options: InverseKinematicsOptions
-) -> Pose:
-    """Return the pose in the region of a waypoint that has the posture nearest to another (joints,), or the best."""
+def _is_free(surroundings: Surroundings | None, pinned: Pinned) -> IsFree | None:
+    """Return what tells which positions (N, joints) of the joints that are not pinned keep clear; None: all do."""
+    return None if surroundings is None else lambda positions: surroundings.is_free(pinned.whole(positions))
+
+
+@dataclass(frozen=True, eq=False)
+class _Selection:
+    """A waypoint with a goal region among its surroundings.
+
+    Attributes:
+        chosen: The waypoints up to it, those before it with their poses.
+        pinned: The robot that reaches it.
+        region: What it leaves open.
+        before: (joints,), rad or m: where the robot comes from.
+        surroundings: What is around the robot; None: nothing is known to be there.
+    """
+
+    chosen: Sequence[AnyWaypoint]
+    pinned: Pinned
+    region: Region
+    before: FloatArray
+    surroundings: Surroundings | None
+
+    @property
+    def judges_motions(self) -> bool:
+        """Whether more than the posture is judged."""
+        return self.surroundings is not None and self.surroundings.judges_motions(len(self.chosen) - 1)
+
+    def is_free(self, postures: FloatArray) -> np.ndarray:
+        """Tell which postures (N, joints and freedoms) keep clear."""
+        if self.surroundings is None:
+            return np.ones(len(postures), dtype=bool)
+        return self.surroundings.is_free(self.pinned.whole(postures[:, : self.pinned.robot.dof]))
+
+    def with_pose(self, waypoint: PoseWaypoint, posture: FloatArray) -> PoseWaypoint:
+        """Return the waypoint with the pose of a posture (joints and freedoms,)."""
+        pose = self.region.pose(waypoint.pose, posture[self.pinned.robot.dof :][::-1])
+        return replace(waypoint, pose=pose, free=None)
+
+    def pose_by_pose(self, waypoint: PoseWaypoint, postures: FloatArray) -> FloatArray:
+        """Return postures from which motions of the tool may be free, of each pose the first before the second of any.
+
+        Args:
+            waypoint: As it is asked.
+            postures: (N, joints and freedoms).
+        """
+        joints = self.pinned.robot.dof
+        _, first, pose_of = np.unique(postures[:, joints:].round(6), axis=0, return_index=True, return_inverse=True)
+        at_poses = [self.with_pose(waypoint, posture) for posture in postures[first]]
+        assert self.surroundings is not None  # noqa: S101 - else no motions are judged
+        may_lead_on = self.surroundings.may_lead_on(len(self.chosen) - 1, at_poses)
+        seen: Counter[int] = Counter()
+        ranked = []
+        for row, pose in enumerate(pose_of.tolist()):
+            if may_lead_on[pose]:
+                ranked.append((seen[pose], row))
+                seen[pose] += 1
+        found: FloatArray = postures[[row for _, row in sorted(ranked)]]
+        return found
+
+    def leads_on(self, waypoint: PoseWaypoint, posture: FloatArray) -> SettledWaypoint | None:
+        """Return the waypoint settled at a posture (joints and freedoms,), if motions of the tool are free there."""
+        at_pose = self.with_pose(waypoint, posture)
+        position = self.pinned.whole(posture[: self.pinned.robot.dof])
+        chosen = (*self.chosen[:-1], at_pose)
+        if self.surroundings is None or not self.surroundings.leads_on(chosen, len(chosen) - 1, self.before, position):
+            return None
+        kept = {field.name: getattr(at_pose, field.name) for field in fields(PoseWaypoint)}
+        return SettledWaypoint(**kept, position=tuple(position.tolist()))
+
+
+def _chosen(selection: _Selection, waypoint: PoseWaypoint, options: InverseKinematicsOptions) -> PoseWaypoint:
+    """Return a waypoint with the pose in its region that has the posture nearest to the one before, or the best."""
+    robot, region, near = selection.pinned.robot, selection.region, selection.pinned.own(selection.before)
     asked, wanted, preferred = waypoint.pose_in_base, waypoint.configuration, costs_of(robot, options)
 
     def costs(positions: FloatArray) -> FloatArray:
@@ -103,13 +234,23 @@ def _chosen(
         found = list(solution_layers(free, [asked], options, np.append(near, np.zeros(len(region.ranges))))[0])
     found = [q for q in found if np.isfinite(costs(q[None])[0])] if wanted.names else found
     if not found:
-        return region.pose(waypoint.pose, np.array([np.clip(0.0, *ends) for ends in region.ranges.values()]))
+        as_written = np.array([np.clip(0.0, *ends) for ends in region.ranges.values()])
+        return replace(waypoint, pose=region.pose(waypoint.pose, as_written), free=None)
     postures = np.array(found)
-    best = postures[costs(postures).argsort(kind="stable")[:REFINED]]
+    postures = postures[costs(postures).argsort(kind="stable")]
+    is_free = selection.is_free(postures)
+    postures = postures[is_free] if is_free.any() else postures
     search = Search(free, asked, options)
-    refined = np.array([least_cost(search, q, costs) for q in best])
-    taken = refined[int(costs(refined).argmin())]
-    return region.pose(waypoint.pose, taken[robot.dof :][::-1])
+
+    def refined(start: FloatArray) -> FloatArray:
+        return least_cost(search, start, costs, selection.is_free if is_free.any() else None)
+
+    if is_free.any() and selection.judges_motions:
+        for posture in selection.pose_by_pose(waypoint, postures)[:MOST_TRIED]:
+            if (settled := selection.leads_on(waypoint, posture)) is not None:
+                return selection.leads_on(waypoint, refined(posture)) or settled
+    best = np.array([refined(posture) for posture in postures[:REFINED]])
+    return selection.with_pose(waypoint, best[int(costs(best).argmin())])
 
 
 def _in_spread(

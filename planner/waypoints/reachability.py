@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,12 +16,12 @@ from planner.kinematics.search import Search, is_isolated, wide_spread
 from planner.problems.problem import START_TOLERANCE, JointWaypoint, PoseWaypoint, RelativeWaypoint
 from planner.problems.waypoint_faults import waypoint_faults
 from planner.robots.tools import with_tools
-from planner.scene import Handling, PostureCollision, collisions_at
+from planner.scene import Handling, PostureCollision, collisions_at, is_free
 from planner.scene.carried import checker_at_waypoints
 from planner.scene.faults import handling_faults
 from planner.spatial import Pose
 from planner.waypoints.configurations import configuration_error, solutions_in
-from planner.waypoints.goal_regions import with_chosen_poses
+from planner.waypoints.goal_regions import Surroundings, with_chosen_poses
 from planner.waypoints.pinned import pinned_robots, without_pins
 from planner.waypoints.solve import position_limit_error, unreachable_error, within_limits
 from planner.waypoints.targets import moved_pose, of_other_tool, wanted_poses
@@ -111,7 +112,8 @@ def reachability(
         raise InvalidProblem(faults)
     checker = checker_at_waypoints(robot, scene, self_collision, handling)
     robots = with_tools(robot, [waypoint.tool for waypoint in waypoints])
-    waypoints = with_chosen_poses(robot, within_limits(robot, waypoints, START_TOLERANCE), options)
+    surroundings = None if checker is None or checker.is_empty else Surroundings(partial(is_free, checker))
+    waypoints = with_chosen_poses(robot, within_limits(robot, waypoints, START_TOLERANCE), options, surroundings)
     wanted, every_pinned = wanted_poses(robots, waypoints), pinned_robots(robots, waypoints)
     answers: list[Reachability] = []
     before: Pose | None = None

@@ -22,6 +22,7 @@ from planner.tool_motions.tool_motion import AskedMotion, RefusedMotion, follow_
 from planner.waypoints.candidates import Layer
 from planner.waypoints.choice import Stop, joint_times, shortest_way, with_starts_of_motions
 from planner.waypoints.configurations import configuration_error, solutions_in
+from planner.waypoints.goal_regions import SettledWaypoint
 from planner.waypoints.motion_remedies import motion_remedies
 from planner.waypoints.pinned import pinned_robots, without_pins
 from planner.waypoints.preferences import best_of_continuum, costs_of
@@ -39,11 +40,8 @@ if TYPE_CHECKING:
 
 Choice = Literal["given", "only", "shortest_way", "preferred", "continued", "way_around"]
 
-
 FREE_START_WEIGHT = 0.01
-"""The weight of the time from the middle of the limits to the first waypoint, where no reference says whence the robot
-comes: it decides between ways that otherwise take equally long."""
-
+"""Weight of the time from the middle of the limits to a first waypoint without reference: it decides among equals."""
 
 MILLIMETRE = 1e-3
 """A millimetre, m."""
@@ -64,7 +62,7 @@ class SolvedWaypoint:
         position_error: m, from the pose asked; 0 for a joint waypoint.
         orientation_error: rad; None: no orientation was asked.
         solutions: How many isolated solutions the pose has in the configuration asked, of those that are free if there
-            is one; None: a joint waypoint, or a continuum.
+            is one; None: a joint waypoint, a goal region from which a motion of the tool leads on, or a continuum.
         solution: Which of them was taken, in the order of their distance in time from the waypoint before: 0 is the
             nearest; None: a joint waypoint, or a continuum.
         choice: Why it was taken: `given` (a joint waypoint), `only` (there is no other), `shortest_way` (with it the
@@ -242,8 +240,10 @@ class _Sequence:
         allowed = solutions_in(robot, pose, solutions, wanted, options)
         if not allowed:
             raise configuration_error(robot, index, pose, solutions, wanted, options)
-        ahead = self.given_ahead[index]
-        ahead = near if ahead is None else ahead
+        if isinstance(waypoint, SettledWaypoint):
+            return Layer.settled(np.array(waypoint.position))
+        given = self.given_ahead[index]
+        ahead = near if given is None else given
         if options.prefer == "near_reference":
             ahead = np.array(self.options.reference)
         if is_isolated(robot, pose, allowed[0]):
@@ -285,7 +285,7 @@ class _Sequence:
 
 def _rank(robot: Robot, layer: Layer, before: FloatArray, position: FloatArray) -> tuple[int | None, int | None]:
     """Count the solutions, and those of them that are nearer to `before` than the one taken."""
-    if layer.descend is not None:
+    if layer.descend is not None or not layer.solutions:
         return None, None
     times = joint_times(robot, before, layer.reached_from(before[None])[0, : layer.solutions]).max(axis=1)
     away = position - layer.positions[: layer.solutions]

@@ -1,0 +1,145 @@
+"""Which joint positions of a goal region keep clear, the motions of the tool from there on included."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import partial
+from itertools import takewhile
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.errors import PlanningError
+from planner.kinematics.inverse import solution_layers
+from planner.problems.problem import CartesianMotion, JointMotion, JointWaypoint, PoseWaypoint, Waypoint
+from planner.robots.tools import with_tools
+from planner.scene import clearances, edge, is_free
+from planner.scene.carried import checker_at_waypoints, checkers_of_segments
+from planner.waypoints.goal_regions import Surroundings
+from planner.waypoints.solve import solve_waypoints
+from planner.waypoints.targets import wanted_poses
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from planner.problems.problem import AnyWaypoint, PlanningProblem
+    from planner.scene import CollisionChecker
+    from planner.spatial import FloatArray
+    from planner.waypoints.solve import SolvedWaypoint
+
+MOST_MOTIONS = 8
+"""The most motions of the tool after a goal region that are proved for each of its joint positions that is tried."""
+
+MOST_LOOKED_AHEAD = 3
+"""The most of these motions at whose ends the joint positions of all poses of the region are looked at first."""
+
+FULL = 6
+"""Number of joints of arms whose solutions are isolated and all known."""
+
+
+class ClearMotions(Surroundings):
+    """The scene and the robot itself, from which joint positions and motions of the tool keep clear.
+
+    Joint positions are not held against objects that the robot takes or puts down; motions are.
+    """
+
+    def __init__(self, problem: PlanningProblem, waypoints: Sequence[AnyWaypoint], checker: CollisionChecker) -> None:
+        """Prepare for a problem whose waypoints are within the limits."""
+        super().__init__(partial(is_free, checker))
+        self._problem, self._waypoints, self._checker = problem, waypoints, checker
+        self._robots = with_tools(problem.robot, [waypoint.tool for waypoint in waypoints])
+        self._before: dict[int, FloatArray] = {}
+
+    @classmethod
+    def of(cls, problem: PlanningProblem, waypoints: Sequence[AnyWaypoint]) -> ClearMotions | None:
+        """Prepare for a problem whose waypoints are within the limits; None: nothing may collide."""
+        checker = checker_at_waypoints(problem.robot, problem.scene, problem.self_collision, problem.handling)
+        return None if checker is None or checker.is_empty else cls(problem, waypoints, checker)
+
+    def judges_motions(self, index: int) -> bool:
+        """Whether a motion of the tool leads to a waypoint or from it, or the robot handles objects up to there."""
+        is_joint_motion = index == 0 or isinstance(self._waypoints[index].motion, JointMotion)
+        handles = any(not done.is_none for done in self._problem.handling[: index + 1])
+        return bool(self._after(index)) or not is_joint_motion or handles
+
+    def _after(self, index: int) -> list[AnyWaypoint]:
+        """Return the waypoints to which motions of the tool lead from one with a goal region, up to the next region."""
+
+        def is_followed(waypoint: AnyWaypoint) -> bool:
+            has_region = isinstance(waypoint, PoseWaypoint) and waypoint.free is not None
+            return isinstance(waypoint.motion, CartesianMotion) and not has_region
+
+        return list(takewhile(is_followed, self._waypoints[index + 1 : index + 1 + MOST_MOTIONS]))
+
+    def may_lead_on(self, index: int, at_poses: Sequence[AnyWaypoint]) -> np.ndarray:
+        """Tell of which poses (N,), bool, motions of the tool may end where the robot keeps clear, by closed forms."""
+        after, is_open = self._after(index)[:MOST_LOOKED_AHEAD], np.ones(len(at_poses), dtype=bool)
+        robots = self._robots[index : index + len(after) + 1]
+        wanted = [wanted_poses(robots, (waypoint, *after)) for waypoint in at_poses]
+        for k, waypoint in enumerate(after, start=1):
+            has_pins = isinstance(waypoint, PoseWaypoint) and waypoint.external
+            known = {row: pose for row in np.flatnonzero(is_open).tolist() if (pose := wanted[row][k]) is not None}
+            if isinstance(waypoint, JointWaypoint) or has_pins or robots[k].dof != FULL or not known:
+                continue
+            layers = solution_layers(robots[k], list(known.values()), self._problem.inverse_kinematics)
+            rows = np.repeat(list(known), [len(layer) for layer in layers])
+            positions = np.array([q for layer in layers for q in layer]).reshape(-1, robots[k].dof)
+            is_open[list(known)] = False
+            is_open[rows[self.is_free(positions)]] = True
+        return is_open
+
+    def leads_on(self, chosen: Sequence[AnyWaypoint], index: int, before: FloatArray, position: FloatArray) -> bool:
+        """Prove that the robot keeps clear at a waypoint and on the motions of the tool to it and after it."""
+        first, start = index, position
+        if index > 0 and not isinstance(chosen[index].motion, JointMotion):
+            first, start = index - 1, before
+        part = (_at(chosen[first], start), *chosen[first + 1 : index + 1], *self._after(index))
+        solved = self._solved(first, part)
+        if solved is None:
+            return False
+        positions = np.array([waypoint.position for waypoint in solved])
+        if not self.is_free(positions).all():
+            return False
+        checkers = self._checkers(first, np.vstack([self._positions_before(chosen, first), positions]))
+        at_rest = edge(positions[index - first], positions[index - first])
+        if not clearances(checkers[0], at_rest).is_proved:
+            return False
+        motions = zip(checkers[1:], (waypoint.tool_motion for waypoint in solved[1:]), strict=False)
+        return all(motion is None or clearances(checker, motion.curve).is_proved for checker, motion in motions)
+
+    def _solved(self, first: int, waypoints: Sequence[AnyWaypoint]) -> tuple[SolvedWaypoint, ...] | None:
+        """Return the solved waypoints of a part of the list that begins at an index; None: there is no solution."""
+        options = self._problem.inverse_kinematics
+        try:
+            return solve_waypoints(self._robots[first], waypoints, options, is_free=self.is_free)
+        except PlanningError:
+            return None
+
+    def _positions_before(self, chosen: Sequence[AnyWaypoint], count: int) -> FloatArray:
+        """Return joint positions (count, joints) of the first waypoints, if the robot handles objects there."""
+        if count not in self._before:
+            handles = any(not done.is_none for done in self._problem.handling[:count])
+            solved = self._solved(0, chosen[:count]) if handles else None
+            rows = [waypoint.position for waypoint in solved or ()] or np.zeros((count, self._problem.robot.dof))
+            self._before[count] = np.array(rows)
+        return self._before[count]
+
+    def _checkers(self, first: int, positions: FloatArray) -> Sequence[CollisionChecker]:
+        """Return the robot and its surroundings on the segment to a waypoint, and on each segment after it.
+
+        Args:
+            first: Index of the waypoint.
+            positions: (waypoints, joints), of all waypoints up to the last segment's end.
+        """
+        scene, handling = self._problem.scene, self._problem.handling[: len(positions)]
+        if scene is None or all(done.is_none for done in handling):
+            return (self._checker,) * (len(positions) + 1)
+        itself = self._problem.self_collision
+        checkers = checkers_of_segments(self._problem.robot, scene, itself, handling, positions)
+        return (checkers[max(first - 1, 0)], *checkers[first:])
+
+
+def _at(waypoint: AnyWaypoint, position: FloatArray) -> JointWaypoint:
+    """Return a joint position (joints,) in the place of a waypoint where a part of the list begins."""
+    kept = {field.name: getattr(waypoint, field.name) for field in fields(Waypoint)}
+    return JointWaypoint(position=position.tolist(), **kept | {"motion": JointMotion(), "tool": None})
