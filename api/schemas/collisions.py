@@ -25,8 +25,8 @@ class CollisionCheckRequest(GivenTrajectory):
     scene: SceneOrId | None = None
     """What is around it; omitted: nothing."""
     self_collision: bool | None = None
-    """Whether the arm is held against itself; omitted: as far as the shapes of its links are those of its description,
-    and no estimates."""
+    """Whether the arm is checked against itself; omitted: unless its shapes are capsules along its
+    kinematics."""
     positions: Annotated[Rows, Field(max_length=10_000)] | None = None
     """Postures, shape (postures, joints), rad or m; each is looked at by itself. In place of a trajectory."""
     speed_zones: SpeedZones = Field(default_factory=list)

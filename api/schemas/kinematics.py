@@ -66,8 +66,8 @@ class InverseKinematicsRequest(Schema):
     """What stands around the robot and what it carries: solutions at which it keeps clear of that go before all others,
     and the answer says which do. Omitted: nothing is known."""
     self_collision: bool | None = None
-    """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;
-    omitted: in a scene, as far as the shapes of its links are those of its description."""
+    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
+    kinematics."""
     frames: Annotated[dict[FrameName, Pose], Field(max_length=64)] = Field(default_factory=dict)
     """Frames by name, each with its pose in the world (m), for the objects of the scene."""
     mounting: Pose | None = None
@@ -99,8 +99,8 @@ class ReachabilityRequest(Schema):
     and the answer says whether there is one. What is taken or put down at some waypoint is not held against the robot.
     Omitted: nothing is known."""
     self_collision: bool | None = None
-    """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;
-    omitted: in a scene, as far as the shapes of its links are those of its description."""
+    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
+    kinematics."""
     seed: Seed = 0
     """The seed of the random starts of the inverse kinematics; the same seed gives the same answer."""
     deadline: Deadline = DEFAULT_DEADLINE

@@ -136,8 +136,8 @@ class TrajectoryRequest(Schema):
     """What stands around the robot and what it carries: the plan is proved to keep clear of it at all times, and its
     certificate has the `clearance`. Omitted: nothing is known."""
     self_collision: bool | None = None
-    """Whether the arm is proved not to meet itself. `true`: by all of its shapes, estimates too, without a scene as
-    well; omitted: in a scene, as far as the shapes of its links are those of its description."""
+    """Whether the arm is proved not to meet itself; omitted: in a scene, unless its shapes are capsules along
+    its kinematics."""
     speed_zones: SpeedZones = Field(default_factory=list)
     """The speeds that no point of the robot exceeds near objects of the `scene`: the back end's motion is slowed there
     on its own path, and the certificate has `speed_zones`. It is no safety function."""
@@ -250,8 +250,8 @@ class ValidateRequest(GivenTrajectory):
     scene: SceneOrId | None = None
     """What is around the robot, in the world or its base; it is held against that, too. Omitted: nothing is known."""
     self_collision: bool | None = None
-    """Whether the arm is held against itself. `true`: by all of its shapes, estimates too, without a scene as well;
-    omitted: in a scene, as far as the shapes of its links are those of its description."""
+    """Whether the arm is checked against itself; omitted: in a scene, unless its shapes are capsules along its
+    kinematics."""
     speed_zones: SpeedZones = Field(default_factory=list)
     """The speeds that no point of the robot may exceed near objects of the `scene`."""
     deadline: Deadline = DEFAULT_DEADLINE

@@ -81,7 +81,10 @@ class LinkShape(Placement):
     after: int
     """The number of joints before it, as in the `placements` of a robot."""
     source: Literal["model", "estimate"]
-    """Where it comes from: the robot's description (`model`), or an `estimate` from its kinematics."""
+    """Where it comes from: the robot's description (`model`), or an `estimate`: an outline of the machine, or a capsule
+    along its kinematics."""
+    uncertainty: float
+    """How far the machine may stick out of an estimate, m: the margin that is advised; 0: the shape is the model."""
     shape: LinkShapeForm
     """The shape."""
 

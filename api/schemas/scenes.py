@@ -226,6 +226,11 @@ class ClearanceAnswer(Answer):
     """The names of the links or objects."""
     method: Literal["certified"]
     """How it is known: the bounds hold between all samples, too."""
+    shapes: Literal["model", "estimate"]
+    """The source of the links' shapes: all are those of the robot's `model`, or one is an `estimate`."""
+    uncertainty: float
+    """By how much the machine may be nearer than its estimated shapes, m: the margin that covers it; 0: no shape is an
+    estimate."""
 
 
 class SpeedZoneAnswer(Answer):

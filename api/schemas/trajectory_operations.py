@@ -85,8 +85,8 @@ class OperationRequest(Schema):
     """What is around the robot, in the world or its base: the answer is proved to keep clear of it at all times, and
     its certificate has the `clearance`, or it is refused. Omitted: nothing is known."""
     self_collision: bool | None = None
-    """Whether the arm is proved not to meet itself. `true`: by all of its shapes, estimates too, without a scene as
-    well; omitted: in a scene, as far as the shapes of its links are those of its description."""
+    """Whether the arm is proved not to meet itself; omitted: in a scene, unless its shapes are capsules along
+    its kinematics."""
     speed_zones: SpeedZones = Field(default_factory=list)
     """The speeds that no point of the robot exceeds near objects of the `scene`, with `speed_zones` in the certificate.
     `retime` slows the motion there on its path; what another operation makes is proved to keep them, or refused. It is

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from benchmarks.plain_urdf import origin, plain_urdf
 from planner.robots.collision.mesh_files import MeshReference
+from planner.robots.collision.outlines import Outline
 from planner.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 
 if TYPE_CHECKING:
@@ -178,4 +179,5 @@ def _meshes(robot: Robot) -> Iterator[tuple[str, int, pin.SE3, coal.CollisionGeo
             file = shape.name.replace("package://", f"{package}/")
             yield element.link, int(frame.parentJoint), placement, loader.load(file, np.array(shape.scale))
         else:
-            yield element.link, int(frame.parentJoint), placement, shape.geometry
+            solid = shape.hull() if isinstance(shape, Outline) else shape
+            yield element.link, int(frame.parentJoint), placement, solid.geometry

@@ -13,7 +13,7 @@ from planner.scene.carried import checkers_of_segments
 from planner.scene.checker import AMONG_OBJECTS, CONTACT_TOLERANCE, CONTACTS, ITSELF, checker_of
 from planner.scene.continuous import Nearest, clearances
 from planner.scene.postures import edge
-from planner.trajectories.trajectory import Trajectory
+from planner.trajectories.trajectory import PlanWarning, Trajectory
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -43,6 +43,8 @@ class Clearance:
         time: When that was, s.
         pair: Names of the links or objects.
         method: How it is known; the bounds hold between all samples.
+        shapes: Whether all shapes of the links are those of the robot's `model`, or one is an `estimate`.
+        uncertainty: By how much the machine may be nearer than its estimated shapes, m.
 
     Examples:
         >>> import planner
@@ -55,6 +57,8 @@ class Clearance:
     time: float | None
     pair: tuple[str, str] | None
     method: Literal["certified"] = "certified"
+    shapes: Literal["model", "estimate"] = "model"
+    uncertainty: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,15 @@ class ClearanceReport:
     def as_dict(self) -> dict[str, Any]:
         """Return the report in plain values, ready for JSON."""
         return {name: None if part is None else vars(part) for name, part in vars(self).items()}
+
+    def warnings(self) -> Iterator[PlanWarning]:
+        """Yield a warning where estimated shapes are nearer than the machine may stick out of them."""
+        parts = [part for part in (self.itself, self.scene, self.contacts) if part is not None]
+        near = [part for part in parts if part.lower < part.uncertainty]
+        if near:
+            advised = max(part.uncertainty for part in near)
+            message = f"the machine may stick out of its estimated shapes: a margin of {advised:.3g} m covers that"
+            yield PlanWarning("estimated_shapes", message)
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> ClearanceReport:
@@ -204,7 +217,9 @@ def _nearer_of(one: Clearance | None, other: Clearance | None) -> Clearance | No
     if one is None or other is None:
         return one or other
     nearest = one if other.upper is None or (one.upper is not None and one.upper <= other.upper) else other
-    return replace(nearest, lower=min(one.lower, other.lower))
+    vaguest = max(one, other, key=lambda part: part.uncertainty)
+    shapes, uncertainty = vaguest.shapes, vaguest.uncertainty
+    return replace(nearest, lower=min(one.lower, other.lower), shapes=shapes, uncertainty=uncertainty)
 
 
 def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
@@ -214,9 +229,13 @@ def report_of(checker: CollisionChecker, found: Clearances) -> ClearanceReport:
         near, lower = found.nearest[kind], float(found.lower[kind])
         if not np.isfinite(lower):
             return None
+        uncertainty = checker.uncertainty(kind)
+        found_part = Clearance(
+            lower, None, None, None, "certified", "estimate" if uncertainty else "model", uncertainty
+        )
         if near is None:
-            return Clearance(lower, None, None, None)
-        return Clearance(lower, near.distance, near.time, checker.names(near.pair))
+            return found_part
+        return replace(found_part, upper=near.distance, time=near.time, pair=checker.names(near.pair))
 
     return ClearanceReport(part(ITSELF), part(AMONG_OBJECTS), part(CONTACTS))
 

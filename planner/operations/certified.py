@@ -112,7 +112,9 @@ def kept_clear(
     report = certify_clearance(checker, done.trajectory)
     checks = certify_speed_zones(speed_zones, [checker], [done.robot], done.trajectory)
     refuse_too_fast(checks)
-    return replace(done, certificate=replace(done.certificate, clearance=report, speed_zones=checks))
+    certificate = replace(done.certificate, clearance=report, speed_zones=checks)
+    vague = () if report is None else report.warnings()
+    return replace(done, certificate=certificate, warnings=(*done.warnings, *vague))
 
 
 def certified(

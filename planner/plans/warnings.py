@@ -54,6 +54,8 @@ def plan_warnings(
             yield PlanWarning(f"{quantity}_not_enforced", message)
     yield from trajectory.warnings
     yield from _wandering(trajectory, certificate)
+    if certificate.clearance is not None:
+        yield from certificate.clearance.warnings()
 
 
 def _snapped(problem: PlanningProblem) -> Iterator[PlanWarning]:

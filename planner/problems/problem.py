@@ -325,8 +325,8 @@ class PlanningProblem:
             is taken to be at the limit, and a warning says so.
         actions: What happens on the way besides motion; the plan says when.
         scene: What stands around the robot and what it carries, from which it keeps clear; None: nothing is known.
-        self_collision: Whether the arm keeps clear of itself; None: in a scene, as far as the shapes of its links are
-            those of its description and no estimates, and not without one.
+        self_collision: Whether the arm keeps clear of itself; None: in a scene, unless its shapes
+            are capsules along its kinematics.
         speed_zones: The speeds that no point of the robot exceeds near objects of the scene. The back end's motion is
             slowed there on its own path.
     """

@@ -12,7 +12,8 @@ A data file has these fields:
   continuous joint. What neither has is filled in by the default rule.
 - `link_radii`: where the model has no shapes that can collide, the radii of the capsules that are derived from its
   kinematics, m: of the base, and of what each joint carries.
-- `drawn_shapes_collide`: where the shapes to look at are a better estimate of what can collide than such capsules.
+- `collision`: in place of such capsules, convex outlines that contain the machine: each has its `frame`, a `position`
+  inside, and from there the `reach` in the directions of `outline_directions()`, m.
 - `geometry`: shapes to look at. `kind` `box` (`size`), `cylinder` (`radius`, `length`, along z) or `sphere`
   (`radius`), its centre at `position` and turned by `rpy` (rad, as in URDF) in the frame `frame`.
 """
@@ -33,10 +34,10 @@ import pinocchio as pin
 from planner.errors import UnknownRobot
 from planner.robots.checks import with_default_limits
 from planner.robots.collision.geometry import CollisionElement
+from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.dh import DHJoint
 from planner.robots.robot import Robot
-from planner.robots.urdf.elements import SOLIDS
-from planner.spatial import Pose, rotation_from_rpy
+from planner.spatial import Pose
 
 if TYPE_CHECKING:
     from planner.robots.collision.geometry import CollisionGeometry
@@ -138,18 +139,15 @@ def _collision(robot: Robot, joints: tuple[Joint, ...], entry: dict[str, Any]) -
     """Return what is known of the shapes that can collide, with what the data file adds."""
     if robot.collision is None:
         return None
-    elements = robot.collision.elements
-    if entry.get("drawn_shapes_collide", False):
-        elements = tuple(_drawn(shape) for shape in entry["geometry"])
+    elements = robot.collision.elements + tuple(map(_outlined, entry.get("collision", ())))
     radii, travels = tuple(entry.get("link_radii", ())), [joint.travel for joint in joints]
     return replace(robot.collision, elements=elements, link_radii=radii, travels=travels)
 
 
-def _drawn(shape: dict[str, Any]) -> CollisionElement:
-    """Return a shape to look at as an estimate of what can collide."""
-    size = {key: shape[key] for key in ("size", "radius", "length") if key in shape}
-    placement = pin.SE3(rotation_from_rpy(*shape["rpy"]), np.array(shape["position"]))
-    return CollisionElement(shape["frame"], placement, SOLIDS[shape["kind"]](**size), "estimate")
+def _outlined(part: dict[str, Any]) -> CollisionElement:
+    """Return an outline of a data file as an estimate of what can collide."""
+    placement = pin.SE3(np.eye(3), np.array(part["position"]))
+    return CollisionElement(part["frame"], placement, Outline(tuple(part["reach"])), "estimate", OUTLINE_UNCERTAINTY)
 
 
 def _read_dh(id: str, entry: dict[str, Any]) -> Robot:

@@ -85,8 +85,8 @@ class CollisionChecker:
         Args:
             robot: The arm, with its tool and mounting.
             scene: What is around it; None: nothing.
-            self_collision: Whether the arm is held against itself, and against what it carries; None: as far as the
-                shapes of its links are those of its description, and no estimates.
+            self_collision: Whether the arm is held against itself, and against what it carries; None: by all
+                shapes but the coarse ones, capsules along its kinematics.
 
         Raises:
             InvalidProblem: The scene names a link that there is not, or uses a name twice.
@@ -104,12 +104,14 @@ class CollisionChecker:
         self.obstacles = Obstacles(self.scene.objects, robot.mounting)
         self._joints = np.append(self.bodies.joints, np.zeros(len(self.obstacles.all), dtype=int))
         self._allowed = {frozenset(pair) for pair in self.scene.allowed_pairs}
-        described = {k for k, shape in enumerate(shapes) if self_collision or shape.source == "model"}
-        pairs = [] if self_collision is False else list(self._own_pairs(robot, len(links), described))
+        fine = {k for k, shape in enumerate(shapes) if self_collision or not shape.is_coarse}
+        pairs = [] if self_collision is False else list(self._own_pairs(robot, len(links), fine))
         self.first, self.second = np.array(pairs, dtype=int).reshape(-1, 2).T
         moved = self.bodies.is_moved
         self._by_second = moved[self.second] & ~moved[self.first]
         self._by_first = moved[self.first] & ~moved[self.second]
+        self._uncertainties = np.zeros(len(self.bodies.pieces))
+        self._uncertainties[: len(shapes)] = [shape.uncertainty for shape in shapes]
         self.margins, self._may_be_near = self._margins()
         asked = np.isfinite(self.margins)
         by_kind = {AMONG_OBJECTS: asked & ~self._may_be_near, CONTACTS: asked & self._may_be_near}
@@ -136,6 +138,13 @@ class CollisionChecker:
         among = pairs >= self.own_pairs
         kinds[among] = np.where(self._may_be_near.ravel()[pairs[among] - self.own_pairs], CONTACTS, AMONG_OBJECTS)
         return kinds
+
+    def uncertainty(self, kind: int) -> float:
+        """Return by how much the machine may be nearer than the shapes of a kind of pairs, m; 0: none is estimated."""
+        if kind == ITSELF:
+            return float((self._uncertainties[self.first] + self._uncertainties[self.second]).max(initial=0.0))
+        pairs = self.asked.get(kind)
+        return 0.0 if pairs is None else float(self._uncertainties[pairs.any(axis=1)].max(initial=0.0))
 
     def names(self, pair: int) -> tuple[str, str]:
         """Return the names of what a pair consists of."""
@@ -305,7 +314,7 @@ class CollisionChecker:
         rotation, origin = postures.rotations[row, piece.joint], postures.origins[row, piece.joint]
         return Placed(piece.shape, rotation @ piece.rotation, rotation @ piece.translation + origin)
 
-    def _own_pairs(self, robot: Robot, links: int, described: set[int]) -> Iterator[tuple[int, int]]:
+    def _own_pairs(self, robot: Robot, links: int, fine: set[int]) -> Iterator[tuple[int, int]]:
         """Yield the pairs of bodies that are held against each other: the robot's own, then those with what it carries.
 
         What an object is attached to may touch it, and so may another object that is attached there.
@@ -313,11 +322,11 @@ class CollisionChecker:
         Args:
             robot: The arm.
             links: The number of its own pieces, which come first.
-            described: The numbers of those that count.
+            fine: The numbers of those that count.
         """
         pieces = self.bodies.pieces
         of_link: dict[str, list[int]] = {}
-        for number in sorted(described):
+        for number in sorted(fine):
             of_link.setdefault(pieces[number].name, []).append(number)
         for pair in robot.collision_pairs:
             if not self._may_touch(pair.link_1, pair.link_2):
@@ -325,7 +334,7 @@ class CollisionChecker:
         touched = {thing.id: {thing.link or robot.tip_frame, *thing.touch_links} for thing in self.scene.attached}
         for second in range(links, len(pieces)):
             held = pieces[second]
-            for first in sorted(described) + list(range(links, second)):
+            for first in sorted(fine) + list(range(links, second)):
                 other = pieces[first]
                 apart = other.joint != held.joint and other.name not in touched[held.name]
                 if (

@@ -78,6 +78,7 @@ def _describe_link_shape(each: LinkShape) -> dict[str, Any]:
         "position": each.placement.translation.tolist(),
         "quaternion_xyzw": quaternion(each.placement.rotation).tolist(),
         "source": each.source,
+        "uncertainty": each.uncertainty,
         "shape": _describe_shape(each.shape),
     }
 

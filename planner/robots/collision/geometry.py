@@ -13,6 +13,7 @@ import pinocchio as pin
 from planner.fields import PickledByFields
 from planner.robots.collision.derived import derived_capsules
 from planner.robots.collision.mesh_files import MeshReference, no_meshes
+from planner.robots.collision.outlines import OUTLINE_UNCERTAINTY, Outline
 from planner.robots.findings import Findings, listed, shown
 from planner.shapes.meshes.mesh import InvalidMesh
 
@@ -43,14 +44,16 @@ class CollisionElement(NamedTuple):
     Attributes:
         link: Name of the link.
         placement: Placement of the shape's frame in the link's.
-        shape: The shape, or the mesh that it is.
-        source: `model`, the robot's description; or `estimate`, derived from its kinematics.
+        shape: The shape, or the mesh or outline that it is.
+        source: `model`, the robot's description; or `estimate`, an outline of the machine.
+        uncertainty: How far the machine may stick out of the shape, m.
     """
 
     link: str
     placement: pin.SE3
-    shape: Shape | MeshReference
+    shape: Shape | MeshReference | Outline
     source: ShapeSource = "model"
+    uncertainty: float = 0.0
 
 
 class PlacedShape(NamedTuple):
@@ -60,6 +63,7 @@ class PlacedShape(NamedTuple):
     placement: pin.SE3
     shape: Shape
     source: ShapeSource
+    uncertainty: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +75,14 @@ class LinkShape:
         joint: Pinocchio's number of the joint that carries it; 0: it does not move.
         placement: Placement of the shape's frame in that joint's frame.
         shape: The shape.
-        source: `model`, the robot's description; or `estimate`, derived from its kinematics.
+        source: `model`, the robot's description; or `estimate`, an outline of the machine or capsules along its axes.
+        uncertainty: How far the machine may stick out of an estimate, m: the margin that is advised.
 
     Examples:
         >>> import planner
-        >>> shapes = planner.load_robot("kuka_kr16_2").collision_shapes
+        >>> shapes = planner.load_robot("welding_arm").collision_shapes
         >>> isinstance(shapes[0], planner.LinkShape), shapes[2].link, shapes[2].shape, shapes[2].source
-        (True, 'link_2', Capsule(radius=0.14, length=0.68), 'estimate')
+        (True, 'link_2', Capsule(radius=0.11, length=0.68), 'estimate')
     """
 
     link: str
@@ -85,6 +90,12 @@ class LinkShape:
     placement: pin.SE3
     shape: Shape
     source: ShapeSource
+    uncertainty: float = 0.0
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether it is a capsule along the kinematics, too coarse for checks of the arm against itself by default."""
+        return self.uncertainty > OUTLINE_UNCERTAINTY
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,20 +155,22 @@ class CollisionGeometry(PickledByFields):
         carrier = {frame.name: frame.parentJoint for frame in self.model.frames if frame.type == BODY}
         open_ones = {carrier[link] for link in (unread if self.elements else carrier)}
         derived = derived_capsules(self.model, self.tip_frame, self.travels, self.link_radii)
-        estimates = [capsule for capsule in derived if carrier[capsule[0]] in open_ones]
+        capsules = [capsule for capsule in derived if carrier[capsule[0]] in open_ones]
+        shapes += [PlacedShape(*capsule, "estimate", capsule[2].radius) for capsule in capsules]
+        estimates = [shape for shape in shapes if shape.source == "estimate"]
         if estimates:
-            radii = ", ".join(f"{radius:.3g}" for radius in sorted({shape.radius for _, _, shape in estimates}))
-            links = listed(link for link, _, _ in estimates)
-            text = f"what can collide is estimated by capsules with radii of {radii} m: {links}"
+            links = listed(dict.fromkeys(shape.link for shape in estimates))
+            uncertainty = max(shape.uncertainty for shape in estimates)
+            text = f"the shapes of {links} are estimates: the machine may stick out of them by {uncertainty:.3g} m"
             findings.info("estimated_shapes", None, text)
-        shapes += [PlacedShape(*capsule, "estimate") for capsule in estimates]
         return tuple(shapes), tuple(findings.items)
 
     def _pieces(self, element: CollisionElement, unread: set[str], findings: Findings) -> Iterator[PlacedShape]:
         """Yield the convex shapes of an element; the link of a mesh that is not there is `unread`."""
-        link, placement, shape, source = element
+        link, placement, shape, source, uncertainty = element
         if not isinstance(shape, MeshReference):
-            yield PlacedShape(link, placement, shape, source)
+            solid = shape.hull() if isinstance(shape, Outline) else shape
+            yield PlacedShape(link, placement, solid, source, uncertainty)
             return
         subject, name = shown(link), shown(shape.name)
         try:
@@ -178,7 +191,7 @@ class CollisionGeometry(PickledByFields):
             text = f"the {len(pieces.hulls)} convex pieces of the mesh {name} of {subject} are coarse: {times}"
             findings.info("coarse_pieces", subject, text)
         for hull in pieces.hulls:
-            yield PlacedShape(link, placement, hull, source)
+            yield PlacedShape(link, placement, hull, source, uncertainty)
 
     def on(self, model: pin.Model) -> tuple[LinkShape, ...]:
         """Give the shapes to the joints of a model that has the same links.
@@ -188,7 +201,7 @@ class CollisionGeometry(PickledByFields):
         """
         carried = {frame.name: (frame.parentJoint, frame.placement) for frame in model.frames if frame.type == BODY}
         shapes = []
-        for link, placement, shape, source in self.shapes:
+        for link, placement, shape, source, uncertainty in self.shapes:
             joint, link_placement = carried[link]
-            shapes.append(LinkShape(link, int(joint), link_placement * placement, shape, source))
+            shapes.append(LinkShape(link, int(joint), link_placement * placement, shape, source, uncertainty))
         return tuple(shapes)

@@ -94,8 +94,8 @@ def test_reachability_says_where_the_robot_can_keep_clear(service: RunningServic
 
 
 def test_self_collision_alone_is_looked_at_where_it_is_asked(service: RunningService) -> None:
-    """A robot whose shapes are estimates: folded, its wrist is in its base."""
-    folded, open_ = [0.0, -2.6, 2.6, 0.0, 1.0, 0.0], [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]
+    """A robot whose shapes are estimates: folded, its wrist is in its first link."""
+    folded, open_ = [0.0, -0.2, 2.6, 0.0, 1.0, 0.0], [0.0, -1.5, 1.5, 0.0, 0.5, 0.0]
     robot = {"robot": "kuka_kr16_2", "self_collision": True}
     found = service.post(REACHABILITY, robot | {"waypoints": [joint(*folded), joint(*open_)]}).json()["waypoints"]
     checks = service.post(CHECK, robot | {"positions": [folded, open_]}).json()["results"]

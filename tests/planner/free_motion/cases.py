@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.robots import load_robot
 from planner.scene import SceneObject
 from planner.shapes import Box
 from planner.spatial import Pose
+from tests.planner.capsule_arm import CAPSULE_ARM
 
-ARM = load_robot("kuka_kr16_2")
+ARM = CAPSULE_ARM
 LEFT = np.array([0.9, -0.9, 1.2, 0.0, 0.8, 0.0])
 RIGHT = np.array([-0.9, *LEFT[1:]])
 

@@ -17,6 +17,7 @@ from planner.scene import CollisionChecker, Scene, SceneObject, is_free
 from planner.shapes import Box, Cylinder, HalfSpace, Shape, Sphere
 from planner.spatial import FloatArray, Pose
 from planner.trajectories.polynomials import PiecewisePolynomial
+from tests.planner.capsule_arm import arm_of_capsules
 from tests.planner.free_motion.cases import ARM, LEFT
 from tests.planner.scene.brute_force import distances_over_time
 from tests.planner.shapes.solids import KINDS, shape_of
@@ -64,7 +65,7 @@ def random_thing(rng: np.random.Generator, robot: Robot, posture: FloatArray) ->
 @pytest.mark.sized
 @pytest.mark.parametrize("arm", ["kuka_kr16_2", "date_sorting_arm"])
 def test_all_postures_of_a_blocked_cell_collide(arm: str) -> None:
-    robot = load_robot(arm)
+    robot = arm_of_capsules(arm)
     rng = np.random.default_rng(4)
     seen = 0
     for _ in range(SIZE.examples // 3):
@@ -98,7 +99,7 @@ def test_all_postures_of_a_blocked_cell_collide(arm: str) -> None:
 )
 def test_walls_leave_no_way_or_one(arm: str, walls: list[SceneObject], proved: tuple[str, ...] | None) -> None:
     """The first arm turns without end: its first cell is beside its last one. The other one cannot turn all around."""
-    robot = load_robot(arm)
+    robot = arm_of_capsules(arm)
     checker = CollisionChecker(robot, Scene(walls))
     left, right = np.zeros((2, robot.dof))
     left[0], right[0] = 1.5, -1.5
@@ -141,7 +142,7 @@ def test_a_turn_further_the_same_walls_are_in_the_way() -> None:
 @pytest.mark.parametrize("arm", ["kuka_kr16_2", "welding_arm", "date_sorting_arm"])
 def test_no_enclosure_where_there_is_a_way(arm: str) -> None:
     """Things are put beside a straight motion, some of them within a hair of it."""
-    robot = load_robot(arm)
+    robot = arm_of_capsules(arm)
     rng = np.random.default_rng(6)
     lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)
     beside, motions = 0, 2 + SIZE.examples // 20

@@ -8,13 +8,13 @@ import pytest
 import planner
 from planner.errors import Collision
 from planner.operations import kept_clear, retime_trajectory, reverse_trajectory
-from planner.robots import load_robot
 from planner.scene import Scene, SceneObject
 from planner.shapes import Sphere
 from planner.spatial import Pose
+from tests.planner.capsule_arm import CAPSULE_ARM
 from tests.planner.scene.brute_force import least_distance
 
-ARM = load_robot("kuka_kr16_2")
+ARM = CAPSULE_ARM
 POINTS = [[-0.6, -0.9, 1.2, 0.0, 0.8, 0.0], [0.0, -1.2, 1.4, 0.0, 0.8, 0.0], [0.6, -0.9, 1.2, 0.0, 0.8, 0.0]]
 
 

@@ -13,19 +13,19 @@ import pytest
 import planner
 from planner.errors import Collision, InvalidProblem, LimitsUnsatisfiable
 from planner.operations import CertifiedTrajectory, JointState, kept_clear
-from planner.robots import load_robot
 from planner.scene import Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
 from planner.speed_zones import SpeedZone
 from planner.trajectories.trajectory import Trajectory
+from tests.planner.capsule_arm import CAPSULE_ARM, arm_of_capsules
 from tests.planner.problems_of_tests import backend_of
 from tests.planner.scene.brute_force import distances_over_time
 from tests.planner.scene.random_scenes import in_capsules, random_scene
 from tests.planner.scene.slow_enough import assert_slow_enough, speeds_in_zone
 from tests.sizes import SIZE
 
-ARM = load_robot("kuka_kr16_2")
+ARM = CAPSULE_ARM
 PERSON = SceneObject("person", [Sphere(0.2)], Pose([1.75, 0.0, 0.8]))
 CELL = Scene([PERSON])
 ZONE = SpeedZone(0.45, 0.25, ["person"])
@@ -188,7 +188,7 @@ ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm")
 @pytest.mark.parametrize("arm", [ARMS[0], *map(IN_FULL, ARMS[1:])])
 def test_random_walks_among_random_things_are_slow_near_them(arm: str) -> None:
     rng = np.random.default_rng(100 + ARMS.index(arm))
-    robot = replace(load_robot(arm))  # a copy of its own, whose shapes are changed
+    robot = replace(arm_of_capsules(arm))  # a copy of its own, whose shapes are changed
     in_capsules(robot)
     lower, upper = (np.clip(robot.limit(name), -3.0, 3.0) for name in ("lower", "upper"))
     slowed = tried = 0

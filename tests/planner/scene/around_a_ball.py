@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 import planner
-from planner.robots import Robot, load_robot
+from planner.robots import Robot
 from planner.scene import SceneObject
 from planner.shapes import Sphere
 from planner.spatial import Pose
+from tests.planner.capsule_arm import CAPSULE_ARM
 
-KUKA = load_robot("kuka_kr16_2")
+KUKA = CAPSULE_ARM
 REST = planner.JointWaypoint((0.0, -1.57, 1.57, 0.0, 0.5, 0.0))
 GOAL = planner.JointWaypoint((1.2, -1.2, 1.9, 0.2, 0.9, 0.3))
 BALL = SceneObject("ball", [Sphere(0.02)], Pose([0.6286, -0.4701, 0.8621]))

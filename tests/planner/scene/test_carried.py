@@ -18,6 +18,7 @@ from planner.scene import CONTACT_TOLERANCE, AttachedObject, CollisionChecker, S
 from planner.scene.carried import DEEPEST_SUPPORT, ROOM_ON_THE_WAY
 from planner.shapes import Box, Cylinder, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
+from tests.planner.capsule_arm import arm_of_capsules
 from tests.planner.scene.brute_force import distances_over_time, point_distance
 from tests.sizes import SIZE
 
@@ -135,7 +136,7 @@ def test_what_is_carried_is_proved_clear_where_dense_samples_see_it_clear(arm: s
     for _ in range(max(1, SIZE.requests // 40)):
         truth = -1.0
         while truth < 2.5 * BETWEEN_SAMPLES:  # else everything would be refused
-            problem = random_problem(rng, load_robot(arm))
+            problem = random_problem(rng, arm_of_capsules(arm))
             idle = [replace(waypoint, attach=(), detach=()) for waypoint in problem.waypoints]
             blind = planner.plan(replace(problem, scene=None, waypoints=idle))
             truth = room(problem, blind.path.positions, blind.trajectory)

@@ -7,7 +7,6 @@ import pytest
 
 import planner
 from planner.errors import InvalidProblem
-from planner.robots import load_robot
 from planner.scene import (
     AttachedObject,
     CollisionChecker,
@@ -22,8 +21,9 @@ from planner.scene import (
 from planner.scene.checker import Items
 from planner.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from planner.spatial import Pose
+from tests.planner.capsule_arm import CAPSULE_ARM
 
-KUKA = load_robot("kuka_kr16_2")
+KUKA = CAPSULE_ARM
 HOME = np.array([0.0, -1.5, 1.5, 0.0, 0.5, 0.0])
 FOLDED = np.array([0.0, 0.6, 2.6, 0.0, 0.5, 0.0])
 """The hand of the arm is in its own base."""

@@ -14,6 +14,7 @@ from planner.scene.checker import AMONG_OBJECTS
 from planner.shapes import Box, Capsule, HalfSpace, Sphere
 from planner.spatial import Pose
 from planner.trajectories.trajectory import Trajectory
+from tests.planner.capsule_arm import arm_of_capsules
 from tests.planner.scene.brute_force import least_distance
 from tests.planner.scene.random_scenes import in_capsules, motion_between, random_scene
 from tests.sizes import SIZE
@@ -33,7 +34,7 @@ BRUTE_FORCE_ERROR = 2e-6
 def test_proofs_agree_with_dense_samples(arm: str) -> None:
     rng = np.random.default_rng(len(arm))
     for _ in range(max(1, SIZE.requests // 4 if SIZE.requests > 100 else 2)):
-        robot = replace(load_robot(arm))  # a copy of its own, whose shapes are changed
+        robot = replace(arm_of_capsules(arm))  # a copy of its own, whose shapes are changed
         if rng.random() < 0.3:
             robot = robot.derived(mounting=Pose.from_rpy(rng.normal(size=3) * 0.2, rng.normal(size=3)))
         lower, upper = np.maximum(robot.limit("lower"), -3.0), np.minimum(robot.limit("upper"), 3.0)

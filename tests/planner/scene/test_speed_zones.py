@@ -16,7 +16,7 @@ from planner.errors import InfeasibleDuration, InvalidProblem
 from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.problem import LinearMotion
 from planner.problems.transitions import BlendTransition, ThroughTransition
-from planner.robots import Robot, load_robot
+from planner.robots import Robot
 from planner.scene import CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere
 from planner.spatial import FloatArray, Pose
@@ -30,13 +30,14 @@ from planner.speed_zones import (
     near_intervals,
     speed_reached,
 )
+from tests.planner.capsule_arm import CAPSULE_ARM, arm_of_capsules
 from tests.planner.problems_of_tests import backend_of
 from tests.planner.scene.brute_force import distances_over_time
 from tests.planner.scene.random_scenes import in_capsules, motion_between, random_scene
 from tests.planner.scene.slow_enough import RING, assert_slow_enough, speeds_in_zone, speeds_over_time
 from tests.sizes import SIZE
 
-KUKA = load_robot("kuka_kr16_2")
+KUKA = CAPSULE_ARM
 PERSON = SceneObject("person", [Sphere(0.2)], Pose([1.75, 0.0, 0.8]))
 TABLE = SceneObject("table", [Box([1.0, 2.0, 0.05])], Pose([1.3, 0.0, 0.1]))
 CELL = Scene([PERSON, TABLE])
@@ -291,7 +292,7 @@ ARMS = ("kuka_kr16_2", "date_sorting_arm", "welding_arm", "ngv_refuelling_arm")
 def test_bounds_hold_on_random_motions(arm: str) -> None:
     """All samples that are near are in the intervals, which reach no further than they may; none is faster."""
     rng = np.random.default_rng(ARMS.index(arm))
-    robot = replace(load_robot(arm))  # a copy of its own, whose shapes are changed
+    robot = replace(arm_of_capsules(arm))  # a copy of its own, whose shapes are changed
     in_capsules(robot)
     for _ in range(max(2, SIZE.examples // 25)):
         start, end = random_postures(robot, rng)

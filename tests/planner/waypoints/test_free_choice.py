@@ -16,9 +16,10 @@ from planner.robots import load_robot
 from planner.scene import Scene, SceneObject
 from planner.shapes import Box, Sphere
 from planner.spatial import FloatArray, Pose
+from tests.planner.capsule_arm import CAPSULE_ARM
 from tests.planner.scene.brute_force import distances_over_time
 
-ARM = load_robot("kuka_kr16_2")
+ARM = CAPSULE_ARM
 RADIUS = 0.05
 ELBOW = 3
 
