@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ipaddress import ip_address
+from ipaddress import ip_address, ip_network
 from pathlib import Path  # noqa: TC003 - pydantic evaluates the annotations
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -43,6 +43,9 @@ class Settings(BaseSettings):
     another one is refused. IP addresses and `localhost` always pass. Without any, a service that asks for keys goes by
     every name, one on a loopback address by no other, and one that is open elsewhere by those of private networks, as
     `planner` or `planner.local`."""
+    trusted_proxies: Annotated[tuple[str, ...], NoDecode] = ()
+    """The reverse proxies whose `X-Forwarded-For` names the client, by their IP addresses or networks, with commas
+    between them, as in `127.0.0.1,10.0.0.0/8`. Without any, a client is the address that its connection comes from."""
     data_directory: Path | None = None
     """The folder in which robots and all else that clients leave is kept, in a file of SQLite; None: nothing outlives
     the service. Processes on one machine may share it."""
@@ -95,7 +98,7 @@ class Settings(BaseSettings):
     """The largest number of robots that are kept besides the catalogue's."""
     max_robots_per_client: int = Field(default=100, ge=0)
     """The largest number of robots that are kept for one address; raise it to `max_robots` behind a reverse proxy that
-    does not pass addresses on."""
+    is not one of `trusted_proxies`."""
     max_robots_bytes: int = Field(default=64 * 1024 * 1024, ge=0)
     """The bytes that the robots of all clients may take in the database."""
     max_robots_bytes_per_client: int = Field(default=16 * 1024 * 1024, ge=0)
@@ -141,12 +144,17 @@ class Settings(BaseSettings):
         """Whether every request needs an API key."""
         return not is_loopback(self.host) if self.access is None else self.access == "keys"
 
-    @field_validator("cors_origins", "allowed_hosts", mode="before")
+    @field_validator("cors_origins", "allowed_hosts", "trusted_proxies", mode="before")
     @classmethod
     def _between_commas(cls, entries: str | tuple[str, ...]) -> tuple[str, ...]:
         if not isinstance(entries, str):
             return entries
         return tuple(entry.strip() for entry in entries.split(",") if entry.strip())
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _networks(cls, entries: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(str(ip_network(entry)) for entry in entries)
 
     @model_validator(mode="after")
     def _has_a_database_for_keys(self) -> Settings:

@@ -8,6 +8,7 @@ import socket
 import time
 import urllib.error
 import urllib.request
+import uuid
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +41,7 @@ SETTINGS: dict[str, Any] = {
     "write_timeout": 0.8,
     "max_bytes_in_flight": 2**24,
     "keep_alive_timeout": 1,
+    "trusted_proxies": "::1, 127.0.0.0/8",
 }
 PLAN = "/v1/trajectories"
 HEAD = b"POST /v1/trajectories HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
@@ -50,6 +52,7 @@ def wary(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningService]:
     """A service with little patience and few connections."""
     with running_service(tmp_path_factory.mktemp("wary") / "log.jsonl", **SETTINGS) as service:
         yield service
+        service.client.close()
         assert "Traceback" not in service.log.read_text()
 
 
@@ -339,3 +342,21 @@ def test_clients_are_told_apart_by_what_they_cannot_choose() -> None:
     assert client_of("192.0.2.1") == client_of("::ffff:192.0.2.1") != client_of("192.0.2.2")
     assert client_of("2001:db8::1") == client_of("2001:db8::ffff:1") != client_of("2001:db8:0:1::1")
     assert client_of("") == ""
+
+
+def client_in_the_log(service: RunningService, forwarded_for: str) -> str:
+    request_id = uuid.uuid4().hex
+    service.client.get("/livez", headers={"X-Forwarded-For": forwarded_for, "X-Request-ID": request_id})
+    client: str = service.line_of(request_id)["client"]
+    return client
+
+
+def test_nobody_chooses_the_address_that_is_counted(service: RunningService) -> None:
+    """The header was believed of every program on the same machine, which so was as many clients as it liked."""
+    assert client_in_the_log(service, "203.0.113.7") == "127.0.0.1"
+
+
+@pytest.mark.parametrize("sent_by_the_client", ["", "198.51.100.1, "])
+def test_a_trusted_proxy_names_the_client(wary: RunningService, sent_by_the_client: str) -> None:
+    """The proxy adds its client's address at the end; what stands before is the client's own word."""
+    assert client_in_the_log(wary, f"{sent_by_the_client}203.0.113.7") == "203.0.113.7"

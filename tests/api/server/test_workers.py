@@ -267,7 +267,10 @@ def test_the_memory_of_a_warm_worker(service: RunningService) -> None:
         assert any("cy_seidel_solverwrapper" in mapping.path for mapping in worker.memory_maps())
 
 
-@pytest.mark.parametrize("variable", ["PLANNER_WORKERS=0", "PLANNER_PORT=-1", "PLANNER_LOG_LEVEL=loud"])
+UNTRUSTED = [f"PLANNER_TRUSTED_PROXIES={word}" for word in ("*", "proxy.example.com", "10.0.0.1/8")]
+
+
+@pytest.mark.parametrize("variable", ["PLANNER_WORKERS=0", "PLANNER_PORT=-1", "PLANNER_LOG_LEVEL=loud", *UNTRUSTED])
 def test_settings_out_of_bounds_are_refused(monkeypatch: pytest.MonkeyPatch, variable: str) -> None:
     monkeypatch.setenv(*variable.split("="))
     with pytest.raises(ValidationError):
