@@ -341,6 +341,11 @@ class RobotDescription(RobotSummary):
     limit_sources: dict[str, str]
     """The document that limits come from, or the rule of an estimate, by the name of their quantity; a quantity that is
     not there comes from the same document as the model, or from the default rule."""
+    rated_payload: float | None = None
+    """The largest payload for which the maker builds the robot, tool included, kg; a plan that carries more warns
+    `payload_above_rating`. Null: unknown."""
+    rated_payload_source: str | None = None
+    """The document that the rated payload comes from; null: it is unknown."""
     frames: list[str]
     """The names of all frames of the model."""
     chain: list[ChainJoint]

@@ -14,7 +14,7 @@ from planner.certificate.speed_zones import certify_speed_zones, refuse_too_fast
 from planner.errors import InvalidProblem
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates
 from planner.plans.result import refuse_unless_satisfied
-from planner.plans.warnings import unchecked_positions
+from planner.plans.warnings import payload_above_rating, unchecked_positions
 from planner.scene import CollisionChecker
 from planner.speed_zones import refuse_zone_faults
 from planner.tolerances import CONTINUITY_TOLERANCE
@@ -144,7 +144,8 @@ def certified(
     ends = ends or own_ends(trajectory)
     certificate = certify(robot, trajectory, limits=limits, enforced=kept, ends=ends)
     refuse_unless_satisfied(certificate)
-    warnings = (*unchecked_positions(robot), *_end_warnings(robot, ends))
+    overload = payload_above_rating(robot, robot.payload_mass)
+    warnings = (*unchecked_positions(robot), *overload, *_end_warnings(robot, ends))
     return CertifiedTrajectory(robot, trajectory, limits, certificate, warnings)
 
 

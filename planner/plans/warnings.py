@@ -10,6 +10,7 @@ from planner.certificate.joint_motions import JOINT_DEVIATION, TOOL_DEVIATION
 from planner.errors import distinct
 from planner.guarantees import Guarantee
 from planner.limits import JOINT_QUANTITIES
+from planner.tolerances import LIMIT_TOLERANCE
 from planner.trajectories.trajectory import PlanWarning
 from planner.waypoints.solve import given_positions
 
@@ -46,6 +47,9 @@ def plan_warnings(
         if waypoint.tool_motion is not None and waypoint.tool_motion.warning is not None:
             yield waypoint.tool_motion.warning
     yield from unchecked_positions(problem.robot)
+    masses = [problem.robot.payload_mass + (payload.mass if payload else 0.0) for payload in problem.payloads]
+    heaviest = int(np.argmax(masses))
+    yield from payload_above_rating(problem.robot, masses[heaviest], heaviest)
     yield from _torque_warnings(problem, path)
     for quantity in JOINT_QUANTITIES:
         asked = any(getattr(limits, quantity) is not None for limits in problem.all_limits)
@@ -91,6 +95,22 @@ def unchecked_positions(robot: Robot) -> Iterator[PlanWarning]:
     if names:
         message = f"{robot.id} has no position limits of {', '.join(names)}: no position is refused"
         yield PlanWarning("position_unchecked", message)
+
+
+def payload_above_rating(robot: Robot, mass: float, waypoint: int = 0) -> Iterator[PlanWarning]:
+    """Yield the warning that a payload, kg, exceeds the rated payload of its robot.
+
+    Args:
+        robot: The robot; one without a known rating is not warned of.
+        mass: Mass of everything that the robot carries, kg.
+        waypoint: The waypoint from which on the robot carries it.
+    """
+    rated = robot.rated_payload
+    if rated is not None and mass > rated * (1.0 + LIMIT_TOLERANCE):
+        carried, allowed = distinct(mass, rated)
+        since = f" from waypoint {waypoint} on" if waypoint else ""
+        message = f"the payload of {carried} kg{since} exceeds the rated {allowed} kg of {robot.id}"
+        yield PlanWarning("payload_above_rating", f"{message} ({robot.rated_payload_source})")
 
 
 def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:

@@ -7,6 +7,7 @@ A data file has these fields:
 - the model, one of
   - `dh`: `convention`, `joints` (the fields of `DHJoint`), and where they apply `base` and `tip`, positions in m,
   - `urdf`: a file beside it, or in `example_robot_data/` a path inside that package; `tip_frame`.
+- `rated_payload`: where the maker publishes one, its `mass`, kg, and the `source` in words.
 - `limits`: of a quantity its `provenance`, the `source` in words (a document, or the rule of an estimate), and unless
   the URDF has them the `values` (of `position`: `lower` and `upper`), one a joint; null for the position limits of a
   continuous joint. What neither has is filled in by the default rule.
@@ -92,7 +93,7 @@ def load_robot(id: str) -> Robot:
         raise UnknownRobot(f"there is no robot {id!r}; the robots are {', '.join(catalogue_ids())}") from None
     entry = json.loads(file.read_text(encoding="utf-8"))
     robot = _read_urdf(id, entry, folder) if "urdf" in entry else _read_dh(id, entry)
-    limits = entry["limits"]
+    limits, rated = entry["limits"], entry.get("rated_payload", {})
     joints = _with_limits(robot.joints, limits, _unit(entry))
     return replace(
         robot,
@@ -100,6 +101,8 @@ def load_robot(id: str) -> Robot:
         collision=_collision(robot, joints, entry),
         limit_sources={quantity: limit["source"] for quantity, limit in limits.items() if "source" in limit},
         geometry=robot.geometry + tuple(entry.get("geometry", ())),
+        rated_payload=rated.get("mass"),
+        rated_payload_source=rated.get("source"),
         notes=tuple(entry.get("notes", ())),
         findings=(),
     )

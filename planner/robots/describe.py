@@ -44,6 +44,8 @@ def describe(robot: Robot) -> dict[str, Any]:
         "external_axes": list(robot.external_axes),
         "named_positions": {name: list(position) for name, position in robot.named_positions.items()},
         "mass": robot.mass,
+        "rated_payload": robot.rated_payload,
+        "rated_payload_source": robot.rated_payload_source,
         "geometry": [dict(shape) for shape in robot.geometry],
         "groups": [dict(vars(group)) for group in robot.groups],
         "disabled_collisions": [dict(vars(pair)) for pair in robot.disabled_collisions],

@@ -113,5 +113,8 @@ class RobotDescription:
     disabled_collisions: tuple[DisabledCollision, ...] = ()
     collision: CollisionGeometry | None = None
     external_axes: tuple[str, ...] = ()
+    rated_payload: float | None = None
+    rated_payload_source: str | None = None
+    payload_mass: float = 0.0
     notes: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()

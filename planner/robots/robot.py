@@ -71,6 +71,9 @@ class Robot(PickledByFields, RobotDescription):
         disabled_collisions: Pairs of links that an SRDF takes out of collision checks.
         collision: What the description says about the shapes of the links, see `collision_shapes`.
         external_axes: Names of the first joints that carry the base of the arm, such as a rail; none: it stands still.
+        rated_payload: The largest payload for which the maker builds the robot, tool included, kg; None: unknown.
+        rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
+        payload_mass: The mass that `with_payload` has put on the robot, kg.
         notes: What a user of the model should know, for a person; of robots of the catalogue.
         findings: Warnings and remarks about the model, by its reader.
     """
@@ -388,7 +391,7 @@ class Robot(PickledByFields, RobotDescription):
         tip = model.frames[self.tip_frame_id]
         body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))
         model.appendBodyToJoint(tip.parentJoint, body, tip.placement)
-        return replace(self, model=model)
+        return replace(self, model=model, payload_mass=self.payload_mass + payload.mass)
 
 
 def _text(document: str | Path) -> str:

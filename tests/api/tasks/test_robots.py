@@ -411,3 +411,23 @@ def test_notes_of_the_catalogue_are_in_the_list_and_in_the_robot(service: Runnin
     one = service.client.get("/v1/robots/three_dof_arm").json()
     assert listed["three_dof_arm"]["notes"] == one["notes"] == list(load_robot("three_dof_arm").notes)
     assert any("points downwards" in note for note in one["notes"])
+
+
+def test_the_rated_payload_of_a_robot_is_told(service: RunningService) -> None:
+    robots = {robot: service.client.get(f"/v1/robots/{robot}").json() for robot in ("kuka_kr16_l6_2", "welding_arm")}
+    assert robots["kuka_kr16_l6_2"]["rated_payload"] == 6.0
+    assert "KUKA" in robots["kuka_kr16_l6_2"]["rated_payload_source"]
+    assert robots["welding_arm"]["rated_payload"] is robots["welding_arm"]["rated_payload_source"] is None
+
+
+def test_a_derived_robot_has_the_rated_payload_of_its_base(service: RunningService) -> None:
+    added = service.post(ROBOTS, {"kind": "derived", "id": "my_kuka", "from": "kuka_kr16_l6_2"}).json()
+    assert added["rated_payload"] == service.client.get(f"{ROBOTS}/my_kuka").json()["rated_payload"] == 6.0
+    waypoints = [joint(0.3, -1.2, 1.4, 0.2, 0.6, 0.1), joint(0.4, -1.1, 1.3, 0.2, 0.6, 0.1)]
+    asked = {"robot": "my_kuka", "waypoints": waypoints, "payload": {"mass": 50.0}}
+    (compared,) = service.post(f"{PLAN}/compare", asked | {"backends": [{"kind": "quintic"}]}).json()["results"]
+    for answer in service.post(PLAN, plan_request(**asked)).json(), compared["trajectory"]:
+        (warning,) = answer["warnings"]
+        assert warning["code"] == "payload_above_rating"
+        assert warning["message"].startswith("the payload of 50 kg exceeds the rated 6 kg of my_kuka")
+    service.client.delete(f"{ROBOTS}/my_kuka")

@@ -97,6 +97,14 @@ def test_a_plan_is_timed_again(service: RunningService, plan: dict[str, Any]) ->
         assert again["final"]["position"] == pytest.approx(plan["samples"]["position"][-1])
 
 
+@pytest.mark.parametrize("name", ["reverse", "slice", "resample", "retime", "stop"])
+def test_a_payload_above_the_rating_is_warned_of(service: RunningService, plan: dict[str, Any], name: str) -> None:
+    own = {"time": 0.4 * plan["duration"]} if name == "stop" else {}
+    for mass, warned in ((6.0, False), (7.0, True)):
+        answer = post(service, name, given(plan) | own | {"payload": {"mass": mass}})
+        assert ("payload_above_rating" in [warning["code"] for warning in answer["warnings"]]) == warned
+
+
 def test_samples_are_run_by_the_interpolation_that_is_named(service: RunningService) -> None:
     samples = {"time": [0.0, 1.0], "position": [[0.0] * 6, [0.1] * 6], "velocity": [[0.0] * 6] * 2}
     for law, middle in (("linear", 0.025), ("cubic", 0.1 * (3 / 16 - 2 / 64))):

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from planner.robots import catalogue_ids, load_robot
+from planner.robots import catalogue_ids, describe, load_robot
 from planner.robots.payload import Payload
 from tests.planner.robots.frames import frame_pose, product, rot, trans
 
@@ -46,6 +46,21 @@ FRANKA = {
         [10] * 7,
         [5000] * 7,
     ),
+}
+RATED_PAYLOADS = {
+    # kg; of the UR10e that of the arms whose label says 12.5 kg; older ones carry 10 kg
+    "kuka_kr16_l6_2": 6.0,
+    "kuka_kr16_2": 16.0,
+    "ur3": 3.0,
+    "ur5": 5.0,
+    "ur10": 10.0,
+    "ur3e": 3.0,
+    "ur5e": 5.0,
+    "ur10e": 12.5,
+    "ur16e": 16.0,
+    "panda": 3.0,
+    "fr3": 3.0,
+    "xarm7": 3.5,
 }
 QUANTITIES = ("lower", "upper", "velocity", "acceleration", "jerk")
 
@@ -124,12 +139,24 @@ def test_xarm() -> None:
         assert {joint.provenance[quantity] for joint in robot.joints} == {"datasheet"}
 
 
-@pytest.mark.parametrize(
-    ("robot_id", "load"), [("ur3e", 3.0), ("ur5e", 5.0), ("ur10e", 10.0), ("ur16e", 16.0), ("fr3", 3.0)]
-)
-def test_masses_can_exist_and_the_motors_hold_them_with_the_rated_load(robot_id: str, load: float) -> None:
+@pytest.mark.parametrize("robot_id", in_catalogue(*RATED_PAYLOADS))
+def test_rated_payloads(robot_id: str) -> None:
     robot = load_robot(robot_id)
-    loaded = robot.with_payload(Payload(load))
+    assert robot.rated_payload == RATED_PAYLOADS[robot_id]
+    assert robot.rated_payload_source
+
+
+def test_a_rated_payload_and_its_source_are_told_together() -> None:
+    for robot in map(load_robot, catalogue_ids()):
+        assert (robot.rated_payload is None) == (robot.rated_payload_source is None)
+        assert describe(robot)["rated_payload"] == robot.rated_payload
+        assert (robot.rated_payload is None) == (robot.id not in RATED_PAYLOADS)
+
+
+@pytest.mark.parametrize("robot_id", ["ur3e", "ur5e", "ur10e", "ur16e", "fr3"])
+def test_masses_can_exist_and_the_motors_hold_them_with_the_rated_load(robot_id: str) -> None:
+    robot = load_robot(robot_id)
+    loaded = robot.with_payload(Payload(RATED_PAYLOADS[robot_id]))
     lower, upper = np.maximum(robot.limit("lower"), -np.pi), np.minimum(robot.limit("upper"), np.pi)
     for q in np.random.default_rng(3).uniform(lower, upper, (200, robot.dof)):
         assert np.linalg.eigvalsh(pin.crba(robot.model, robot.model.createData(), q)).min() > 0.0
