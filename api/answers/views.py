@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import orjson
 
+from api.answers import policies
 from api.errors import NotAcceptable
 from api.version import service_version
 from planner.errors import MissingDynamics
@@ -36,8 +37,7 @@ REPORT = """<!DOCTYPE html>
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; \
-style-src 'unsafe-inline'; img-src data: blob:">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
 <title>Report of a {kind}</title>
 <style>{style}</style>
 </head>
@@ -102,7 +102,7 @@ def written_report(kind: str, shown: dict[str, Any]) -> bytes:
     text = orjson.dumps(shown, option=orjson.OPT_SERIALIZE_NUMPY).decode().replace("<", "\\u003c")
     program = folder.joinpath("report.js").read_text("utf-8").replace("</script", "<\\/script")
     style = folder.joinpath("report.css").read_text("utf-8")
-    return REPORT.format(kind=kind, style=style, shown=text, program=program).encode()
+    return REPORT.format(kind=kind, policy=policies.REPORT, style=style, shown=text, program=program).encode()
 
 
 def shown_plan(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import structlog
 from fastapi import Request, Response
 
+from api.answers import policies
 from api.errors import NotFound
 
 if TYPE_CHECKING:
@@ -16,16 +17,14 @@ if TYPE_CHECKING:
 MEDIA_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 """The media types of the page's files, by their suffixes; there are no others."""
 
-POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
-"""The Content-Security-Policy: everything comes from the service, nothing is written into the page."""
-
 HEADERS = {"X-Content-Type-Options": "nosniff", "Vary": "Accept, Accept-Encoding"}
 """Headers of all files of the page."""
 
-DOCUMENT_HEADERS = {"Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer", "Cache-Control": "no-cache"}
+DOCUMENT_HEADERS = {
+    "Content-Security-Policy": policies.PAGE,
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-cache",
+}
 """Headers of the document: the policy, and that it is asked for each time, as it names the files of its version."""
 
 FOREVER = {"Cache-Control": "public, max-age=31536000, immutable"}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import re
 from importlib.resources import files
 from typing import Any
 
@@ -9,6 +12,7 @@ import orjson
 from fastapi import Request, Response
 from fastapi.openapi.docs import get_swagger_ui_html
 
+from api.answers.policies import DOCUMENTATION
 from api.database.batches import left_to_plan
 from api.errors import NotFound
 from api.routes.ordinary import respond, run, service_of
@@ -65,13 +69,17 @@ async def openapi(request: Request) -> Response:
 
 async def docs_page(request: Request) -> Response:
     """Answer GET /docs."""
-    return get_swagger_ui_html(
+    page = get_swagger_ui_html(
         openapi_url="openapi.json",
         title="Trajectory planner",
         swagger_js_url="docs/swagger-ui-bundle.js",
         swagger_css_url="docs/swagger-ui.css",
         swagger_favicon_url="docs/favicon-32x32.png",
     )
+    [script] = re.findall(rb"<script>(.*?)</script>", bytes(page.body), flags=re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script).digest()).decode()
+    page.headers["Content-Security-Policy"] = DOCUMENTATION.format(digest=digest)
+    return page
 
 
 async def docs_file(request: Request) -> Response:

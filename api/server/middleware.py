@@ -13,6 +13,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import ClientDisconnect
 
 from api.access.access import client_by_address
+from api.answers.policies import default_policy
 from api.errors import InternalError, ServiceError
 from api.failures import where_from
 from api.problem_documents import MEDIA_TYPE, problem_document
@@ -73,6 +74,10 @@ class RequestContext:
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
                 headers.setdefault("X-Content-Type-Options", "nosniff")
+                if media_type := headers.get(
+                    "Content-Type"
+                ):  # 304 has none, and keeps the policy of the answer it renews
+                    headers.setdefault("Content-Security-Policy", default_policy(media_type))
                 headers["X-Request-ID"] = state["request_id"]
                 headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)
             else:

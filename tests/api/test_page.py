@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import gzip
+import hashlib
 import re
 from typing import TYPE_CHECKING
 
@@ -12,10 +14,13 @@ from starlette.requests import Request
 from structlog.testing import capture_logs
 
 from api.routes import page
+from tests.api.requests import plan_request
 from tests.locations import ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import httpx
 
     from tests.api.conftest import RunningService
 
@@ -36,10 +41,49 @@ def test_the_document_lets_nothing_in_from_elsewhere(service: RunningService) ->
     assert answer.status_code == 200
     assert answer.headers["content-type"].startswith("text/html")
     assert answer.headers["cache-control"] == "no-cache"
-    directives = dict(part.strip().split(" ", 1) for part in answer.headers["content-security-policy"].split(";"))
-    assert directives["default-src"] == "'none'"
-    assert directives["script-src"] == directives["style-src"] == directives["connect-src"] == "'self'"
+    policy = directives(answer)
+    assert policy["default-src"] == "'none'"
+    assert policy["script-src"] == policy["style-src"] == policy["connect-src"] == "'self'"
     assert not re.findall(r'(?:src|href)="(?!\./|docs)', answer.text), "all addresses are relative, for any prefix"
+
+
+def directives(answer: httpx.Response) -> dict[str, str]:
+    return dict(part.strip().split(" ", 1) for part in answer.headers["content-security-policy"].split(";"))
+
+
+@pytest.mark.parametrize("path", ["/v1/robots", "/v1/trajectories?format=svg", "/openapi.json", "/metrics", "/nothing"])
+def test_an_answer_without_a_program_runs_none(service: RunningService, path: str) -> None:
+    """A browser that opens a picture runs the scripts in it, in the name of the service."""
+    answer = service.post(path, plan_request()) if "svg" in path else service.client.get(path)
+    assert ("svg" in path) == (answer.headers["content-type"] == "image/svg+xml")
+    assert directives(answer) == {"default-src": "'none'", "style-src": "'unsafe-inline'"}
+
+
+def test_a_renewed_answer_keeps_its_policy(service: RunningService) -> None:
+    """A browser takes the headers of 304 in place of those that it has."""
+    first = service.post("/v1/trajectories?format=svg", plan_request())
+    again = service.post(
+        "/v1/trajectories?format=svg", plan_request(), headers={"If-None-Match": first.headers["etag"]}
+    )
+    assert (first.status_code, again.status_code) == (200, 304)
+    assert "content-security-policy" not in again.headers
+
+
+@built
+def test_a_report_has_one_policy(service: RunningService) -> None:
+    answer = service.post("/v1/trajectories", plan_request(), headers={"Accept": "text/html"})
+    assert f'content="{answer.headers["content-security-policy"]}"' in answer.text
+    assert directives(answer)["default-src"] == "'none'"
+    assert "connect-src" not in directives(answer)
+
+
+def test_the_documentation_runs_its_own_scripts_alone(service: RunningService) -> None:
+    answer = service.client.get("/docs")
+    [script] = re.findall(r"<script>(.*?)</script>", answer.text, flags=re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert directives(answer)["script-src"] == f"'self' 'sha256-{digest}'"
+    assert directives(answer)["default-src"] == "'none'"
+    assert directives(answer)["connect-src"] == "'self'"
 
 
 @built
