@@ -105,5 +105,5 @@ def _draw_sticks(space: Space, robot: Robot, position: FloatArray, shade: str, g
     """Draw the stick model at a joint position (joints,) in a shade of grey; return its points (N, 3), m."""
     points = distinct_points(stick_model(robot, position))
     space.line(points, color=shade, linewidth=3.0, solid_capstyle="round", gid=gid)
-    space.dots(points[:-1], c=shade, s=26, edgecolors="white", linewidths=0.8)
+    space.dots(points[: max(1, len(points) - 1)], c=shade, s=26, edgecolors="white", linewidths=0.8)
     return points

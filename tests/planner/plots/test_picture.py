@@ -18,7 +18,7 @@ from planner.plans.result import Plan
 from planner.plots.picture import draw_robot_at
 from planner.plots.stick_model import stick_model
 from planner.problems.problem import JointWaypoint, PlanningProblem
-from planner.robots import catalogue_ids, load_robot
+from planner.robots import Robot, catalogue_ids, load_robot
 from tests.documents.read_pictures import graphs_of
 
 
@@ -111,6 +111,21 @@ def test_stick_models_go_from_the_base_to_the_tool(robot_id: str) -> None:
 
 ODD = "a\x00\x01\x1b\x7f\x85\ufffe\uffff\U0001ffffb <--> & z"
 """Characters that XML has, that it discourages, and that it has not."""
+
+
+@pytest.mark.parametrize("view", ["isometric", "xy"])
+def test_a_robot_whose_frames_coincide_is_drawn_as_one_dot(view: str) -> None:
+    joint = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="1"/>'
+    robot = Robot.from_urdf(
+        '<robot name="point"><link name="base"/><link name="arm"/><joint name="turn" type="revolute">'
+        f'<parent link="base"/><child link="arm"/>{joint}</joint></robot>'
+    )
+    (axes,) = draw_robot_at(robot, view=view).figure.axes
+    dots = [collection.get_offsets() for collection in axes.collections]
+    assert np.concatenate(dots).tolist() == [[0.0, 0.0]]
+    moved = plan(PlanningProblem(robot, (JointWaypoint((0.0,)), JointWaypoint((1.0,)))), Trapezoidal())
+    fromstring(moved.plot("robot", view=view).svg())
+    fromstring(moved.animate(view=view).svg)
 
 
 @pytest.mark.filterwarnings("ignore:Glyph")
