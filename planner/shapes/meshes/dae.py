@@ -159,7 +159,7 @@ def _as_triangles(corners: np.ndarray, part: Element) -> np.ndarray:
             raise InvalidMesh("a geometry has a triangle without three corners")
         return corners.reshape(-1, 3)
     sizes = _integers(part.findtext("vcount"))
-    if not len(sizes) or sizes.min() < 3 or sizes.sum() != len(corners):
+    if not len(sizes) or sizes.min() < 3 or sizes.max() > len(corners) or sizes.sum() != len(corners):
         raise InvalidMesh("a geometry has polygons whose corners do not add up")
     starts = np.repeat(np.cumsum(sizes) - sizes, sizes - 2)
     steps = np.arange((sizes - 2).sum()) - np.repeat(np.cumsum(sizes - 2) - (sizes - 2), sizes - 2)

@@ -54,6 +54,7 @@ def spoiled(value: float) -> np.ndarray:
 
 
 DEEP = b"<COLLADA>" + b"<node>" * 100_000 + b"</node>" * 100_000 + b"</COLLADA>"
+COUNTS = dae(BOX, kind="polylist")
 HOSTILE = {
     "empty.stl": (b"", "0 bytes"),
     "short.stl": (b"x" * 83, "83 bytes"),
@@ -97,6 +98,9 @@ HOSTILE = {
     "odd.dae": (dae(BOX).replace(b"<p>0 0 1 0", b"<p>0 0 1"), "not there"),
     "offset.dae": (dae(BOX).replace(b'offset="0"', b'offset="-7"'), "not there"),
     "large_offset.dae": (dae(BOX).replace(b'offset="1"', b'offset="1e9"'), "not there"),
+    "overflowing_count.dae": (COUNTS.replace(b"<vcount>", b"<vcount>%d %d %d %d " % (*[2**62] * 4,)), "add up"),
+    "long_count.dae": (COUNTS.replace(b"<vcount>3", b"<vcount>4"), "add up"),
+    "negative_count.dae": (COUNTS.replace(b"<vcount>3", b"<vcount>-3"), "add up"),
     "nan.dae": (dae(BOX).replace(b"0.3", b"nan"), "not finite"),
     "overflow.dae": (dae(BOX, "<scale>1e200 1e200 1e200</scale><scale>1e200 1e200 1e200</scale>"), "finite|origin"),
     "stride.dae": (dae(BOX).replace(b'stride="3"', b'stride="4"'), "points"),
