@@ -105,10 +105,15 @@ def without_handled(scene: Scene, handling: Sequence[Handling]) -> Scene:
 @lru_cache(maxsize=MOST_SCENES_KEPT)
 def _without(scene: Scene, handled: frozenset[str]) -> Scene:
     """Return a scene without objects of some names, the same for equal calls."""
+    attached = [
+        replace(thing, touch_links=[name for name in thing.touch_links if name not in handled])
+        for thing in scene.attached
+        if thing.id not in handled
+    ]
     return replace(
         scene,
         objects=[thing for thing in scene.objects if thing.id not in handled],
-        attached=[thing for thing in scene.attached if thing.id not in handled],
+        attached=attached,
         allowed_pairs=[pair for pair in scene.allowed_pairs if not handled & set(pair)],
         pair_margins=[pair for pair in scene.pair_margins if not handled & set(pair[:2])],
     )

@@ -358,6 +358,30 @@ def test_a_gripper_is_put_down_and_taken_again() -> None:
     assert "tool" in refusal.value.pair and refusal.value.segment == 4
 
 
+@pytest.mark.parametrize("kind", ["attached", "taken"])
+def test_an_object_that_another_may_touch_is_put_down(kind: str) -> None:
+    """The holder stays at the tool and names the part that is put down, on whatever list the part stood at first."""
+    down = [-np.pi / 2.0, np.pi / 2.0, 0.0]
+    holder = AttachedObject("holder", [Box([0.03, 0.03, 0.03])], Pose([0.0, 0.03, 0.0]), touch_links=["part"])
+    part = AttachedObject("part", [Sphere(RADIUS)], Pose([0.0, 0.0, 0.03 + RADIUS]))
+
+    def at(lift: float, **more: Any) -> planner.JointWaypoint:
+        return planner.JointWaypoint([0.0, lift, 0.3, *down], **more)
+
+    first = at(0.3)
+    scene = Scene(attached=[part, holder], margin=0.005)
+    if kind == "taken":
+        place = tool_in_base(DATE_ARM, np.array([first.position]))[0].act(part.pose.position)
+        scene = replace(scene, objects=[SceneObject("part", part.shapes, Pose(place))], attached=[holder])
+        first = at(0.3, attach=[planner.Attach("part")])
+    waypoints = [first, at(0.1, detach=["part"]), at(0.3)]
+    plan = planner.plan(planner.PlanningProblem(DATE_ARM, waypoints, scene=scene))
+    assert plan.certificate.clearance is not None
+    last = segment_checkers(plan.problem, plan.path.positions)[-1].scene
+    assert [thing.id for thing in last.objects] == ["part"]
+    assert [(held.id, held.touch_links) for held in last.attached] == [("holder", ("part",))]
+
+
 def test_a_free_motion_goes_around_with_what_is_carried() -> None:
     """Straight, the ball would hit the wall; the way is found for the arm with the ball."""
     problem = carried_over(0.115)
