@@ -74,9 +74,7 @@ class RequestContext:
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
                 headers.setdefault("X-Content-Type-Options", "nosniff")
-                if media_type := headers.get(
-                    "Content-Type"
-                ):  # 304 has none, and keeps the policy of the answer it renews
+                if media_type := headers.get("Content-Type"):  # 304 has none: it would replace the policy of a report
                     headers.setdefault("Content-Security-Policy", default_policy(media_type))
                 headers["X-Request-ID"] = state["request_id"]
                 headers["Server-Timing"] = _server_timing(state["timings"], time.monotonic() - arrived)

@@ -66,6 +66,21 @@ def test_replicas_and_machines_share_what_they_must() -> None:
     assert all((DEPLOY / path).is_file() for path in mounted if path.startswith("./"))
 
 
+def test_nobody_gets_in_without_a_key_or_a_password() -> None:
+    """Both were open to all who reached their ports: who published these let everybody in."""
+    services = COMPOSE["services"]
+    assert services["planner"]["environment"]["PLANNER_ACCESS"] == "keys"
+    grafana = services["grafana"]["environment"]
+    assert not any(name.startswith("GF_AUTH") for name in grafana)
+    for password in (grafana["GF_SECURITY_ADMIN_PASSWORD"], services["database"]["environment"]["POSTGRES_PASSWORD"]):
+        assert re.fullmatch(r"\$\{\w+:\?[^}]+\}", password), "Compose does not start without it"
+    published = [port for service in services.values() for port in service.get("ports", ())]
+    assert len(published) == 2 and all(port.startswith("127.0.0.1:") for port in published)
+    scraped = yaml.safe_load((DEPLOY / "prometheus.yaml").read_text(encoding="utf-8"))["scrape_configs"][0]
+    folder = scraped["authorization"]["credentials_file"].rpartition("/")[0]
+    assert f"metrics:{folder}" in services["prometheus"]["volumes"], "the key outlives the container"
+
+
 def test_probes_ask_what_needs_no_key() -> None:
     open_to_all = {operation.path for operation in OPERATIONS if operation.scope is None}
     probes = [CONTAINER[f"{kind}Probe"]["httpGet"] for kind in ("startup", "readiness", "liveness")]
