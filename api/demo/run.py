@@ -35,6 +35,9 @@ computed          the plan alone, inverse kinematics and certificate included
 PAGE = "to look at robots and motions yourself: planner serve, then open http://127.0.0.1:8000/"
 """The last line, which leads to the page."""
 
+DEADLINE = 60.0
+"""The deadline of each request, s: the longest that a service allows. A picture takes 1 s on an idle machine."""
+
 
 def run_demo(folder: Path, console: Console) -> int:
     """Plan every case and save its picture in `folder`.
@@ -48,7 +51,7 @@ def run_demo(folder: Path, console: Console) -> int:
         with (
             console.status("starting the service"),
             local_service(folder / "service.log", workers=1) as (url, _),
-            httpx.Client(base_url=url, timeout=30.0) as client,
+            httpx.Client(base_url=url, timeout=2.0 * DEADLINE) as client,
         ):
             console.print(f"\nservice ready at {url} after {time.monotonic() - started:.1f} s\n")
             status = _plan_all(client, folder, console)
@@ -64,7 +67,7 @@ def _plan_all(client: httpx.Client, folder: Path, console: Console) -> int:
     with console.status("planning and drawing") as status:
         for case in CASES:
             status.update(f"planning and drawing: {case.title}")
-            request = case.request()
+            request = case.request() | {"deadline": DEADLINE}
             response = client.post("/v1/trajectories", json=request)
             if response.is_error:
                 console.print(Text(case.title, style="bold"), problem_panel(response.json()))

@@ -80,8 +80,12 @@ class Contacts:
 
 
 def checked_pairs(robot: Robot) -> set[frozenset[str]]:
-    """Return the pairs of links that are held against each other."""
-    return {frozenset((pair.link_1, pair.link_2)) for pair in robot.collision_pairs if pair.reason is None}
+    """Return the pairs of links that are checked against each other, but for those with shapes that always touch."""
+    return {
+        frozenset((pair.link_1, pair.link_2))
+        for pair in robot.collision_pairs
+        if pair.reason is None and not pair.always_touching
+    }
 
 
 def things_of(scene: Scene) -> Iterator[tuple[str, Box | Cylinder, FloatArray]]:

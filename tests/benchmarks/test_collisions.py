@@ -17,6 +17,7 @@ from planner.robots import load_robot
 from planner.scene import CollisionChecker, Scene, SceneObject, is_free
 from planner.shapes import Box
 from planner.spatial import Pose
+from tests.planner.capsule_arm import capsule_arm
 
 ARM = load_robot("kuka_kr16_2")
 
@@ -33,14 +34,15 @@ def test_ends_of_problems_have_room_and_are_always_the_same() -> None:
 @pytest.mark.parametrize("gap", [0.002, -0.002])
 def test_the_judge_sees_what_an_arm_touches_on_its_way(gap: float) -> None:
     """The arm turns about its upright first joint: its furthest point goes along a circle, and a box stands there."""
-    start, end = np.zeros((2, ARM.dof))
+    arm = capsule_arm()  # whose furthest point is known in closed form
+    start, end = np.zeros((2, arm.dof))
     start[0], end[0] = -0.5, 0.5
-    bodies = CollisionChecker(ARM).bodies
+    bodies = CollisionChecker(arm).bodies
     postures = bodies.at(np.linspace(start, end, 101))
     ends = postures.spheres[..., [0, -1], :]
     far = (np.hypot(ends[..., 0], ends[..., 1]) + bodies.radii[:, None])[:, bodies.joints > 0].max()
     box = SceneObject("box", [Box([0.2, 0.2, 10.0])], Pose([far + gap + 0.1, 0.0, 0.0]))
-    judge = Contacts(ARM, Scene([box]), true_meshes=True)
+    judge = Contacts(arm, Scene([box]), true_meshes=True)
     assert judge.touches_along(np.stack([start, end])) == (gap < 0.0)
     assert not judge.touches_along(start[None].repeat(2, axis=0))
 

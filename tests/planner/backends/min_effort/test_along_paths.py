@@ -313,7 +313,7 @@ def test_motions_of_what_weighs_nothing_are_no_failure(goals: tuple[AnyWaypoint,
     options = InverseKinematicsOptions(prefer="arm")
     problem = PlanningProblem(UNWEIGHED, (STILL_RAIL, *goals), inverse_kinematics=options)
     found = plan(problem, QUICK)
-    assert not found.warnings
+    assert {warning.code for warning in found.warnings} <= {"position_unchecked", "torque_unchecked"}
     assert np.abs(found.path.positions[:, 0] - 2.0).max() <= 1e-9
     states = found.trajectory.evaluate(np.linspace(0.0, found.trajectory.duration, 500), [0, 1, 2])
     assert np.abs(inverse_dynamics(UNWEIGHED, *states)).max() <= 1e-9
