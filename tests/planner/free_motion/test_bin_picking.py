@@ -131,7 +131,7 @@ def test_every_part_that_any_fixed_turn_plans_is_planned_with_the_turn_left_open
 @pytest.mark.large_only
 def test_most_parts_are_feasible() -> None:
     """So that the test before is one."""
-    assert sum(is_planned(picking(part, "rotation_z")) for part in range(PARTS)) >= 12
+    assert sum(is_planned(picking(part, "rotation_z")) for part in range(PARTS)) >= 10
 
 
 def test_a_goal_region_has_a_joint_position_that_keeps_clear() -> None:
