@@ -13,7 +13,7 @@ from planner.spatial import rotation_z
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from planner.robots.description import Joint
+    from planner.robots.description import Follower, Joint
     from planner.spatial import FloatArray
 
 
@@ -57,6 +57,13 @@ class MovingJoint:
     links: Sequence[Link]
 
 
+def joint_motion(axis: FloatArray, is_angle: bool, position: float) -> pin.SE3:
+    """Return the motion of a joint from 0 to `position`, rad or m, about or along a unit vector (3,)."""
+    if is_angle:
+        return pin.SE3(pin.exp3(axis * position), np.zeros(3))
+    return pin.SE3(np.eye(3), axis * position)
+
+
 def build_model(name: str, base: Sequence[Link], chain: Sequence[MovingJoint]) -> pin.Model:
     """Return the serial chain as a model with one configuration variable a joint and a frame for every link.
 
@@ -82,10 +89,11 @@ def build_model(name: str, base: Sequence[Link], chain: Sequence[MovingJoint]) -
 
 def _add_links(model: pin.Model, joint: int, links: Sequence[Link]) -> None:
     for link in links:
+        inertia = pin.Inertia.Zero()
         if link.body is not None and link.body.mass > 0.0:
             inertia = pin.Inertia(link.body.mass, link.body.center_of_mass, link.body.inertia)
             model.appendBodyToJoint(joint, inertia, link.placement)
-        model.addFrame(pin.Frame(link.name, joint, 0, link.placement, pin.FrameType.BODY))
+        model.addFrame(pin.Frame(link.name, joint, 0, link.placement, pin.FrameType.BODY, inertia), False)
 
 
 def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
@@ -113,5 +121,37 @@ def model_with_locked(model: pin.Model, held: Mapping[str, float]) -> pin.Model:
         locked.appendBodyToJoint(joint, inertia, placement)
     for frame in model.frames.tolist()[1:]:
         joint, placement = carriers[frame.parentJoint]
-        locked.addFrame(pin.Frame(frame.name, joint, 0, placement * frame.placement, frame.type))
+        locked.addFrame(pin.Frame(frame.name, joint, 0, placement * frame.placement, frame.type, frame.inertia), False)
     return locked
+
+
+def model_with_follower(model: pin.Model, follower: Follower, position: float, tip_frame: str) -> pin.Model:
+    """Return the model with a mimic joint where it is while its leader is at `position`.
+
+    Args:
+        model: A model made by `build_model`, whose frames have the inertias of their links.
+        follower: The mimic joint.
+        position: Position of the leader, rad or m.
+        tip_frame: Name of the link that carries the tool.
+    """
+    moved = model.copy()
+    link = model.frames[model.getFrameId(follower.link, pin.FrameType.BODY)]
+    carrier, motion = link.parentJoint, joint_motion(follower.axis, follower.is_angle, follower.multiplier * position)
+    motion = link.placement * motion * link.placement.inverse()
+    joints = set()
+    for number, frame in enumerate(model.frames.tolist()):
+        name = frame.name if frame.type == pin.FrameType.BODY else tip_frame
+        if number == 0 or name not in follower.links:
+            continue
+        joints.add(frame.parentJoint)
+        if frame.parentJoint != carrier:
+            continue
+        placement = motion * frame.placement
+        moved.frames[number].placement = placement
+        if frame.inertia.mass > 0.0:
+            there, here = placement.act(frame.inertia), frame.placement.act(frame.inertia)
+            moved.inertias[carrier] = (moved.inertias[carrier] + there) - here
+    for joint in joints - {carrier}:
+        if model.parents[joint] == carrier:
+            moved.jointPlacements[joint] = motion * model.jointPlacements[joint]
+    return moved

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     import pinocchio as pin
 
     from planner.errors import Finding
     from planner.robots.collision.geometry import CollisionGeometry
-    from planner.spatial import Pose
+    from planner.spatial import FloatArray, Pose
 
 JointKind = Literal["revolute", "continuous", "prismatic"]
 Provenance = Literal["published", "datasheet", "estimate", "default", "owner"]
@@ -97,6 +97,31 @@ class DisabledCollision:
 
 
 @dataclass(frozen=True, eq=False)
+class Follower:
+    """A mimic joint that follows a joint of the arm; the model has it where it is while that joint is at 0.
+
+    Attributes:
+        name: Name of the mimic joint.
+        leader: Name of the arm's joint.
+        multiplier: Its motion relative to the leader's.
+        offset: Its position while the leader is at 0, rad or m.
+        link: Name of the link that it moves.
+        axis: (3,), unit vector in that link's frame.
+        is_angle: Whether it turns (rather than slides).
+        links: Names of `link` and of all links behind it.
+    """
+
+    name: str
+    leader: str
+    multiplier: float
+    offset: float
+    link: str
+    axis: FloatArray
+    is_angle: bool
+    links: Collection[str]
+
+
+@dataclass(frozen=True, eq=False)
 class RobotDescription:
     """The description of an arm by a document: it has the fields of `Robot`, where they are explained."""
 
@@ -117,4 +142,5 @@ class RobotDescription:
     rated_payload_source: str | None = None
     payload_mass: float = 0.0
     notes: tuple[str, ...] = ()
+    followers: tuple[Follower, ...] = ()
     findings: tuple[Finding, ...] = ()

@@ -15,7 +15,7 @@ from planner.fields import PickledByFields
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
-from planner.robots.derived.changes import FREE_FALL, held_by_group, on_external_axes, with_locked
+from planner.robots.derived.changes import FREE_FALL, held_by_group, on_external_axes, with_followers, with_locked
 from planner.robots.derived.own_limits import checked_positions, is_within, with_own_limits
 from planner.robots.description import RobotDescription
 from planner.robots.dh import DHModel, read_dh
@@ -75,6 +75,7 @@ class Robot(PickledByFields, RobotDescription):
         rated_payload_source: The document that `rated_payload` comes from; None: it is unknown.
         payload_mass: The mass that `with_payload` has put on the robot, kg.
         notes: What a user of the model should know, for a person; of robots of the catalogue.
+        followers: Mimic joints of a URDF that follow one of the joints once that is locked.
         findings: Warnings and remarks about the model, by its reader.
     """
 
@@ -114,7 +115,7 @@ class Robot(PickledByFields, RobotDescription):
             group: Name of a group of the SRDF.
             joints: Names of the joints that move.
             locked: Positions of other joints by their names, rad or m; those without one are held at 0, or at the limit
-                nearest to it.
+                nearest to it; mimic joints follow.
             meshes: Where the files of meshes are that can collide (STL, OBJ, DAE): the folder of the packages that
                 `package://` names, the bytes by paths, or a function; read when `collision_shapes` is asked for.
             id: Name of the robot.
@@ -199,7 +200,8 @@ class Robot(PickledByFields, RobotDescription):
             InvalidRobotModel: What is asked contradicts this robot; `findings` lists everything that was found.
         """
         findings = Findings()
-        left = with_locked(self, {**held_by_group(self, group, findings), **(locked or {})}, findings)
+        held = {**held_by_group(self, group, findings), **(locked or {})}
+        left = with_followers(with_locked(self, held, findings), held, findings)
         left = on_external_axes(left, external_axes, arm_origin, mounting, findings)
         joints = with_own_limits(left.joints, limits or {}, findings)
         inherited = {name: q for name, q in left.named_positions.items() if is_within(joints, q)}
@@ -387,10 +389,10 @@ class Robot(PickledByFields, RobotDescription):
         Returns:
             The same robot carrying it, beside what it carries already.
         """
-        model = self.model.copy()
-        tip = model.frames[self.tip_frame_id]
+        tip = (model := self.model.copy()).frames[self.tip_frame_id]
         body = pin.Inertia(payload.mass, np.array(payload.center_of_mass), np.diag(payload.inertia))
         model.appendBodyToJoint(tip.parentJoint, body, tip.placement)
+        tip.inertia += body
         return replace(self, model=model, payload_mass=self.payload_mass + payload.mass)
 
 

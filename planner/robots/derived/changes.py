@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from planner.robots.build import model_with_locked
+from planner.robots.build import model_with_follower, model_with_locked
 from planner.robots.derived.external_axes import external_chain, model_on_axes, placement_of
 from planner.robots.description import RobotDescription
 from planner.robots.findings import shown
@@ -71,6 +71,20 @@ def with_locked(robot: AnyRobot, locked: Mapping[str, float], findings: Findings
         named_positions=positions,
         external_axes=tuple(name for name in robot.external_axes if name not in locked),
     )
+
+
+def with_followers(robot: AnyRobot, locked: Mapping[str, float], findings: Findings) -> AnyRobot:
+    """Return the robot whose mimic joints stand where joints that are to be locked bring them."""
+    model = robot.model
+    for follower in robot.followers:
+        if follower.leader in locked:
+            position = locked[follower.leader]
+            model = model_with_follower(model, follower, position, robot.tip_frame)
+            name, there = shown(follower.name), follower.multiplier * position + follower.offset
+            text = f"{name} mimics {shown(follower.leader)}, which is held: it is held at {there:g}"
+            findings.info("mimic_joint_held", name, text)
+    left = tuple(follower for follower in robot.followers if follower.leader not in locked)
+    return replace(robot, model=model, followers=left)
 
 
 def on_external_axes(

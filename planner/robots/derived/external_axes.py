@@ -139,7 +139,9 @@ def model_on_axes(model: pin.Model, chain: Sequence[MovingJoint], arm_origin: pi
         carried.appendBodyToJoint(number + carrier, inertia, pin.SE3.Identity() if number else base)
     for frame in model.frames.tolist()[1:]:
         placement = frame.placement if frame.parentJoint else base * frame.placement
-        carried.addFrame(pin.Frame(frame.name, frame.parentJoint + carrier, 0, placement, frame.type))
+        carried.addFrame(
+            pin.Frame(frame.name, frame.parentJoint + carrier, 0, placement, frame.type, frame.inertia), False
+        )
     return carried
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from planner.robots.build import Body
+from planner.robots.build import Body, joint_motion
 from planner.robots.checks import MAX_NUMBER, check_angles, check_body, check_length
 from planner.robots.collision.geometry import CollisionElement
 from planner.robots.collision.mesh_files import MeshReference
@@ -42,6 +42,14 @@ MAX_SHAPES = 1000
 """Number of shapes that a document may have, for collisions and to look at each."""
 
 
+class Mimic(NamedTuple):
+    """The mimic element of a joint, whose position is multiplier * (position of the leader) + offset, rad or m."""
+
+    leader: str
+    multiplier: float
+    offset: float
+
+
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:
     """A joint element.
@@ -53,7 +61,7 @@ class UrdfJoint:
         placement: Placement of the child link in the parent link, at zero.
         axis: (3,), unit vector in the child link's frame.
         moving: Kind and limits as written; None: fixed.
-        held_at: Position at which a mimic joint is held; None: not a mimic joint.
+        mimic: The joint that it mimics, and how; None: it mimics none.
     """
 
     name: str
@@ -62,20 +70,18 @@ class UrdfJoint:
     placement: pin.SE3
     axis: FloatArray
     moving: Joint | None
-    held_at: float | None
+    mimic: Mimic | None
 
     @property
     def is_free(self) -> bool:
         """Whether it can be a degree of freedom."""
-        return self.moving is not None and self.held_at is None
+        return self.moving is not None and self.mimic is None
 
     def placement_at(self, position: float) -> pin.SE3:
         """Return the placement of the child link in the parent link, with the joint at `position`, rad or m."""
         if self.moving is None:
             return self.placement
-        if self.moving.is_angle:
-            return self.placement * pin.SE3(pin.exp3(self.axis * position), np.zeros(3))
-        return self.placement * pin.SE3(np.eye(3), self.axis * position)
+        return self.placement * joint_motion(self.axis, self.moving.is_angle, position)
 
 
 def number_of(word: str) -> float:
@@ -158,15 +164,21 @@ class UrdfReader:
         position, rpy = self.origin(element, subject)
         placement = pin.SE3(rotation_from_rpy(*rpy), position)
         moving = self.moving_joint(element, name)
-        mimic = element.find("mimic")
-        held_at = None
+        mimic = None
         axis = np.array([1.0, 0.0, 0.0])
         if moving is not None:
             axis = self.axis(element, subject)
-            held_at = None if mimic is None else float(self.numbers(mimic, "offset", [0.0], subject)[0])
+            mimic = self.mimic(element.find("mimic"), subject)
         return UrdfJoint(
-            name, self.link_of(element, "parent"), self.link_of(element, "child"), placement, axis, moving, held_at
+            name, self.link_of(element, "parent"), self.link_of(element, "child"), placement, axis, moving, mimic
         )
+
+    def mimic(self, element: Element | None, subject: str) -> Mimic | None:
+        """Return a mimic element; None: there is none."""
+        if element is None:
+            return None
+        multiplier = float(self.numbers(element, "multiplier", [1.0], subject)[0])
+        return Mimic(element.get("joint", ""), multiplier, float(self.numbers(element, "offset", [0.0], subject)[0]))
 
     def link_of(self, element: Element, end: str) -> str:
         """Name of the link at an end of the joint: `parent` or `child`."""

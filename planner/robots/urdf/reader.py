@@ -15,13 +15,14 @@ import pinocchio as pin
 
 from planner.robots.build import Link, MovingJoint, build_model
 from planner.robots.chain_checks import check_chain
-from planner.robots.checks import MAX_JOINTS, MAX_LINKS, MAX_NUMBER, check_limits, check_names, check_position_limits
+from planner.robots.checks import MAX_JOINTS, MAX_LINKS, check_limits, check_names, check_position_limits
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import no_meshes
 from planner.robots.description import RobotDescription
 from planner.robots.findings import Findings, shown
 from planner.robots.urdf.arm import ArmFinder
 from planner.robots.urdf.elements import UrdfReader
+from planner.robots.urdf.mimicking import WholeConfiguration
 from planner.robots.urdf.srdf import Semantics, named_positions, read_srdf
 from planner.robots.urdf.xml_document import parse_robot_document
 from planner.spatial import rotation_with_z_along
@@ -95,11 +96,9 @@ def read_urdf(
     findings.raise_errors()
 
     on_the_way = {joint.name for joint in finder.path(tip)}
-    held = {
-        joint.name: _hold(joint, asked.locked, on_the_way, findings)
-        for joint in arrivals.values()
-        if joint.moving is not None and joint.name not in limits
-    }
+    configuration = WholeConfiguration(arrivals, limits, findings)
+    held = configuration.positions(asked.locked, on_the_way)
+    findings.raise_errors()
     model = _build(id, root, tip, arrivals, bodies, limits, held, findings)
     return RobotDescription(
         id,
@@ -119,6 +118,7 @@ def read_urdf(
             frozenset(reader.unread),
             meshes=meshes,
         ),
+        followers=tuple(configuration.followers()),
         findings=tuple(findings.items),
     )
 
@@ -203,22 +203,3 @@ def _build(
     chain = [moving[joint] for joint in limits]
     check_chain(chain, tip, findings)
     return build_model(name, base, chain)
-
-
-def _hold(joint: UrdfJoint, locked: Mapping[str, float], on_the_way: Collection[str], findings: Findings) -> float:
-    """Give the position, rad or m, at which a joint is held that could move but is no degree of freedom of the arm."""
-    subject = shown(joint.name)
-    if joint.name in locked:
-        return locked[joint.name]
-    if joint.held_at is not None:
-        findings.warning("mimic_joint_held", subject, f"{subject} mimics a joint: it is held at {joint.held_at:g}")
-        return joint.held_at
-    position = 0.0 if joint.moving is None else min(max(0.0, joint.moving.lower), joint.moving.upper)
-    if abs(position) > MAX_NUMBER:  # its limits are nonsense, but it is none of the arm's joints
-        position = 0.0
-    if joint.name in on_the_way:
-        text = f"{subject} moves the arm but is none of its joints: it is held at {position:g}"
-        findings.warning("joint_held_on_the_way", subject, text)
-    else:
-        findings.info("joint_held", subject, f"{subject} is not on the way to the tip: it is held at {position:g}")
-    return position
