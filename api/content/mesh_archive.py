@@ -110,7 +110,7 @@ def _too_large() -> InvalidRequest:
 
 
 def _shown(name: str) -> str:
-    return repr(name[:60])
+    return repr(name if len(name) <= 100 else f"{name[:20]}...{name[-77:]}")
 
 
 def _refused(message: str) -> InvalidRequest:

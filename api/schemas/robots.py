@@ -86,8 +86,8 @@ class UrdfRobot(UrdfDocument, Shown):
     """The id that the robot gets."""
     meshes: Annotated[str, Field(min_length=1, json_schema_extra={"contentEncoding": "base64"})] | None = None
     """A zip archive, in base64, with the files of the meshes that can collide (STL, OBJ or DAE, 32 MiB unpacked in
-    all); `package://` and relative names in the URDF are looked up in it. Omitted: what the meshes are of is estimated
-    by capsules along the kinematics, which the `findings` say."""
+    all); `package://`, `file://` and relative names in the URDF are looked up in it. Omitted: what the meshes are of is
+    estimated by capsules along the kinematics, which the `findings` say."""
 
 
 class DhJoint(Schema):

@@ -50,6 +50,12 @@ def shown(name: str) -> str:
     return name[:40].encode("unicode_escape").decode() + ("..." if len(name) > 40 else "")
 
 
+def shown_path(path: str) -> str:
+    """Return a client's path, cut in the middle and escaped for a message: the name of the file is at its end."""
+    cut = path if len(path) <= 100 else f"{path[:20]}...{path[-77:]}"
+    return cut.encode("unicode_escape").decode()
+
+
 def listed(names: Iterable[str], quoted: bool = False) -> str:
     """Return the different names, cut to a few."""
     counted = list(dict.fromkeys(names))

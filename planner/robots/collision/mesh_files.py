@@ -6,6 +6,7 @@ import posixpath
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from urllib.parse import unquote
 
 from planner.shapes import ConvexHull
 from planner.shapes.meshes.files import MeshPieces, mesh_pieces
@@ -28,6 +29,9 @@ class MeshReference(NamedTuple):
     name: str
     scale: tuple[float, float, float]
 
+
+FILE = "file://"
+"""How the address of a file on the machine that wrote a URDF begins."""
 
 FindFile: TypeAlias = "Callable[[str], bytes | None]"
 """What gives the bytes of a mesh by the name that a URDF has for it; None: it is not there."""
@@ -72,7 +76,8 @@ def _pieces_among(kept: KeptPieces, reference: MeshReference) -> MeshPieces | No
 def meshes_in_folder(folder: Path) -> FindFile:
     """Find meshes in a folder that has one folder for each package, or is the folder of the only package.
 
-    Links that lead out of the folder are not followed.
+    Of a `file://` address the longest tail that is a path in the folder counts: the folder may have been copied. Links
+    that lead out of the folder are not followed.
 
     Args:
         folder: The folder.
@@ -81,7 +86,8 @@ def meshes_in_folder(folder: Path) -> FindFile:
 
 
 def _file_in_folder(root: Path, reference: str) -> bytes | None:
-    for name in candidates(reference):
+    names = candidates(reference)
+    for name in tails(names[0]) if names and reference.startswith(FILE) else names:
         file = (root / name).resolve()
         if file.is_relative_to(root) and file.is_file():
             with file.open("rb") as opened:
@@ -105,23 +111,30 @@ def _file_among(files: Mapping[str, bytes], reference: str) -> bytes | None:
     for name in candidates(reference):
         if name in files:
             return files[name]
-    parts = (candidates(reference) or [""])[0].split("/")
-    for first in range(len(parts)):
-        end = "/".join(parts[first:])
+    for end in tails((candidates(reference) or [""])[0]):
         found = [name for name in files if name == end or name.endswith(f"/{end}")]
         if found:
             return files[found[0]] if len(found) == 1 else None
     return None
 
 
+def tails(path: str) -> list[str]:
+    """Return a path and all its ends, the longest first: `a/b/c`, `b/c` and `c`."""
+    parts = path.split("/")
+    return ["/".join(parts[first:]) for first in range(len(parts))]
+
+
 def candidates(reference: str) -> list[str]:
     """Return the paths that a mesh of a URDF may have: with the name of its package, and without.
 
-    None for what is elsewhere: other machines, absolute paths, and paths that lead out of the package.
+    None for what is elsewhere: other machines, absolute paths, and paths that lead out of the package. A `file://`
+    address has the path below the root of the machine that wrote it, to be found by its tails.
 
     Args:
-        reference: `package://package/path`, `model://package/path` or a relative path.
+        reference: `package://package/path`, `model://package/path`, `file:///path` or a relative path.
     """
+    if reference.startswith(FILE):
+        reference = unquote(reference.removeprefix(FILE)).lstrip("/")
     scheme, separator, rest = reference.partition("://")
     if separator and scheme not in ("package", "model"):
         return []

@@ -68,6 +68,10 @@ def test_what_is_drawn_of_a_box_is_the_box() -> None:
         ("package://r/meshes/arm.stl", "arm.stl"),
         ("package://r/x/../meshes/./arm.stl", "r/meshes/arm.stl"),
         ("model://r/arm.stl", "r/arm.stl"),
+        ("file:///home/me/ws/r/meshes/arm.stl", "home/me/ws/r/meshes/arm.stl"),
+        ("file:///home/me/ws/r/meshes/arm.stl", "r/meshes/arm.stl"),
+        ("file:///home/me/my%20robots/arm.stl", "my robots/arm.stl"),
+        ("file:///C:/ws/r/meshes/arm.stl", "r/meshes/arm.stl"),
         ("meshes/arm.stl", "meshes/arm.stl"),
         ("./arm.stl", "arm.stl"),
     ],
@@ -90,6 +94,9 @@ def test_a_reference_is_found_among_files(reference: str, file: str) -> None:
         "/etc/passwd",
         "package:///etc/passwd",
         "file:///secret.stl",
+        "file:///packages/../../secret.stl",
+        "file:///%2e%2e/secret.stl",
+        "file://http://there/secret.stl",
         "http://there/secret.stl",
         "package://r/..\\..\\secret.stl",
         "package://r/secret.stl\0",
@@ -104,6 +111,29 @@ def test_nothing_outside_is_opened(reference: str, tmp_path: Path) -> None:
     (package / "link.stl").symlink_to(tmp_path / "secret.stl")
     assert meshes_in_folder(tmp_path / "packages")(reference) is None
     assert meshes_among({"a/secret.stlx": CUBE, "etc/passwd": CUBE})(reference) is None
+
+
+def test_a_file_address_is_found_by_its_longest_tail(tmp_path: Path) -> None:
+    address = "file:///home/me/ws/r/meshes/arm.stl"
+    files = {"arm.stl": b"short", "copy/meshes/arm.stl": b"long", "other/arm.stl": b"other"}
+    assert meshes_among(files)(address) == b"long"
+    for name, content in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    assert meshes_in_folder(tmp_path)(address) == b"short", "not below a folder of another name"
+    assert meshes_in_folder(tmp_path / "copy")(address) == b"long"
+
+
+def test_a_message_shows_the_end_of_a_long_mesh_address() -> None:
+    address = f"file:///home/{'somebody/' * 30}meshes/collision/forearm.stl"
+    (finding,) = (
+        finding
+        for finding in Robot.from_urdf(urdf(f'<mesh filename="{address}"/>')).collision_findings
+        if finding.code == "mesh_not_found"
+    )
+    assert "file:///home/" in finding.message
+    assert "meshes/collision/forearm.stl of arm" in finding.message
+    assert len(finding.message) < 150
 
 
 def test_a_name_that_two_files_end_with_is_not_guessed() -> None:
