@@ -1,0 +1,1 @@
+"""Plan requests that combine all that the schema offers, pairwise, each answer before the judges."""

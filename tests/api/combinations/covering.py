@@ -1,0 +1,152 @@
+"""Covering arrays: few rows in which every pair of levels of any two factors occurs, or every triple of three.
+
+Greedy, as AETG does it (Cohen et al., IEEE Transactions on Software Engineering 23(7), 1997): each row begins with
+levels that no row has together, and takes of each other factor the level that adds most.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations, permutations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
+    Row = dict[str, str]
+    """A level of each factor that is there, by its name."""
+
+
+class Factor(NamedTuple):
+    """Something of a request that has levels.
+
+    Attributes:
+        name: Of the factor.
+        levels: What it may be.
+        needs: Where it is there at all: other factors, which stand before it, with the levels that they then have.
+        of_core: Whether it is one of those whose triples occur, too.
+    """
+
+    name: str
+    levels: Sequence[str]
+    needs: Mapping[str, Collection[str]] = {}
+    of_core: bool = False
+
+
+class Covering:
+    """The search for the rows of a covering array.
+
+    Attributes:
+        uncovered: (values,) * strength: whether values, each a level of a factor, have yet to occur together.
+    """
+
+    def __init__(
+        self, factors: Sequence[Factor], refused: Sequence[Mapping[str, Collection[str]]], triples: Collection[str] = ()
+    ) -> None:
+        """Begin.
+
+        Args:
+            factors: Each stands after those that it needs.
+            refused: Levels that no row has together.
+            triples: Names of the factors of which all triples occur, instead of all pairs alone.
+        """
+        self.factors, self.refused = {factor.name: factor for factor in factors}, refused
+        self.children = {name: [factor for factor in factors if name in factor.needs] for name in self.factors}
+        self.values = [(factor.name, level) for factor in factors for level in factor.levels]
+        self.number = {value: k for k, value in enumerate(self.values)}
+        count = len(self.values)
+        self.pairs = np.zeros((count, count), dtype=bool)
+        for i, j in combinations(range(count), 2):
+            self.pairs[i, j] = self.pairs[j, i] = self._closed({}, [self.values[i], self.values[j]]) is not None
+        self.triples = np.zeros((count if triples else 0,) * 3, dtype=bool)
+        if triples:
+            core = np.array([name in triples for name, _ in self.values])
+            self.triples = self.pairs[:, :, None] & self.pairs[:, None] & self.pairs[None]
+            self.triples &= core[:, None, None] & core[:, None] & core
+
+    def rows(self) -> Iterator[Row]:
+        """Yield rows until every pair, and every triple that is wanted, has occurred or proved to be refused."""
+        while True:
+            wanted = self.triples if self.triples.any() else self.pairs
+            if not wanted.any():
+                return
+            first = np.unravel_index(int(wanted.argmax()), wanted.shape)
+            row = self._closed({}, [self.values[k] for k in first])
+            if row is not None:
+                row = self._completed(row)
+            if row is not None:
+                self._cover([self.number[value] for value in row.items()])
+                yield row
+            for place in {*_permutations(first)}:
+                wanted[place] = False
+
+    def _completed(self, row: Row) -> Row | None:
+        """The row with a level of every other factor that is there; None: its levels are refused together."""
+        for name, factor in self.factors.items():
+            if name in row or not all(row.get(need) in levels for need, levels in factor.needs.items()):
+                continue
+            chosen = np.array([self.number[value] for value in row.items()])
+            options = [
+                (self._gain(name, level, chosen), -k, level)
+                for k, level in enumerate(factor.levels)
+                if self._closed(row, [(name, level)]) is not None
+            ]
+            if not options:
+                return None
+            row = row | {name: max(options)[2]}
+        return row
+
+    def _gain(self, name: str, level: str, chosen: np.ndarray) -> float:
+        """How much a level adds to those that are chosen, and what it makes room for."""
+        value = self.number[name, level]
+        gain = float(self.pairs[value, chosen].sum())
+        if self.triples.size:
+            gain += float(self.triples[value][np.ix_(chosen, chosen)].sum()) / 2.0
+        for other in self.children[name]:
+            if level in other.needs[name]:
+                numbers = [self.number[other.name, one] for one in other.levels]
+                gain += float(self.pairs[np.ix_(numbers, chosen)].sum(axis=1).max())
+        return gain
+
+    def _cover(self, numbers: list[int]) -> None:
+        self.pairs[np.ix_(numbers, numbers)] = False
+        if self.triples.size:
+            self.triples[np.ix_(numbers, numbers, numbers)] = False
+
+    def _closed(self, row: Row, added: list[tuple[str, str]]) -> Row | None:
+        """A row with more values and all that they need; None: they contradict each other or the row."""
+        row, open_needs = dict(row), dict[str, set[str]]()
+        for name, level in added:
+            if row.setdefault(name, level) != level:
+                return None
+        pending = [name for name, _ in added]
+        while pending:
+            for need, levels in self.factors[pending.pop()].needs.items():
+                if need in row:
+                    if row[need] not in levels:
+                        return None
+                    continue
+                left = open_needs.setdefault(need, set(self.factors[need].levels))
+                left &= set(levels)
+                pending.append(need)
+        for need, left in open_needs.items():
+            options = [level for level in self.factors[need].levels if level in left]
+            options = [level for level in options if not self._is_refused(row | {need: level})]
+            if not options:
+                return None
+            row[need] = options[0]
+        return None if self._is_refused(row) or self._is_cut_off(row) else row
+
+    def _is_refused(self, row: Row) -> bool:
+        return any(all(row.get(name) in levels for name, levels in rule.items()) for rule in self.refused)
+
+    def _is_cut_off(self, row: Row) -> bool:
+        """Whether a factor of a row has no place beside another one of it."""
+        return any(
+            need in row and row[need] not in levels for name in row for need, levels in self.factors[name].needs.items()
+        )
+
+
+def _permutations(places: tuple[np.intp, ...]) -> Iterator[tuple[int, ...]]:
+    return permutations(tuple(int(place) for place in places))
