@@ -11,6 +11,7 @@ from planner.errors import ConfigurationChange, Remedy, SingularPath, Unreachabl
 from planner.kinematics.configurations import configurations
 from planner.kinematics.forward import tool_pose
 from planner.kinematics.inverse import all_solutions
+from planner.problems.motion_around import as_requested
 from planner.problems.problem import JointMotion, JointWaypoint, PoseWaypoint
 from planner.tolerances import SAME_CONFIGURATION
 from planner.tool_motions.pose_paths import Line
@@ -43,12 +44,13 @@ def motion_remedies(refused: RefusedMotion, before: AnyWaypoint) -> Iterator[Rem
         before: The waypoint where it starts.
     """
     asked, point = refused.asked, refused.point
+    requested, before = as_requested(asked.waypoint), as_requested(before)
     index, is_change = asked.index, isinstance(refused.error, ConfigurationChange)
-    if is_change and isinstance(asked.waypoint, PoseWaypoint):
+    if is_change and isinstance(requested, PoseWaypoint):
         (ends,) = configurations(asked.robot, point.position[None])
         names = ends.of_parts(asked.configuration.names)
         yield Remedy(("waypoints", index, "configuration"), names, "the configuration in which the motion ends")
-    elif is_change and not _is_named(asked.waypoint):
+    elif is_change and isinstance(requested, JointWaypoint) and not _is_named(requested):
         position = tuple(point.position.tolist())
         yield Remedy(("waypoints", index, "position"), position, "the joint position in which the motion ends")
     elif (
