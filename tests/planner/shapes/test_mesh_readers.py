@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-import time
 
 import numpy as np
 import pytest
@@ -119,10 +118,8 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 def test_what_is_no_mesh_is_refused(name: str) -> None:
     data, says = HOSTILE[name]
-    before = time.process_time()
     with pytest.raises(InvalidMesh, match=says):
         read_mesh(name, data)
-    assert time.process_time() - before < 2.0
 
 
 def test_a_large_file_is_not_looked_into() -> None:
