@@ -35,6 +35,8 @@ GRAPHICS = "GPU stall due to ReadPixels"
 """Chromium's remark on saving a picture where the processor draws."""
 
 WELDING = "documents/welding"
+GROUPS = {"documents": "Published works", "jobs": "Everyday jobs", "features": "What can be asked"}
+"""The groups of the menu of examples."""
 TOO_SHORT = {
     "robot": "kuka_kr16_2",
     "waypoints": [
@@ -62,12 +64,19 @@ def launched(playwright: Playwright) -> Browser:
 
 
 @contextmanager
-def opened(browser: Browser, url: str, may_fail: tuple[str, ...] = (), **options: Any) -> Iterator[Page]:
-    """Open the page; at the end, nothing but `may_fail` may have been said, and nobody else have been asked."""
+def opened(
+    browser: Browser, url: str, may_fail: tuple[str, ...] = (), scripts: tuple[str, ...] = (), **options: Any
+) -> Iterator[Page]:
+    """Open the page; at the end, nothing but `may_fail` may have been said, and nobody else have been asked.
+
+    `scripts` run before those of the page.
+    """
     said: list[str] = []
     asked: set[str] = set()
     context = browser.new_context(viewport=options.pop("viewport", DESKTOP), **options)
     context.grant_permissions(["clipboard-read", "clipboard-write"])
+    for script in scripts:
+        context.add_init_script(script)
     page = context.new_page()
     page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
     page.on("pageerror", lambda error: said.append(f"error: {error}"))
@@ -103,8 +112,27 @@ def choose_example(page: Page, name: str) -> None:
         return asked is not None and asked["waypoints"] == waypoints
 
     with page.expect_response(is_its_plan):
-        page.get_by_label("Example").select_option(name)
+        click_example(page, name)
     planned(page)
+
+
+def click_example(page: Page, name: str) -> None:
+    group, _, file = name.rpartition("/")
+    page.get_by_role("button", name="Examples").click()
+    menu = page.get_by_role("menu", name="Examples").get_by_role("group", name=GROUPS[group])
+    menu.get_by_role("menuitem", name=file.replace("_", " "), exact=True).click()
+
+
+def add_waypoint(page: Page, name: str) -> None:
+    page.get_by_role("button", name="+ Add").click()
+    page.get_by_role("menuitem", name=name).click()
+
+
+def shown_request(page: Page) -> dict[str, Any]:
+    """Return the request that the page shows."""
+    page.get_by_role("tab", name="Request").click()
+    request: dict[str, Any] = json.loads(page.get_by_label("The request as JSON").input_value())
+    return request
 
 
 def use_request(page: Page, text: str) -> None:

@@ -7,6 +7,7 @@ import re
 import threading
 from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import httpx
@@ -105,6 +106,31 @@ def test_a_phone_shows_all_without_scrolling_sideways(browser: Browser, service:
         assert 0.0 <= nearest["x"] <= nearest["x"] + nearest["width"] <= PHONE["width"]
 
 
+EXTENTS = """() => ['#waypoints', '.middle', '.result'].map((selector) => {
+  const parts = [...document.querySelectorAll(`${selector}, ${selector} *`)];
+  const boxes = parts.map((part) => part.getBoundingClientRect()).filter((box) => box.width > 1 && box.height > 1);
+  const ends = (side, most) => most(...boxes.map((box) => box[side]));
+  return [ends('left', Math.min), ends('top', Math.min), ends('right', Math.max), ends('bottom', Math.max)];
+})"""
+"""The left, top, right and bottom ends of the waypoints, the motion and the result, with all that is in them."""
+
+
+def test_no_part_lies_over_another_at_any_width(browser: Browser, service: RunningService) -> None:
+    """From 1200 px on the parts scroll by themselves, beside each other; below, they stand as high as they are."""
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        for width in (390, 760, 1099, 1199, 1200, 1600):
+            page.set_viewport_size({"width": width, "height": 800})
+            page.locator(".plot canvas").first.wait_for()
+            drawn(page)
+            extents = page.evaluate(EXTENTS)
+            for first, second in combinations(extents, 2):
+                beside = first[2] <= second[0] + 1.0 or second[2] <= first[0] + 1.0
+                above = first[3] <= second[1] + 1.0 or second[3] <= first[1] + 1.0
+                assert beside or above, (width, extents)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
 @pytest.fixture
 def behind_a_proxy(service: RunningService) -> Iterator[str]:
     """The service under a prefix, as a proxy shows it."""
@@ -195,7 +221,7 @@ def test_the_first_key_leads_past_the_header(page: Page) -> None:
     page.keyboard.press("Enter")
     expect(page.locator("#waypoints")).to_be_focused()
     page.keyboard.press("Tab")
-    expect(page.get_by_role("combobox", name="Add")).to_be_focused()
+    expect(page.get_by_role("button", name="+ Add")).to_be_focused()
     assert page.url == address  # it holds the request
 
 

@@ -19,6 +19,7 @@ from tests.locations import ROOT
 from web.tests.browser import (
     TOO_SHORT,
     WELDING,
+    add_waypoint,
     addressed,
     changed_colours,
     choose_example,
@@ -66,9 +67,9 @@ def test_waypoints_are_added_moved_and_deleted_by_keys(page: Page) -> None:
     expect(names.nth(1)).to_have_text("P2")
     page.keyboard.press("Delete")
     expect(names).to_have_count(5)
-    for kind in ("posture", "pose", "relative"):
-        page.get_by_label("Add").select_option(kind)
-    expect(names).to_have_count(8)
+    for count, kind in enumerate(("Current posture", "Current pose", "Relative move"), 6):
+        add_waypoint(page, kind)
+        expect(names).to_have_count(count)
     assert planned(page)
 
 
@@ -81,7 +82,7 @@ def test_a_refusal_shows_its_place_and_its_remedy_applies(page: Page) -> None:
     use_request(page, json.dumps(TOO_SHORT))
     refusal = page.get_by_role("alert", name="Refusal")
     expect(refusal).to_contain_text("within the acceleration limit of joint_a1 it takes 0.938868 s")
-    expect(refusal).to_contain_text("waypoint 2, between waypoints 1 and 2, joint_a1")
+    expect(refusal).to_contain_text("waypoint 1, segment 0, from waypoint 0 to waypoint 1, joint_a1")
     expect(page.locator("li.wrong [data-waypoint='1']")).to_be_visible()
     refusal.get_by_role("button", name="Apply").first.click()
     expect(refusal).to_have_count(0)
@@ -93,7 +94,7 @@ def test_what_is_out_of_reach_is_said_where(page: Page) -> None:
     page.get_by_label("x", exact=True).fill("9000")
     page.keyboard.press("Tab")
     refusal = page.get_by_role("alert", name="Refusal")
-    expect(refusal).to_contain_text("waypoint 3")
+    expect(refusal).to_contain_text("“P3” (waypoint 2)")
     expect(refusal).to_contain_text(re.compile(r"nearest that the tool gets is \d+ mm away"))
 
 
@@ -151,17 +152,6 @@ def test_the_plots_are_zoomed_together_and_shown_whole_again(page: Page) -> None
     assert seconds(page) == 0.0  # nobody asked for another time
     surface.dblclick(position={"x": width / 2, "y": 50})
     assert ends() == pytest.approx([0.0, 25.29, 0.0, 25.29], abs=0.1)
-
-
-def test_a_link_reproduces_what_is_seen(page: Page, browser: Browser) -> None:
-    with addressed(page):
-        choose_example(page, WELDING)
-    with addressed(page):
-        page.get_by_role("slider", name="Time").press("PageUp")
-    shown = planned(page), seconds(page)
-    with opened(browser, page.url) as other:
-        assert planned(other).split(",")[:2] == shown[0].split(",")[:2]
-        assert seconds(other) == shown[1]
 
 
 FORMATS = {

@@ -11,18 +11,19 @@ from playwright.sync_api import expect
 
 from tests.api.batches.test_batches import slow_requests
 from tests.locations import ROOT
-from web.tests.browser import opened, planned, use_request
+from web.tests.browser import WELDING, click_example, opened, planned, use_request
+from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from playwright.sync_api import Browser, Locator, Page
+    from playwright.sync_api import Browser, Locator, Page, Route
 
     from tests.api.conftest import RunningService
 
-AWAY = ("net::ERR_",)
-"""What Chromium says by itself of a service that is not there."""
+AWAY = ("net::ERR_", "status of 503")
+"""What Chromium says by itself of a service that is not there, or not yet ready."""
 ITEMS = 12
 
 
@@ -44,6 +45,57 @@ def plan(page: Page) -> None:
     page.get_by_role("button", name="Plan", exact=True).click()
 
 
+def test_it_goes_on_by_itself(
+    browser: Browser, start_service: Callable[..., RunningService], start_again: Callable[..., RunningService]
+) -> None:
+    """An edit while the service is away is planned when it is back, and another robot is described then."""
+    first = start_service(workers=1)
+    with opened(browser, f"{first.url}/", may_fail=AWAY) as page:
+        planned(page)
+        first.process.terminate()
+        first.process.wait(30.0)
+        page.locator("[data-waypoint='1']").click()
+        page.get_by_label("Duration (s)").fill("9.33")
+        page.keyboard.press("Tab")
+        banner = page.get_by_role("alert").filter(has_text="goes on when the service is back")
+        expect(banner).to_be_visible()
+        assert violations(page) == []
+        second = start_again(first, workers=1)
+        expect(page.locator(".verdict:not(.stale)")).to_contain_text("27.29 s", timeout=60_000)
+        expect(banner).to_have_count(0)
+        second.process.terminate()
+        second.process.wait(30.0)
+        click_example(page, WELDING)
+        expect(banner).to_be_visible()
+        use_request(page, (ROOT / "examples/welding.json").read_text())
+        expect(page.locator(".stage-failed")).to_contain_text("welding_arm")
+        start_again(first, workers=1)
+        expect(page.locator("[data-waypoint]")).to_have_count(11)
+        assert "by quintic" in planned(page)
+
+
+def test_a_request_that_is_never_answered_is_sent_again_once(browser: Browser, service: RunningService) -> None:
+    """It may be what ends the service."""
+    with opened(browser, f"{service.url}/", may_fail=AWAY) as page:
+        planned(page)
+        sent: list[Route] = []
+
+        def fail(route: Route) -> None:
+            sent.append(route)
+            route.abort("connectionreset")
+
+        page.route("**/v1/trajectories", fail)
+        page.locator("[data-waypoint='1']").click()
+        page.get_by_label("Duration (s)").fill("9.33")
+        page.keyboard.press("Tab")
+        expect(page.get_by_role("alert").filter(has_text="press Plan to send the request once more")).to_be_visible()
+        assert len(sent) == 2
+        page.unroute("**/v1/trajectories")
+        plan(page)
+        expect(page.get_by_role("alert", name="Refusal")).to_have_count(0)
+        assert "27.29 s" in planned(page)
+
+
 def test_it_plans_again(
     browser: Browser, start_service: Callable[..., RunningService], start_again: Callable[..., RunningService]
 ) -> None:
@@ -62,7 +114,7 @@ def test_it_plans_again(
 def test_a_plan_that_was_under_way_is_asked_for_again(
     browser: Browser, start_service: Callable[..., RunningService], start_again: Callable[..., RunningService]
 ) -> None:
-    """What was asked stays; the page does not send it anew by itself, since it may be what has ended the service."""
+    """What was asked stays, and is sent anew once: it may be what has ended the service."""
     asked = json.loads((ROOT / "examples/around_a_wall.json").read_text())
     asked["waypoints"][1]["motion"] |= {"optimise": "duration", "time_budget": 5.0}
     first = start_service(workers=1)

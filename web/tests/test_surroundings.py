@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.locations import ROOT
-from web.tests.browser import choose_example, drawn, opened, planned, use_request
+from web.tests.browser import choose_example, drawn, opened, planned, shown_request, use_request
 from web.tests.test_conditions import violations
 from web.tests.test_poses import MARK
 
@@ -33,13 +33,6 @@ TO_A_POSE = {
     ],
 }
 """Two of four ways to this pose are free of the table, which is where the arm starts, so that there is no plan."""
-
-
-def shown_request(page: Page) -> dict[str, Any]:
-    """Return the request that the page shows."""
-    page.get_by_role("tab", name="Request").click()
-    request: dict[str, Any] = json.loads(page.get_by_label("The request as JSON").input_value())
-    return request
 
 
 def test_free_ways_come_first_and_the_others_say_what_is_in_the_way(browser: Browser, service: RunningService) -> None:
@@ -137,11 +130,11 @@ def test_speed_zones_are_asked_and_seen(browser: Browser, service: RunningServic
         section.get_by_text("to walkway").first.click()
         expect(section.get_by_role("checkbox", name="walkway")).to_be_checked()
         assert violations(page) == []
-        section.get_by_role("button", name="Delete zone 1").press("Enter")
+        section.get_by_role("button", name="Delete zone 0").press("Enter")
         expect(rows).to_have_count(1)
         section.get_by_role("button", name="Add a zone").press("Enter")
         expect(rows).to_have_count(2)
-        second = section.get_by_role("group", name="Zone 2")
+        second = section.get_by_role("group", name="Zone 1")
         second.get_by_label("Speed up to (mm/s)").fill("300")
         page.keyboard.press("Tab")
         expect(rows.nth(1)).to_contain_text("/ 0.3 m/s")

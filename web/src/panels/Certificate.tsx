@@ -141,7 +141,7 @@ function figures({ quantity, joint, peak, limit, bounded }: Check, arm: Robot): 
   const factor = isOfJoint ? factorOf(described, quantity as Quantity) : 1;
   const unit = isOfJoint ? unitOf(described, quantity as Quantity) : siUnit(quantity, described?.kind === 'prismatic');
   const top = bounded ? short(peak * factor, 3) : texts.result.unbounded;
-  return `${top} / ${limit === null ? texts.result.unlimited : `${short(limit * factor, 3)} ${unit}`}`;
+  return `${top} / ${limit === null ? texts.result.unlimited : `${short(limit * factor, 3)} ${unit}`.replaceAll(' ', '\u00a0')}`;
 }
 
 // The units of what is shown in SI units: of the tool and of joints that turn, then of joints that slide, if they differ.

@@ -1,8 +1,7 @@
 // Several back ends side by side; their paths are ghosts on the stage.
-import type { Backend } from '../service/types';
 import { short } from '../plan/units';
 import { jointColour } from '../plots/colours';
-import { show } from '../state/actions';
+import { chooseBackend } from '../state/actions';
 import { compare } from '../state/planning';
 import { compared, comparing, request } from '../state/store';
 import type { Compared } from '../state/store';
@@ -62,7 +61,7 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
         </>
       )}
       <td>
-        <button type="button" aria-label={`${texts.compare.use} ${backend}`} onClick={() => use(backend)}>
+        <button type="button" aria-label={`${texts.compare.use} ${backend}`} onClick={() => chooseBackend(backend)}>
           {texts.compare.use}
         </button>
       </td>
@@ -72,8 +71,4 @@ function Entry({ entry, index }: { entry: Compared; index: number }) {
 
 function figure(value: number | null): string {
   return value === null ? '–' : short(value, 4);
-}
-
-function use(kind: string): void {
-  if (request.value) show({ ...request.value, backend: { kind } as Backend });
 }

@@ -1,15 +1,24 @@
 // The top of the page: robot, example, back end, plan, undo and redo.
-import type { Backend } from '../service/types';
+import { useState } from 'preact/hooks';
 import { EXAMPLES } from '../request/examples';
 import type { Example } from '../request/examples';
 import { apiKey, useKey } from '../service/client';
-import { chooseExample, chooseRobot, redo, settle, show, undo } from '../state/actions';
+import { chooseBackend, chooseExample, chooseRobot, redo, settle, undo } from '../state/actions';
 import { planNow } from '../state/planning';
-import { backends, history, notice, planning, problem, request, robots } from '../state/store';
+import { linkToShown } from '../state/start';
+import { backends, banner, history, notice, planning, problem, request, robots } from '../state/store';
 import { switchTheme } from '../state/theme';
 import { texts } from '../texts';
+import { Banner } from './Banner';
+import { Menu } from './Menu';
+import { copy } from './save';
 
-const GROUPS: readonly Example['group'][] = ['documents', 'jobs', 'features'];
+const KINDS: readonly Example['group'][] = ['documents', 'jobs', 'features'];
+
+const GROUPS = KINDS.map((kind) => ({
+  label: texts.header.groups[kind],
+  items: EXAMPLES.filter(({ group }) => group === kind).map((example) => ({ text: example.name.replaceAll('_', ' '), onChoose: () => void chooseExample(example) })),
+}));
 
 export function Header() {
   const shown = request.value;
@@ -22,33 +31,17 @@ export function Header() {
       <span class="labelled">
         <label for="robot">{texts.header.robot}</label>
         <select id="robot" value={shown?.robot ?? ''} onChange={(event) => void chooseRobot(event.currentTarget.value)}>
-          {robotIds(shown?.robot).map((id) => (
+          {robotIds(shown?.robot).map(([id, text]) => (
             <option key={id} value={id}>
-              {id}
+              {text}
             </option>
           ))}
         </select>
       </span>
-      <span class="labelled">
-        <label for="example" class="visually-hidden">
-          {texts.header.example}
-        </label>
-        <select id="example" value="" onChange={(event) => openExample(event.currentTarget)}>
-          <option value="">{texts.header.chooseExample}</option>
-          {GROUPS.map((group) => (
-            <optgroup key={group} label={texts.header.groups[group]}>
-              {EXAMPLES.filter((example) => example.group === group).map(({ name }) => (
-                <option key={name} value={`${group}/${name}`}>
-                  {name.replaceAll('_', ' ')}
-                </option>
-              ))}
-            </optgroup>
-          ))}
-        </select>
-      </span>
+      <Menu label={texts.header.chooseExample} groups={GROUPS} />
       <span class="labelled">
         <label for="backend">{texts.header.backend}</label>
-        <select id="backend" value={shown?.backend?.kind ?? 'cubic'} onChange={(event) => useBackend(event.currentTarget.value)}>
+        <select id="backend" value={shown?.backend?.kind ?? 'cubic'} onChange={(event) => chooseBackend(event.currentTarget.value)}>
           {backends.value.map(({ kind, summary }) => (
             <option key={kind} value={kind} title={summary}>
               {kind}
@@ -68,9 +61,7 @@ export function Header() {
         </button>
       </div>
       <span class="spacer" />
-      <button type="button" onClick={() => void copyLink()}>
-        {texts.header.copyLink}
-      </button>
+      <CopyLink />
       <button type="button" aria-label={texts.header.theme} title={texts.header.theme} onClick={switchTheme}>
         ◐
       </button>
@@ -79,6 +70,7 @@ export function Header() {
       <p class="visually-hidden" role="status">
         {notice}
       </p>
+      <Banner />
     </header>
   );
 }
@@ -89,24 +81,28 @@ function skip(event: Event): void {
   document.querySelector<HTMLElement>('#waypoints')?.focus();
 }
 
-function robotIds(shown: string | undefined): string[] {
-  const ids = robots.value.map(({ id }) => id);
-  return shown === undefined || ids.includes(shown) ? ids : [shown, ...ids];
+// The robots that can be chosen, and the one that the request names.
+function robotIds(shown: string | undefined): [string, string][] {
+  const known = robots.value.map(({ id }): [string, string] => [id, id]);
+  if (shown === undefined || known.some(([id]) => id === shown)) return known;
+  return [[shown, known.length > 0 ? texts.header.unknownRobot(shown) : shown], ...known];
 }
 
-function openExample(select: HTMLSelectElement): void {
-  const example = EXAMPLES.find(({ group, name }) => `${group}/${name}` === select.value);
-  select.value = '';
-  if (example) void chooseExample(example);
-}
-
-function useBackend(kind: string): void {
-  if (request.value) show({ ...request.value, backend: { kind } as Backend });
-}
-
-async function copyLink(): Promise<void> {
-  await navigator.clipboard.writeText(location.href);
-  notice.value = texts.said.linkCopied;
+function CopyLink() {
+  const [isCopied, setCopied] = useState(false);
+  const copyLink = async (): Promise<void> => {
+    const link = await linkToShown();
+    if (await copy(link)) {
+      setCopied(true);
+      setTimeout(() => setCopied(false), 1500);
+      notice.value = texts.said.linkCopied;
+    } else banner.value = { text: texts.said.copyByHand, link };
+  };
+  return (
+    <button type="button" onClick={() => void copyLink()}>
+      {isCopied ? texts.header.linkCopied : texts.header.copyLink}
+    </button>
+  );
 }
 
 function Key() {

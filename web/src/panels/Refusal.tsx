@@ -8,9 +8,10 @@ import { texts } from '../texts';
 
 export function Refusal({ problem }: { problem: Problem }) {
   const { waypoint, segment, joint, time, pair } = problem;
+  const place = (index: number): string => texts.waypoints.place(index, request.value?.waypoints[index]?.name ?? null);
   const where = [
-    waypoint === null || waypoint === undefined ? null : texts.refusal.waypoint(waypoint),
-    segment === null || segment === undefined ? null : texts.refusal.segment(segment),
+    typeof waypoint === 'number' ? place(waypoint) : null,
+    typeof segment === 'number' ? texts.refusal.segment(segment, place(segment), place(segment + 1)) : null,
     joint,
     typeof time === 'number' && !pair ? texts.refusal.at(seconds(time)) : null,
   ].filter((part) => part !== null && part !== undefined);

@@ -1,40 +1,49 @@
 // The request as JSON: read it, change it, open and save it.
 import { useState } from 'preact/hooks';
-import { isRequest } from '../request/address';
 import { json } from '../request/code';
-import { show } from '../state/actions';
+import { parseRequest } from '../request/parse';
+import type { PlanRequest } from '../service/types';
+import { openRequest, show } from '../state/actions';
 import { request } from '../state/store';
 import { texts } from '../texts';
 import { save } from './save';
 
+// A text that is not yet a request, what is wrong with it, and the request that it was made from.
+interface Draft {
+  of: PlanRequest | null;
+  text: string;
+  fault: string;
+}
+
 export function RequestJson() {
-  const [edited, setEdited] = useState<string | null>(null);
-  const [wrong, setWrong] = useState('');
-  const text = edited ?? json(request.value);
-  const take = (next: string): void => {
-    const fault = taken(next);
-    setWrong(fault);
-    setEdited(fault === '' ? null : next);
+  const [kept, setDraft] = useState<Draft | null>(null);
+  const shown = request.value;
+  const draft = kept?.of === shown ? kept : null; // another request has taken its place
+  const text = draft?.text ?? json(shown);
+  const take = (next: string, use: (request: PlanRequest) => void): void => {
+    const { request: parsed, fault } = parseRequest(next);
+    setDraft(parsed ? null : { of: shown, text: next, fault });
+    if (parsed) use(parsed);
   };
   return (
     <div class="json">
       <label for="request-json">{texts.json.label}</label>
-      <textarea id="request-json" rows={18} spellcheck={false} value={text} onInput={(event) => setEdited(event.currentTarget.value)} />
-      {wrong !== '' && (
+      <textarea id="request-json" rows={18} spellcheck={false} value={text} onInput={(event) => setDraft({ of: shown, text: event.currentTarget.value, fault: '' })} />
+      {draft?.fault && (
         <p role="alert" class="wrong-text">
-          {texts.json.wrong} {wrong}
+          {texts.json.wrong} {draft.fault}
         </p>
       )}
       <div class="buttons">
-        <button type="button" class="primary" onClick={() => take(text)}>
+        <button type="button" class="primary" onClick={() => take(text, (parsed) => show(parsed, texts.said.imported))}>
           {texts.json.apply}
         </button>
-        <button type="button" onClick={() => save(`${request.value?.robot ?? 'request'}.json`, new Blob([json(request.value)]))}>
+        <button type="button" onClick={() => save(`${shown?.robot ?? 'request'}.json`, new Blob([json(shown)]))}>
           {texts.json.save}
         </button>
         <label class="file">
           {texts.json.open}
-          <input type="file" accept=".json,application/json" onChange={(event) => void open(event.currentTarget).then(take)} />
+          <input type="file" accept=".json,application/json" onChange={(event) => void open(event.currentTarget).then((file) => take(file, (parsed) => openRequest(parsed, texts.said.imported)))} />
         </label>
       </div>
     </div>
@@ -43,16 +52,4 @@ export function RequestJson() {
 
 async function open(input: HTMLInputElement): Promise<string> {
   return (await input.files?.[0]?.text()) ?? '';
-}
-
-// Shows a request; returns what is wrong with the text, if anything.
-function taken(text: string): string {
-  try {
-    const next: unknown = JSON.parse(text);
-    if (!isRequest(next)) return texts.json.noRequest;
-    show(next, texts.said.imported);
-    return '';
-  } catch (error) {
-    return error instanceof Error ? error.message : String(error);
-  }
 }

@@ -1,13 +1,13 @@
 // The robot that is shown: sliders for its joints, its limits and where they come from; and robots of the user's own.
 import { useComputed } from '@preact/signals';
-import { jointWaypoint, inserted } from '../request/edits';
+import { jointWaypoint } from '../request/edits';
 import { factorOf, short, unitOf } from '../plan/units';
 import type { Quantity } from '../plan/limits';
 import type { Joint, Robot } from '../service/types';
-import { show } from '../state/actions';
+import { insert } from '../state/actions';
 import { playing } from '../state/playback';
 import { posed, posture } from '../state/posture';
-import { request, robot, selected } from '../state/store';
+import { request, robot } from '../state/store';
 import { texts } from '../texts';
 import { RobotUpload } from './RobotUpload';
 import { Workspace } from './Workspace';
@@ -38,7 +38,7 @@ function Sliders({ arm }: { arm: Robot }) {
             {name}
           </button>
         ))}
-        <button type="button" class="primary" disabled={!request.value} onClick={() => add(posture.value)}>
+        <button type="button" class="primary" disabled={!request.value} onClick={() => insert(jointWaypoint(posture.value))}>
           {texts.robot.add}
         </button>
       </div>
@@ -71,13 +71,6 @@ function pose(next: readonly number[]): void {
 function rangeOf({ kind, lower, upper }: Joint): [number, number] {
   const most = kind === 'prismatic' ? 1 : Math.PI;
   return [lower ?? -most, upper ?? most];
-}
-
-function add(posture: readonly number[]): void {
-  if (!request.value) return;
-  const at = selected.value;
-  show(inserted(request.value, at, jointWaypoint(posture)));
-  selected.value = at + 1;
 }
 
 const LIMITS: readonly Quantity[] = ['position', 'velocity', 'acceleration', 'jerk', 'torque'];

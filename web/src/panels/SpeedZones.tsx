@@ -36,10 +36,10 @@ function Zone({ request, zone, index }: ZoneProps) {
   };
   return (
     <fieldset class="zone">
-      <legend>{texts.zones.number(index + 1)}</legend>
+      <legend>{texts.zones.number(index)}</legend>
       <NumberField label={texts.zones.clearance} value={zone.clearance * 1000} min={1} onValue={(value) => value && show(withZone(request, index, { clearance: value / 1000 }))} />
       <NumberField label={texts.zones.speed} value={zone.speed * 1000} min={1} onValue={(value) => value && show(withZone(request, index, { speed: value / 1000 }))} />
-      <button type="button" aria-label={texts.zones.remove(index + 1)} title={texts.zones.remove(index + 1)} onClick={() => show(withoutZone(request, index))}>
+      <button type="button" aria-label={texts.zones.remove(index)} title={texts.zones.remove(index)} onClick={() => show(withoutZone(request, index))}>
         ✕
       </button>
       <details onToggle={(event) => setOpen(event.currentTarget.open)}>

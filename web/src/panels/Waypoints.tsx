@@ -1,15 +1,17 @@
 // The list of waypoints: choose, add, reorder by drag and by keys, delete.
 import { signal } from '@preact/signals';
-import { inserted, jointWaypoint, moved, poseWaypoint, removed } from '../request/edits';
+import { jointWaypoint, moved, removed } from '../request/edits';
 import { zonesOf } from '../request/zones';
-import { locate, plannedWaypoint } from '../plan/samples';
+import { plannedWaypoint } from '../plan/samples';
 import { seconds, short } from '../plan/units';
-import type { PlanAnswer, PlanRequest, Pose, Robot, Waypoint } from '../service/types';
-import { show } from '../state/actions';
-import { seek, time } from '../state/playback';
+import type { PlanRequest, Robot, Waypoint } from '../service/types';
+import { insert, insertPose, show } from '../state/actions';
+import { seek } from '../state/playback';
 import { shownPosture } from '../state/posture';
 import { isStale, problem, request, robot, selected, shownPlan } from '../state/store';
 import { texts } from '../texts';
+import { Menu } from './Menu';
+import type { MenuGroup } from './Menu';
 import { SpeedZones } from './SpeedZones';
 import { WaypointEditor } from './WaypointEditor';
 
@@ -17,25 +19,12 @@ const dragged = signal<number | null>(null);
 
 export function Waypoints() {
   const [shown, arm] = [request.value, robot.value];
-  if (!shown || !arm) return <section class="panel" id="waypoints" />;
+  if (!shown) return <section class="panel" id="waypoints" />;
   return (
     <section class="panel" id="waypoints" tabIndex={-1} aria-label={texts.waypoints.label}>
       <div class="panel-head">
         <h2>{texts.waypoints.label}</h2>
-        <label>
-          <span class="visually-hidden">{texts.waypoints.add}</span>
-          <select value="" onChange={(event) => add(event.currentTarget, shown, arm)}>
-            <option value="">+ {texts.waypoints.add}</option>
-            <option value="posture">{texts.waypoints.addPosture}</option>
-            <option value="pose" disabled={!shownPlan.value}>{texts.waypoints.addPose}</option>
-            <option value="relative">{texts.waypoints.addRelative}</option>
-            {Object.keys(arm.named_positions).map((name) => (
-              <option key={name} value={`named ${name}`}>
-                {name}
-              </option>
-            ))}
-          </select>
-        </label>
+        {arm && <Menu label={texts.waypoints.add} groups={additions(arm)} />}
       </div>
       <ol class="waypoints" onKeyDown={(event) => keys(event, shown)}>
         {shown.waypoints.map((waypoint, index) => (
@@ -43,7 +32,7 @@ export function Waypoints() {
         ))}
       </ol>
       <p class="hint">{texts.waypoints.keys}</p>
-      <WaypointEditor request={shown} robot={arm} index={Math.min(selected.value, shown.waypoints.length - 1)} />
+      {arm && <WaypointEditor request={shown} robot={arm} index={Math.min(selected.value, shown.waypoints.length - 1)} />}
       {(shown.scene || zonesOf(shown).length > 0) && <SpeedZones request={shown} />}
     </section>
   );
@@ -74,7 +63,7 @@ function Row({ waypoint, index, shown }: RowProps) {
       onDrop={() => drop(shown, index)}
     >
       <button type="button" class="row" aria-current={isChosen} data-waypoint={index} onClick={choose}>
-        <span class="number">{index + 1}</span>
+        <span class="number">{index}</span>
         <span class="what">
           <strong>{waypoint.name ?? texts.waypoints.kinds[waypoint.kind]}</strong>
           <small>{summary(waypoint)}</small>
@@ -100,7 +89,7 @@ function Row({ waypoint, index, shown }: RowProps) {
           >
             ↓
           </button>
-          <button type="button" aria-label={texts.waypoints.duplicate} title={texts.waypoints.duplicate} onClick={() => insert(shown, index, structuredClone(waypoint))}>
+          <button type="button" aria-label={texts.waypoints.duplicate} title={texts.waypoints.duplicate} onClick={() => insert(structuredClone(waypoint))}>
             ❐
           </button>
           <button type="button" aria-label={texts.waypoints.remove} title={texts.waypoints.remove} disabled={shown.waypoints.length <= 2} onClick={() => show(removed(shown, index))}>
@@ -147,30 +136,14 @@ function drop(shown: PlanRequest, to: number): void {
   dragged.value = null;
 }
 
-function insert(shown: PlanRequest, after: number, waypoint: Waypoint): void {
-  show(inserted(shown, after, waypoint));
-  selected.value = after + 1;
-}
-
-function add(select: HTMLSelectElement, shown: PlanRequest, arm: Robot): void {
-  const kind = select.value;
-  select.value = '';
-  const plan = shownPlan.value;
-  const posture = shownPosture(arm);
-  if (kind === 'posture') insert(shown, selected.value, jointWaypoint(posture));
-  const pose = plan && shownPose(plan.answer);
-  if (kind === 'pose' && pose) insert(shown, selected.value, poseWaypoint(pose));
-  if (kind === 'relative') {
-    const move = { kind: 'cartesian' as const, translation: [0, 0, 0.05] };
-    insert(shown, selected.value, { kind: 'relative', frame: 'base', move });
-  }
-  if (kind.startsWith('named ')) insert(shown, selected.value, { kind: 'named', name: kind.slice(6) });
-}
-
-// The pose of the tool at the sample that is nearest to the time shown.
-function shownPose({ samples }: PlanAnswer): Pose | null {
-  const [index, share] = locate(samples.time, time.value);
-  const at = index + Math.round(share);
-  const [position, xyzw] = [samples.tcp_pose?.position[at], samples.tcp_pose?.quaternion_xyzw[at]];
-  return position && xyzw ? { position, orientation: { kind: 'quaternion', xyzw } } : null;
+// What can be added behind the chosen waypoint.
+function additions(arm: Robot): MenuGroup[] {
+  const lift: Waypoint = { kind: 'relative', frame: 'base', move: { kind: 'cartesian', translation: [0, 0, 0.05] } };
+  const usual = [
+    { text: texts.waypoints.addPosture, onChoose: () => insert(jointWaypoint(shownPosture(arm))) },
+    { text: texts.waypoints.addPose, onChoose: () => void insertPose(shownPosture(arm)) },
+    { text: texts.waypoints.addRelative, onChoose: () => insert(lift) },
+  ];
+  const named = Object.keys(arm.named_positions).map((name) => ({ text: name, onChoose: () => insert({ kind: 'named', name }) }));
+  return named.length > 0 ? [{ items: usual }, { label: texts.waypoints.addNamed, items: named }] : [{ items: usual }];
 }

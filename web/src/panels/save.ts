@@ -1,4 +1,4 @@
-// Saves a file as a download of the browser.
+// Hands something to the user: a file as a download, a text as a copy.
 export function save(name: string, content: Blob): void {
   const link = document.createElement('a');
   link.href = URL.createObjectURL(content);
@@ -7,11 +7,28 @@ export function save(name: string, content: Blob): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
+// Puts a text on the clipboard; false: the browser lets no page do that.
 export async function copy(text: string): Promise<boolean> {
   try {
-    await navigator.clipboard.writeText(text);
+    await navigator.clipboard.writeText(text); // there is no clipboard without https
     return true;
   } catch {
-    return false; // a page without https, or one that may not
+    return copyBySelection(text);
+  }
+}
+
+function copyBySelection(text: string): boolean {
+  const focused = document.activeElement as HTMLElement | null;
+  const field = document.createElement('textarea');
+  field.value = text;
+  field.className = 'visually-hidden';
+  document.body.append(field);
+  field.select();
+  try {
+    // eslint-disable-next-line @typescript-eslint/no-deprecated -- without https there is no other way
+    return document.execCommand('copy');
+  } finally {
+    field.remove();
+    focused?.focus();
   }
 }

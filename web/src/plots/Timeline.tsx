@@ -42,14 +42,14 @@ export function Timeline() {
                 class="mark"
                 tabIndex={-1}
                 style={{ left: `${(100 * arrival_time) / duration}%` }}
-                title={texts.timeline.mark(index + 1, name ?? null, seconds(arrival_time))}
-                aria-label={texts.timeline.mark(index + 1, name ?? null, seconds(arrival_time))}
+                title={texts.timeline.mark(index, name ?? null, seconds(arrival_time))}
+                aria-label={texts.timeline.mark(index, name ?? null, seconds(arrival_time))}
                 onClick={() => {
                   selected.value = index;
                   seek(arrival_time);
                 }}
               >
-                {index + 1}
+                {index}
               </button>
             ))}
         </div>

@@ -30,7 +30,7 @@ export function WaypointTable({ answer, robot }: TableProps) {
         <tbody>
           {answer.waypoints.map(({ index, name, arrival_time, departure_time, position, pose, position_error }, row) => (
             <tr key={row}>
-              <th scope="row">{name ?? index + 1}</th>
+              <th scope="row">{name ?? index}</th>
               <td class="number">
                 <button type="button" class="link" onClick={() => seek(arrival_time)}>
                   {arrival_time.toFixed(3)}

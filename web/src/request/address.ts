@@ -1,9 +1,15 @@
 // The state in the address: a link reproduces what is seen. The request is deflated, so that links stay short.
 import type { PlanRequest } from '../service/types';
+import { parseRequest } from './parse';
 
 export interface Shown {
   request: PlanRequest;
   time: number;
+}
+
+// A link that holds something else than a request, and why.
+export interface Unreadable {
+  fault: string;
 }
 
 export async function toFragment({ request, time }: Shown): Promise<string> {
@@ -15,24 +21,22 @@ export async function toFragment({ request, time }: Shown): Promise<string> {
   return `#r=${packed}${time > 0 ? `&t=${Number(time.toFixed(3))}` : ''}`;
 }
 
-// Returns null where the address names no request, or one that cannot be read.
-export async function fromFragment(fragment: string): Promise<Shown | null> {
+// Reads the fragment of an address; null: it names no request.
+export async function fromFragment(fragment: string): Promise<Shown | Unreadable | null> {
   const fields = new URLSearchParams(fragment.replace(/^#/, ''));
   const packed = fields.get('r');
   if (packed === null) return null;
+  const time = Number(fields.get('t') ?? 0);
   try {
-    const binary = atob(packed.replaceAll('-', '+').replaceAll('_', '/'));
-    const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
-    const text = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
-    const request = (await new Response(text).json()) as PlanRequest;
-    const time = Number(fields.get('t') ?? 0);
-    return isRequest(request) ? { request, time: Number.isFinite(time) ? time : 0 } : null;
+    const { request, fault } = parseRequest(await unpacked(packed));
+    return request ? { request, time: Number.isFinite(time) ? Math.max(0, time) : 0 } : { fault };
   } catch {
-    return null;
+    return { fault: 'it is cut off or changed' };
   }
 }
 
-export function isRequest(value: unknown): value is PlanRequest {
-  const request = value as Partial<PlanRequest> | null;
-  return typeof request === 'object' && typeof request?.robot === 'string' && Array.isArray(request.waypoints);
+async function unpacked(packed: string): Promise<string> {
+  const binary = atob(packed.replaceAll('-', '+').replaceAll('_', '/'));
+  const bytes = Uint8Array.from(binary, (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'))).text();
 }

@@ -24,8 +24,22 @@ describe('the address', () => {
     expect((await toFragment({ request: long, time: 0 })).length).toBeLessThan(8000);
   });
 
-  test.each(['', '#', '#r=', '#r=%%', '#r=AAAA', '#other=1'])('that cannot be read is none: %s', async (fragment) => {
+  test.each(['', '#', '#other=1'])('that names no request is none: %s', async (fragment) => {
     expect(await fromFragment(fragment)).toBeNull();
+  });
+
+  test.each(['#r=', '#r=%%', '#r=AAAA'])('that is cut off says so: %s', async (fragment) => {
+    expect(await fromFragment(fragment)).toEqual({ fault: 'it is cut off or changed' });
+  });
+
+  test('that holds a malformed request names the field', async () => {
+    const malformed = await toFragment({ request: { ...request, waypoints: [null as never] }, time: 0 });
+    expect(await fromFragment(malformed)).toEqual({ fault: '/waypoints/0 must be an object; got null' });
+  });
+
+  test.each(['-3', 'x', 'Infinity', ''])('with a malformed time begins at 0: %s', async (time) => {
+    const fragment = `${await toFragment({ request, time: 0 })}&t=${time}`;
+    expect(await fromFragment(fragment)).toEqual({ request, time: 0 });
   });
 });
 

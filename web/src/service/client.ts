@@ -9,6 +9,9 @@ const KEY_NAME = 'planner key';
 // The page may stand under any prefix: addresses are relative to it.
 export const base = new URL('.', document.baseURI).href.replace(/\/$/, '');
 
+// Whether the service was out of reach when it was last called.
+export const isAway = signal(false);
+
 export const apiKey = signal(sessionStorage.getItem(KEY_NAME) ?? '');
 
 export const client = createClient<paths>({ baseUrl: base });
@@ -31,16 +34,21 @@ export type Outcome<T> = { answer: T; problem?: undefined } | { answer?: undefin
 interface Result<T> {
   data?: T;
   error?: unknown;
+  response?: Response;
 }
+
+const GATEWAY: readonly number[] = [502, 503, 504]; // what a proxy answers for a service that is away
 
 // Turns the result of a call into an outcome; a service that cannot be reached is a problem, too.
 export async function outcome<T>(call: Promise<Result<T>>): Promise<Outcome<T>> {
   try {
-    const { data, error } = await call;
+    const { data, error, response } = await call;
+    isAway.value = !isProblem(error) && GATEWAY.includes(response?.status ?? 0);
     if (data !== undefined) return { answer: data };
     return { problem: isProblem(error) ? error : unreachable('the answer cannot be read') };
   } catch (error) {
     if (error instanceof DOMException && error.name === 'AbortError') throw error;
+    isAway.value = true;
     return { problem: unreachable(error instanceof Error ? error.message : String(error)) };
   }
 }

@@ -46,8 +46,9 @@ export function StageView({ dragging }: { dragging?: Dragging }) {
   }, []);
   return (
     <section class="stage" aria-label={texts.stage.label}>
-      <canvas ref={canvas} tabIndex={0} role="img" aria-label={texts.stage.canvas(robot.value?.id ?? '')} />
+      <canvas ref={canvas} tabIndex={0} role="img" aria-label={robot.value ? texts.stage.canvas(robot.value.id) : texts.stage.empty} />
       {failed && <p class="stage-failed">{texts.stage.failed}</p>}
+      {!robot.value && problem.value && <p class="stage-failed">{texts.stage.none(request.value?.robot ?? '')}</p>}
       <div class="stage-tools" role="group" aria-label={texts.stage.views}>
         {dragging?.pose() &&
           MODES.map((name) => (
@@ -132,7 +133,9 @@ function follow(stage: Stage, { movable, placedAtPair, standing }: typeof import
   observer.observe(stage.canvas);
   const stops = [
     effect(() => {
-      if (robot.value) untracked(() => stage.setRobot(robot.value!, links.value, firstPosture(request.peek(), robot.value!)));
+      const arm = robot.value;
+      if (arm) untracked(() => stage.setRobot(arm, links.value, firstPosture(request.peek(), arm)));
+      else stage.removeRobot();
     }),
     effect(() => {
       theme.value; // drawn anew in other colours

@@ -35,7 +35,7 @@ export function geometryOf(form: Form): BufferGeometry {
   }
 }
 
-// A shape of a scene, larger by a margin all around; null: it is no surface.
+// A shape of a scene, larger by a margin all around; null: it has no surface.
 export function grownGeometry(shape: SceneShape, margin: number, extent: number): BufferGeometry | null {
   switch (shape.kind) {
     case 'box': {
@@ -51,11 +51,20 @@ export function grownGeometry(shape: SceneShape, margin: number, extent: number)
     case 'half_space':
       return plane(shape.normal, (shape.offset ?? 0) + margin, extent);
     case 'convex':
-      return new ConvexGeometry(shape.vertices.flatMap((corner) => around(corner, margin)));
+      return hullOf(shape.vertices.flatMap((corner) => around(corner, margin)));
     case 'mesh':
       return grown(trianglesOf(shape.vertices, shape.triangles), margin);
     case 'point_cloud':
       return null;
+  }
+}
+
+// The convex hull of points; null: they lie on a line.
+function hullOf(points: Vector3[]): BufferGeometry | null {
+  try {
+    return new ConvexGeometry(points);
+  } catch {
+    return null;
   }
 }
 

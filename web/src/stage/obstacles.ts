@@ -41,11 +41,12 @@ export function obstacles(placed: readonly Placed[], extent: number, { thing, ma
 }
 
 function merged(placed: readonly Placed[], extent: number, marginOf: (one: Placed) => number): BufferGeometry | null {
-  const parts = placed.map((one) => {
-    const grown = grownGeometry(one.shape, marginOf(one), extent)!;
+  const parts = placed.flatMap((one) => {
+    const grown = grownGeometry(one.shape, marginOf(one), extent);
+    if (!grown) return [];
     const part = grown.index ? grown.toNonIndexed() : grown;
     part.deleteAttribute('uv');
-    return part.applyMatrix4(one.matrix);
+    return [part.applyMatrix4(one.matrix)];
   });
   return parts.length > 0 ? mergeGeometries(parts) : null;
 }

@@ -1,8 +1,6 @@
 // The three-dimensional view. It draws when something has changed, and only then.
 import {
-  AmbientLight,
   Box3,
-  DirectionalLight,
   GridHelper,
   Group,
   Matrix4,
@@ -25,6 +23,7 @@ import { Arm } from './arm';
 import { Cloud } from './cloud';
 import { Gizmo } from './gizmo';
 import type { GizmoMode } from './gizmo';
+import { lights } from './lights';
 import { axes, ball, disposeOf, ghostLine, pathLine, toolMarks, waypointMarks } from './marks';
 import { instanceAt, listenToClicks } from './picking';
 import { gapMark, obstacles } from './obstacles';
@@ -62,12 +61,7 @@ export class Stage {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.renderer.localClippingEnabled = true;
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.world, new AmbientLight('#ffffff', 1.4));
-    for (const [x, y, z, strength] of [[2, -3, 5, 2.2], [-4, 2, 3, 0.9]] as const) {
-      const light = new DirectionalLight('#ffffff', strength);
-      light.position.set(x, y, z);
-      this.scene.add(light);
-    }
+    this.scene.add(this.world, ...lights());
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.draw());
     this.gizmo = new Gizmo(this.camera, canvas, this.world, this.scene, 0.7);
@@ -84,8 +78,14 @@ export class Stage {
     if (hit !== undefined) this.onPick(this.waypoints[hit]!);
   }
 
-  setRobot(robot: Robot, links: readonly LinkShape[], posture: readonly number[]): void {
+  removeRobot(): void {
     this.arm?.dispose();
+    this.arm = this.robot = undefined;
+    this.replace('scene', undefined);
+  }
+
+  setRobot(robot: Robot, links: readonly LinkShape[], posture: readonly number[]): void {
+    this.removeRobot();
     this.robot = robot;
     this.shapes = shapesOf(robot, links);
     this.extent = Math.max(0.3, reach(robot));

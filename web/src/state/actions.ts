@@ -1,13 +1,15 @@
 // What people do: each changes the request, and a changed request is planned.
 import { batch } from '@preact/signals';
-import type { LinkShape, PlanRequest, Robot, Waypoint } from '../service/types';
-import { jointWaypoint } from '../request/edits';
+import type { LinkShape, PlanRequest, Pose, Robot, Waypoint } from '../service/types';
+import { inserted, jointWaypoint, poseWaypoint } from '../request/edits';
 import type { Example } from '../request/examples';
 import { edited, redone, undone } from '../request/history';
-import { client, outcome } from '../service/client';
-import { compared, history, links, notice, problem, request, robot, selected } from './store';
-import { planSoon } from './planning';
+import { toolAt } from '../plan/tools';
+import { client, isAway, outcome } from '../service/client';
+import { backendOf, forgetOptions, keepOptions } from './options';
+import { planSoon, stopPlanning } from './planning';
 import { playing, time } from './playback';
+import { compared, history, links, notice, problem, request, robot, selected } from './store';
 import { texts } from '../texts';
 
 // Shows another request; what was shown before can be had back.
@@ -44,29 +46,36 @@ function step(turn: typeof undone, said: string): void {
   void settle();
 }
 
-// Makes what is shown fit the request: its robot, a waypoint that there is, a plan.
+// Makes what is shown fit the request: its robot, a waypoint that there is, a plan. A robot that there is not is not shown.
 export async function settle(): Promise<void> {
   const shown = request.value;
   if (!shown) return;
+  stopPlanning();
   selected.value = Math.min(selected.value, shown.waypoints.length - 1);
-  if (robot.value?.id !== shown.robot) {
-    const found = await outcome(client.GET('/v1/robots/{id}', { params: { path: { id: shown.robot } } }));
-    if (request.value !== shown) return;
-    if (!found.answer) {
-      problem.value = found.problem;
-      return;
-    }
-    const shapes = await shapesOf(found.answer);
-    if (request.value !== shown) return;
-    batch(() => {
-      playing.value = false;
-      if (robot.value) time.value = 0;
-      robot.value = found.answer;
-      links.value = shapes;
-    });
-  }
+  const arm = robot.value?.id === shown.robot ? robot.value : await loadRobot(shown);
+  if (!arm || request.value !== shown) return;
   planSoon();
-  if (shown.scene && links.value.length === 0) links.value = await linksOf(robot.value!);
+  if (shown.scene && links.value.length === 0) await showLinks(arm);
+}
+
+// Shows the robot of a request; null: there is none, or another request has taken its place.
+async function loadRobot(shown: PlanRequest): Promise<Robot | null> {
+  const found = await outcome(client.GET('/v1/robots/{id}', { params: { path: { id: shown.robot } } }));
+  const shapes = found.answer ? await shapesOf(found.answer) : [];
+  if (request.value !== shown) return null;
+  batch(() => {
+    playing.value = false;
+    if (robot.value) time.value = 0;
+    robot.value = found.answer ?? null;
+    links.value = shapes;
+    if (found.problem) problem.value = found.problem;
+  });
+  return found.answer ?? null;
+}
+
+async function showLinks(arm: Robot): Promise<void> {
+  const shapes = await linksOf(arm);
+  if (robot.value === arm) links.value = shapes;
 }
 
 // The shapes that can collide, of a robot that has none to look at; without any it is drawn as sticks.
@@ -80,18 +89,32 @@ async function linksOf(arm: Robot): Promise<readonly LinkShape[]> {
 }
 
 export async function chooseExample(example: Example): Promise<void> {
-  const loaded = await example.load();
+  const loaded = await example.load().catch(() => null);
+  if (!loaded) {
+    isAway.value = true; // examples are files of the service
+    return;
+  }
+  openRequest(structuredClone(loaded), texts.said.example(example.name.replaceAll('_', ' ')));
+}
+
+// Shows a request that is no edit of the one before.
+export function openRequest(next: PlanRequest, said = '', from = 0): void {
+  forgetOptions();
   batch(() => {
     playing.value = false;
     selected.value = 0;
-    time.value = 0;
+    time.value = from;
   });
-  show(structuredClone(loaded), texts.said.example(example.name.replaceAll('_', ' ')));
+  show(next, said);
 }
+
+let chosenRobot = '';
 
 // Another robot gets a first motion of its own: from its middle, with each joint a little further.
 export async function chooseRobot(id: string): Promise<void> {
+  chosenRobot = id;
   const found = await outcome(client.GET('/v1/robots/{id}', { params: { path: { id } } }));
+  if (chosenRobot !== id) return;
   if (!found.answer) {
     problem.value = found.problem;
     return;
@@ -110,4 +133,34 @@ export function firstMotion(arm: Robot): Waypoint[] {
     return Math.min(Math.max(next, lower ?? -Infinity), upper ?? Infinity);
   });
   return [jointWaypoint(home), jointWaypoint(away)];
+}
+
+export function chooseBackend(kind: string): void {
+  if (!request.value) return;
+  keepOptions();
+  show({ ...request.value, backend: backendOf(kind) });
+}
+
+export function insert(waypoint: Waypoint): void {
+  if (!request.value) return;
+  const at = selected.value;
+  show(inserted(request.value, at, waypoint));
+  selected.value = at + 1;
+}
+
+// Inserts the pose that the tool has where the robot stands: the tool that is in force there. External axes stay where they
+// are.
+export async function insertPose(position: readonly number[]): Promise<void> {
+  const [shown, arm] = [request.value, robot.value];
+  if (!shown || !arm) return;
+  const body = { robot: arm.id, positions: [[...position]], tool: toolAt(shown, selected.value) };
+  const found = await outcome(client.POST('/v1/kinematics/forward', { body }));
+  if (request.value !== shown) return;
+  if (!found.answer) {
+    problem.value = found.problem;
+    return;
+  }
+  const external = arm.external_axes.map((name): [string, number] => [name, position[arm.joint_names.indexOf(name)]!]);
+  const pose = poseWaypoint(found.answer.poses[0] as Pose);
+  insert(external.length > 0 ? { ...pose, external: Object.fromEntries(external) } as Waypoint : pose);
 }

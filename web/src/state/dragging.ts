@@ -5,7 +5,7 @@ import { withWaypoint } from '../request/edits';
 import { show } from './actions';
 import { askReach, endReach, reach } from './reaching';
 import type { Reach } from './reaching';
-import { request, selected } from './store';
+import { request, robot, selected } from './store';
 
 export interface Dragging {
   pose: () => Pose | null; // reads signals
@@ -18,7 +18,7 @@ export interface Dragging {
 export const dragging: Dragging = {
   // Only poses in the base frame have handles.
   pose: () => {
-    const waypoint = request.value?.waypoints[selected.value];
+    const waypoint = robot.value ? request.value?.waypoints[selected.value] : undefined;
     return waypoint?.kind === 'pose' && !waypoint.frame ? waypoint.pose : null;
   },
   tool: () => request.value && toolAt(request.value, selected.value),

@@ -3,6 +3,7 @@ import { batch } from '@preact/signals';
 import { client, outcome } from '../service/client';
 import { timings } from '../service/timing';
 import type { Include, PlanAnswer, PlanRequest, Robot } from '../service/types';
+import { backendOf } from './options';
 import { backends, compared, comparing, notice, plan, planning, problem, request, robot } from './store';
 import { duration, time } from './playback';
 import { texts } from '../texts';
@@ -22,18 +23,24 @@ export function planSoon(): void {
   timer = setTimeout(() => void planNow(), DELAY);
 }
 
-export async function planNow(): Promise<void> {
+export function stopPlanning(): void {
   clearTimeout(timer);
+  running.abort();
+  planning.value = false;
+}
+
+export async function planNow(): Promise<void> {
   const [asked, arm] = [request.value, robot.value];
   if (!asked || arm?.id !== asked.robot) return;
-  running.abort();
+  stopPlanning();
   running = new AbortController();
+  const { signal } = running;
   planning.value = true;
   const begun = performance.now();
   try {
-    const call = client.POST('/v1/trajectories', { body: withShown(asked, arm), signal: running.signal });
+    const call = client.POST('/v1/trajectories', { body: withShown(asked, arm), signal });
     const found = await outcome(call as AsJson<typeof call>);
-    if (request.value !== asked) return;
+    if (signal.aborted) return;
     batch(() => {
       planning.value = false;
       problem.value = found.problem ?? null;
@@ -65,8 +72,8 @@ export async function compare(): Promise<void> {
   if (!asked || !arm || comparing.value) return;
   comparing.value = true;
   const rest = { ...asked, backend: undefined };
-  const kinds = backends.value.map(({ kind }) => ({ kind }));
-  const body = { ...rest, include: ['tcp_pose'] as Include[], backends: kinds as never };
+  const kinds = backends.value.map(({ kind }) => backendOf(kind));
+  const body = { ...rest, include: ['tcp_pose'] as Include[], backends: kinds };
   const call = client.POST('/v1/trajectories/compare', { body });
   const found = await outcome(call);
   const took = timings(found.answer ? (await call).response.headers.get('Server-Timing') : null);

@@ -3,9 +3,11 @@ import { effect } from '@preact/signals';
 import { fromFragment, toFragment } from '../request/address';
 import { EXAMPLES, FIRST_EXAMPLE } from '../request/examples';
 import { apiKey, client, outcome } from '../service/client';
-import { chooseExample, show } from './actions';
+import { texts } from '../texts';
+import { chooseExample, openRequest } from './actions';
+import { followConnection } from './connection';
 import { playing, time } from './playback';
-import { backends, problem, request, robots } from './store';
+import { backends, banner, problem, request, robots } from './store';
 import { followScenes } from './surroundings';
 import { followWorkspace } from './workspace';
 
@@ -14,6 +16,7 @@ let written = '';
 export async function start(): Promise<void> {
   followScenes();
   followWorkspace();
+  followConnection(() => void loadLists());
   effect(() => {
     if (apiKey.value !== '' || robots.peek().length === 0) void loadLists();
   });
@@ -39,18 +42,29 @@ async function loadLists(): Promise<void> {
 async function showAddress(): Promise<boolean> {
   const shown = await fromFragment(location.hash);
   if (!shown) return false;
-  show(shown.request);
-  time.value = shown.time;
+  if ('fault' in shown) {
+    banner.value = { text: texts.said.wrongLink(shown.fault) };
+    return false;
+  }
+  banner.value = null;
+  openRequest(shown.request, '', shown.time);
   return true;
 }
 
 let timer: ReturnType<typeof setTimeout> | undefined;
+
+// The address of what is shown.
+export async function linkToShown(): Promise<string> {
+  const shown = request.peek();
+  return shown ? new URL(await toFragment({ request: shown, time: time.peek() }), location.href).href : location.href;
+}
 
 async function writeAddress(): Promise<void> {
   clearTimeout(timer);
   await new Promise((resolve) => (timer = setTimeout(resolve, 400)));
   const shown = request.peek();
   if (!shown || playing.peek()) return;
-  written = await toFragment({ request: shown, time: time.peek() });
-  globalThis.history.replaceState(null, '', written);
+  const link = await linkToShown();
+  written = new URL(link).hash;
+  globalThis.history.replaceState(null, '', link);
 }

@@ -23,6 +23,11 @@ export interface Compared extends ComparedBackend {
   took: number | null; // s, of the service's processes
 }
 
+export interface Banner {
+  text: string;
+  link?: string; // to be copied by hand
+}
+
 export const robots = signal<readonly RobotSummary[]>([]);
 export const backends = signal<readonly BackendDescription[]>([]);
 export const request = signal<PlanRequest | null>(null);
@@ -36,6 +41,7 @@ export const compared = signal<readonly Compared[] | null>(null);
 export const comparing = signal(false);
 export const selected = signal(0);
 export const notice = signal(''); // the last thing that happened, for those who listen
+export const banner = signal<Banner | null>(null); // what everybody is to see until it is closed
 
 // A plan is shown only for the robot that it was made for.
 export const shownPlan = computed(() => (plan.value?.answer.robot === robot.value?.id ? plan.value : null));

@@ -13,7 +13,7 @@ export const ofBatch = {
     mean: (mean: string) => `mean ${mean}`,
     worst: (percent: string) => `At most ${percent} % of a limit is used.`,
     failures: 'Refused',
-    reason: (index: number, detail: string) => `request ${index + 1}: ${detail}`,
+    reason: (index: number, detail: string) => `request ${index}: ${detail}`,
     cancel: 'Cancel',
     results: 'All results as zip',
     report: 'Report',

@@ -3,6 +3,8 @@ export const ofMotion = {
   stage: {
     label: 'Robot and path',
     canvas: (robot: string) => `The robot ${robot}, the path of its tool and its waypoints`,
+    empty: 'No robot',
+    none: (robot: string) => `No robot is shown: the service has not described “${robot}”.`,
     views: 'Views',
     view: { home: 'Home', front: 'Front', side: 'Side', top: 'Top' },
     mode: { translate: 'Move pose', rotate: 'Turn pose' },
@@ -22,7 +24,7 @@ export const ofMotion = {
     time: 'Time',
     nothing: 'no plan',
     speed: 'Speed of the playback',
-    mark: (number: number, name: string | null, at: string) => `Waypoint ${number}${name ? ` ${name}` : ''} at ${at}`,
+    mark: (index: number, name: string | null, at: string) => `Waypoint ${index}${name ? ` “${name}”` : ''} at ${at}`,
   },
   quantities: { position: 'Position', velocity: 'Velocity', acceleration: 'Acceleration', jerk: 'Jerk', torque: 'Torque', tool_speed: 'Tool speed' },
   plots: {

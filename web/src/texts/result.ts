@@ -49,8 +49,7 @@ export const ofResult = {
   } as Record<string, string>,
   refusal: {
     label: 'Refusal',
-    waypoint: (index: number) => `waypoint ${index + 1}`,
-    segment: (index: number) => `between waypoints ${index + 1} and ${index + 2}`,
+    segment: (index: number, from: string, to: string) => `segment ${index}, from ${from} to ${to}`,
     last: 'Shown below is the last plan there was.',
     remedies: 'What would help',
     hints: 'What would lead further, though not yet to a plan',
@@ -88,6 +87,5 @@ export const ofResult = {
     open: 'Open file',
     save: 'Save file',
     wrong: 'This is no request:',
-    noRequest: 'it needs a robot and waypoints',
   },
 };
