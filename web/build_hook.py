@@ -8,6 +8,7 @@ from __future__ import annotations
 import gzip
 import hashlib
 import os
+import runpy
 import shutil
 import subprocess
 import tempfile
@@ -32,6 +33,8 @@ SOURCES = (
     "web/vite.report.config.ts",
     "web/src",
     "examples",
+    "planner/quantities.py",
+    "web/quantities.py",
 )
 """The files and folders that the built page depends on."""
 
@@ -92,6 +95,8 @@ def build(root: Path, built: Path) -> None:
         copy = Path(folder) / "web"
         shutil.copytree(root / "web", copy, ignore=shutil.ignore_patterns("node_modules", "__pycache__"))
         shutil.copytree(root / "examples", Path(folder) / "examples")
+        quantities = runpy.run_path(str(root / "web/quantities.py"))["document"](root)
+        (copy / "src/service/quantities.json").write_text(quantities, encoding="utf-8")
         once = ("--fetch-retries=1", "--fetch-retry-mintimeout=1000", "--fetch-timeout=30000")
         quiet = ("--no-audit", "--no-fund", "--no-update-notifier", "--ignore-scripts")
         npm = bin_folder.parent / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js"

@@ -9,11 +9,12 @@ import subprocess
 import sys
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from playwright.sync_api import expect
 
+from planner.quantities import MEASURES
 from tests.api.requests import urdf_chain, urdf_robot
 from tests.locations import ROOT
 from web.tests.browser import (
@@ -32,7 +33,7 @@ from web.tests.browser import (
 )
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Route
 
     from tests.api.conftest import RunningService
 
@@ -43,6 +44,45 @@ def test_the_first_example_is_planned(page: Page) -> None:
     assert page.locator("[data-waypoint]").count() == 6
     assert page.locator(".certificate tbody tr").count() >= 4
     assert page.locator(".plot canvas").count() == 2
+
+
+PEOPLE = {"rad": "°", "rad/s": "°/s", "rad/s²": "°/s²", "rad/s³": "°/s³", "m": "mm"}
+PEOPLE |= {"m/s": "mm/s", "m/s²": "mm/s²", "m/s³": "mm/s³"}
+"""The units in which people read the values of joints."""
+
+
+def test_every_quantity_has_a_title_and_a_unit(browser: Browser, service: RunningService) -> None:
+    """Whatever the certificate may check, of a joint that turns, of one that slides, and of the tool."""
+    check = {"peak": 1.0, "limit": 2.0, "ratio": 0.5, "time": 0.0, "method": "exact", "enforced": True, "bounded": True}
+    rows: list[tuple[dict[str, Any], str]] = []
+    for name, measure in MEASURES.items():
+        if measure.unit_of_sliding is None:
+            rows.append((check | {"quantity": name, "joint": None}, measure.unit))
+        else:
+            rows.append((check | {"quantity": name, "joint": "theta1"}, PEOPLE.get(measure.unit, measure.unit)))
+            sliding = measure.unit_of_sliding
+            rows.append((check | {"quantity": name, "joint": "l1"}, PEOPLE.get(sliding, sliding)))
+
+    def answer(route: Route) -> None:
+        answered = route.fetch()
+        plan = answered.json()
+        plan["certificate"]["checks"] = [row for row, _ in rows]
+        route.fulfill(response=answered, json=plan)
+
+    robot = service.client.get("/v1/robots/date_sorting_arm").json()
+    middle = [(one["lower"] + one["upper"]) / 2 if one["lower"] is not None else 0.0 for one in robot["joints"]]
+    waypoints = [{"kind": "joint", "position": [value + step for value in middle]} for step in (0.0, 0.01)]
+    with opened(browser, f"{service.url}/") as page:
+        planned(page)
+        page.route("**/v1/trajectories", answer)
+        use_request(page, json.dumps({"robot": "date_sorting_arm", "waypoints": waypoints}))
+        planned(page)
+        page.get_by_role("tab", name="Certificate").click()
+        shown = page.locator(".certificate tbody tr")
+        expect(shown).to_have_count(len(rows))
+        for text, (row, unit) in zip(shown.all_inner_texts(), rows, strict=True):
+            assert text.startswith(MEASURES[row["quantity"]].title), text
+            assert re.search(rf"/ [\d.]+ {re.escape(unit)}\s", text.replace("\u00a0", " ")), (text, unit)
 
 
 def test_a_waypoint_is_edited_undone_and_redone(page: Page) -> None:

@@ -1,7 +1,7 @@
 // The certificate as a table: what uses how much of its limit, where and when; and the warnings.
 import type { Check, Clearance, Robot, SpeedZoneAnswer } from '../service/types';
-import { factorOf, millimetres, short, unitOf } from '../plan/units';
-import type { Quantity } from '../plan/limits';
+import { shownUnit, titleOf } from '../plan/quantities';
+import { millimetres, short } from '../plan/units';
 import { zoneNotes } from '../plan/zones';
 import { seek } from '../state/playback';
 import { robot, shownPlan } from '../state/store';
@@ -56,7 +56,7 @@ function Line({ check, arm }: { check: Check; arm: Robot }) {
   return (
     <tr class={check.enforced ? '' : 'reported'} title={check.enforced ? '' : texts.result.reported}>
       <th scope="row">
-        {texts.quantityNames[check.quantity] ?? check.quantity.replaceAll('_', ' ')}
+        {titleOf(check.quantity)}
         {check.joint && <small>{check.joint}</small>}
         {!check.enforced && <small>{texts.result.reported}</small>}
       </th>
@@ -130,36 +130,10 @@ function Meter({ used, enforced }: { used: number; enforced: boolean }) {
   );
 }
 
-function siUnit(quantity: string, slides: boolean): string {
-  const [unit, ofSliding] = SI_UNITS[quantity] ?? [''];
-  return slides ? (ofSliding ?? unit) : unit;
-}
-
-function figures({ quantity, joint, peak, limit, bounded }: Check, arm: Robot): string {
-  const described = arm.joints.find(({ name }) => name === joint);
-  const isOfJoint = described && quantity in texts.quantities;
-  const factor = isOfJoint ? factorOf(described, quantity as Quantity) : 1;
-  const unit = isOfJoint ? unitOf(described, quantity as Quantity) : siUnit(quantity, described?.kind === 'prismatic');
+function figures(check: Check, arm: Robot): string {
+  const { peak, limit, bounded } = check;
+  const joint = arm.joints.find(({ name }) => name === check.joint);
+  const [factor, unit] = shownUnit(check.quantity, joint);
   const top = bounded ? short(peak * factor, 3) : texts.result.unbounded;
   return `${top} / ${limit === null ? texts.result.unlimited : `${short(limit * factor, 3)} ${unit}`.replaceAll(' ', '\u00a0')}`;
 }
-
-// The units of what is shown in SI units: of the tool and of joints that turn, then of joints that slide, if they differ.
-const SI_UNITS: Record<string, readonly [string, string?]> = {
-  tcp_linear_velocity: ['m/s'],
-  tcp_angular_velocity: ['rad/s'],
-  tcp_linear_acceleration: ['m/s²'],
-  tcp_angular_acceleration: ['rad/s²'],
-  tcp_centripetal_acceleration: ['m/s²'],
-  tcp_linear_jerk: ['m/s³'],
-  tcp_angular_jerk: ['rad/s³'],
-  path_position_deviation: ['m'],
-  path_orientation_deviation: ['rad'],
-  blend_deviation: ['m'],
-  passing_velocity_error: ['rad/s', 'm/s'],
-  waypoint_position_error: ['m'],
-  waypoint_orientation_error: ['rad'],
-  duration_error: ['s'],
-  tool_deviation: ['m'],
-  joint_deviation: ['rad', 'm'],
-};

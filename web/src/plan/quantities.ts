@@ -1,0 +1,25 @@
+// The quantities of the certificate: their titles and units, from the planner's own table (npm run types).
+import measures from '../service/quantities.json';
+import type { Joint } from '../service/types';
+import { degrees } from './units';
+
+interface Measure {
+  title: string;
+  unit: string;
+  unit_of_sliding: string | null; // at a joint that slides; null: `unit`
+}
+
+const MEASURES: Readonly<Record<string, Measure>> = measures;
+
+export function titleOf(quantity: string): string {
+  return MEASURES[quantity]?.title ?? quantity.replaceAll('_', ' ');
+}
+
+// The unit in which people read a quantity, and how many of it the service's unit is: at joints they read ° and mm.
+export function shownUnit(quantity: string, joint: Joint | undefined): [number, string] {
+  const measure = MEASURES[quantity];
+  const unit = (joint?.kind === 'prismatic' ? measure?.unit_of_sliding : null) ?? measure?.unit ?? '';
+  if (joint && unit.startsWith('rad')) return [degrees(1), unit.replace('rad', '°')];
+  if (joint && /^m(\/|$)/.test(unit)) return [1000, unit.replace('m', 'mm')];
+  return [1, unit];
+}
