@@ -15,7 +15,7 @@ from tests.locations import ROOT
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from playwright.sync_api import Browser, Page, Playwright, Response
+    from playwright.sync_api import Browser, Page, Playwright, Response, Route
 
 CHROMIUM = "/usr/bin/chromium"
 REBOUND_NAME = "hostile.example"
@@ -59,6 +59,25 @@ CHANGED = """() => {
 }"""
 
 
+ARM_PIXELS = """() => {
+  const stage = document.querySelector('.stage canvas');
+  const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
+  const context = copy.getContext('2d');
+  context.drawImage(stage, 0, 0);
+  const { data } = context.getImageData(0, 0, copy.width, copy.height);
+  let [count, left, top, right, bottom] = [0, Infinity, Infinity, 0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    const [red, green, blue, alpha] = data.slice(i, i + 4);
+    if (alpha < 200 || red < 150 || red < green + 40 || green < blue + 40) continue;
+    const [x, y] = [(i / 4) % copy.width, Math.floor(i / 4 / copy.width)];
+    [left, top, right, bottom] = [Math.min(left, x), Math.min(top, y), Math.max(right, x), Math.max(bottom, y)];
+    count += 1;
+  }
+  return [count, count > 0 ? Math.hypot(right - left, bottom - top) : 0];
+}"""
+"""Counts the pixels of the stage in the colour of an arm, and measures the diagonal of the box around them."""
+
+
 def launched(playwright: Playwright) -> Browser:
     return playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
 
@@ -90,6 +109,10 @@ def opened(
     unexpected = [text for text in said if not any(part in text for part in expected)]
     assert not unexpected, unexpected
     assert asked <= {urlsplit(url).netloc, ""}
+
+
+def leave_unanswered(route: Route) -> None:
+    """Hold a request as a service does that takes its time."""
 
 
 def planned(page: Page) -> str:

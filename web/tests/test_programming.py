@@ -18,6 +18,7 @@ from planner.quantities import MEASURES
 from tests.api.requests import urdf_chain, urdf_robot
 from tests.locations import ROOT
 from web.tests.browser import (
+    ARM_PIXELS,
     TOO_SHORT,
     WELDING,
     add_waypoint,
@@ -321,20 +322,41 @@ def test_without_a_plan_no_time_is_shown(browser: Browser, service: RunningServi
 
 
 def test_what_is_no_request_is_said(page: Page) -> None:
-    for text, said in (("{", "JSON"), ('{"robot": 1}', "needs a robot")):
+    for text, said in (("{", "JSON"), ('{"robot": 1}', "/robot must be the id of a robot; got 1")):
         use_request(page, text)
         expect(page.locator(".wrong-text")).to_contain_text(said)
     use_request(page, json.dumps({**TOO_SHORT, "nonsense": 1}))
     expect(page.get_by_role("alert", name="Refusal")).to_contain_text("nonsense")
 
 
-def test_a_robot_without_shapes_is_drawn_as_sticks(service: RunningService, browser: Browser) -> None:
-    assert service.post("/v1/robots", urdf_robot(urdf_chain(4), id="bare_chain")).status_code == 201
+@pytest.mark.parametrize("form", ["estimates", "sticks"])
+def test_a_robot_without_shapes_is_drawn_by_estimates_or_as_sticks(
+    service: RunningService, browser: Browser, form: str
+) -> None:
+    """It is long and thin, and follows its joints; where sticks begin and end is tested where they are made."""
+    service.post("/v1/robots", urdf_robot(urdf_chain(4), id="bare_chain"))
+    assert service.client.get("/v1/robots/bare_chain").json().get("geometry", []) == []
+    shapes = service.client.get("/v1/robots/bare_chain/geometry").json()["shapes"]
+    assert {shape["source"] for shape in shapes} == {"estimate"}
+
+    def answer(route: Route) -> None:
+        answered = route.fetch()
+        route.fulfill(response=answered, json=answered.json() | {"shapes": []})
+
     with opened(browser, f"{service.url}/") as page:
         planned(page)
+        if form == "sticks":
+            page.route("**/v1/robots/bare_chain/geometry", answer)
         page.get_by_label("Robot", exact=True).select_option("bare_chain")
         expect(page.locator("[data-waypoint]")).to_have_count(2)
         assert "Certified" in planned(page)
+        page.get_by_role("tab", name="Robot").click()
+        changed_colours(page)
+        pixels, diagonal = page.evaluate(ARM_PIXELS)
+        assert diagonal > 100.0
+        assert 0.0 < pixels / diagonal**2 < 0.4
+        page.get_by_role("region", name="Joints by hand").get_by_role("slider").nth(1).press("End")
+        assert changed_colours(page) > 100
 
 
 def test_a_request_is_saved_to_a_file_and_opened_from_it(page: Page, tmp_path: Path) -> None:

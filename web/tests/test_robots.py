@@ -12,13 +12,13 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.locations import ROOT
-from web.tests.browser import FRAMES, changed_colours, opened, planned, use_request
+from web.tests.browser import ARM_PIXELS, FRAMES, changed_colours, leave_unanswered, opened, planned, use_request
 from web.tests.test_conditions import violations
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from playwright.sync_api import Browser, FilePayload, Page, Route
+    from playwright.sync_api import Browser, FilePayload, Page
 
     from tests.api.conftest import RunningService
 
@@ -48,21 +48,6 @@ def test_a_robot_is_uploaded_moved_by_hand_and_planned_with(page: Page) -> None:
     highest = float(sliders.first.get_attribute("max") or "nan")
     expect(page.locator(".joints input[type=number]").first).to_have_value(str(round(highest, 3)))
     assert violations(page) == []
-
-
-ORANGE = """() => {
-  const stage = document.querySelector('.stage canvas');
-  const copy = Object.assign(document.createElement('canvas'), { width: stage.width, height: stage.height });
-  const context = copy.getContext('2d');
-  context.drawImage(stage, 0, 0);
-  const { data } = context.getImageData(0, 0, copy.width, copy.height);
-  let count = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    if (data[i + 3] > 200 && data[i] > 150 && data[i] > data[i + 1] + 40 && data[i + 1] > data[i + 2] + 40) count += 1;
-  }
-  return count;
-}"""
-"""Counts the pixels of the stage in the colour of an arm."""
 
 
 FIGURES: dict[str, Callable[[float, float, float], float]] = {
@@ -127,10 +112,6 @@ def test_what_is_no_robot_is_refused_with_the_reason(page: Page) -> None:
     assert violations(page) == []
 
 
-def leave_unanswered(route: Route) -> None:
-    """Hold a request as a service does that plans for long."""
-
-
 def test_an_unknown_robot_is_said_and_none_is_drawn(browser: Browser, service: RunningService) -> None:
     """The plan that was under way for the request before is given up, and a robot that there is leads on."""
     with opened(browser, f"{service.url}/", may_fail=("status of 404",)) as page:
@@ -146,10 +127,10 @@ def test_an_unknown_robot_is_said_and_none_is_drawn(browser: Browser, service: R
         expect(page.get_by_role("combobox", name="Robot").locator("option:checked")).to_have_text("nobody (unknown)")
         expect(page.locator("[data-waypoint]")).to_have_count(1)
         page.evaluate(FRAMES)
-        assert page.evaluate(ORANGE) == 0
+        assert page.evaluate(ARM_PIXELS)[0] == 0
         assert violations(page) == []
         page.unroute("**/v1/trajectories")
         page.get_by_role("combobox", name="Robot").select_option("kuka_kr16_2")
         planned(page)
         expect(page.locator(".stage-failed")).to_have_count(0)
-        page.wait_for_function(f"() => ({ORANGE})() > 1000")
+        page.wait_for_function(f"() => ({ARM_PIXELS})()[0] > 1000")
