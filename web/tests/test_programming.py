@@ -145,10 +145,15 @@ def test_back_ends_are_compared(page: Page) -> None:
     page.get_by_role("button", name="Compare all back ends").click()
     rows = page.locator("table.compare tbody tr")
     expect(rows).to_have_count(7, timeout=60_000)
+    jerks: dict[str, str] = {}
     for row in rows.all():
-        duration, *_, computed = row.locator("td.number").all_inner_texts()
+        duration, _, jerk, _, computed = row.locator("td.number").all_inner_texts()
         assert float(duration) > 0.0
         assert float(computed) > 0.0
+        jerks[row.get_by_role("rowheader").inner_text().strip()] = jerk
+    for name in ("cubic", "trapezoidal", "toppra"):  # accelerations jump
+        assert jerks[name] == "unbounded"
+    assert float(jerks["quintic"]) > 0.0
     page.get_by_role("button", name="Use ruckig").click()
     expect(page.locator(".verdict")).to_contain_text("by ruckig")
 
