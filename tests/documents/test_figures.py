@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from matplotlib import image
 from typer.testing import CliRunner
 
 from api.cli import app, plots
@@ -68,8 +67,8 @@ def test_every_command_runs(shown: Figure, tmp_path: Path) -> None:
     *arguments, name = arguments
     path = tmp_path / name
     assert CliRunner().invoke(app, [*arguments, str(path)]).exit_code == 0
-    drawn = image.imread(path)[..., :3]
-    assert np.ptp(drawn.reshape(-1, 3), axis=0).max() > 0.5, "nothing is drawn"
+    lines = re.findall(r"<(?:path|line|polyline|polygon|circle)\b", path.read_text(encoding="utf-8"))
+    assert path.suffix == ".html" or len(lines) > 10, "nothing is drawn"
 
 
 @cache
