@@ -131,6 +131,8 @@ def certify_waypoints(
             region = region_of(waypoint.free) if isinstance(waypoint, PoseWaypoint) and waypoint.free else None
             if isinstance(waypoint, PoseWaypoint):
                 target = _of_pose(waypoint.pose_in_base, region, reached, tolerance)
+                for name, position in (waypoint.external or {}).items() if is_met[k] else ():
+                    to_meet[k, robot.joint_names.index(name)] = position
                 error = _error(waypoint.pose_in_base, region, reached)
             else:
                 assert before is not None  # noqa: S101 - the check of the problem refuses a relative first waypoint

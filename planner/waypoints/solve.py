@@ -241,7 +241,7 @@ class _Sequence:
         if not allowed:
             raise configuration_error(robot, index, pose, solutions, wanted, options)
         if isinstance(waypoint, SettledWaypoint):
-            return Layer.settled(np.array(waypoint.position))
+            return Layer.settled(pinned.own(np.array(waypoint.position))).on_pins(pinned)
         given = self.given_ahead[index]
         ahead = near if given is None else given
         if options.prefer == "near_reference":

@@ -16,6 +16,8 @@ from planner.planning import plan
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
 from planner.robots import ExternalAxis, Robot, load_robot
+from planner.scene import Scene, SceneObject
+from planner.shapes import Sphere
 from planner.spatial import Pose, rotation_from_rpy, rotation_z
 from planner.waypoints.reachability import reachability
 from tests.planner.problems_of_tests import random_position
@@ -126,6 +128,16 @@ def test_a_pin_holds_where_the_pose_is_free_the_motion_goes_around_and_what_foll
     assert alone.best is not None
     assert alone.best[0] == 1.25
     assert alone.solutions == len(all_solutions(ARMS["ur5e"], moved(start, 0.8 - 1.25)))
+
+
+@pytest.mark.parametrize("rail", [0.3, 0.7])
+def test_a_pin_holds_where_a_line_ends_in_a_region_that_was_searched_in_a_scene(rail: float) -> None:
+    """A joint position that was chosen for its clearance kept its pose, and the line ended with the rail elsewhere."""
+    robot, start = ON_RAIL["ur5e"], start_pose("ur5e")
+    goal = PoseWaypoint(moved(start, 0.1), free="rotation_z", external={"rail": rail}, motion=LinearMotion())
+    far = Scene([SceneObject("far", [Sphere(0.1)], Pose([9.0, 9.0, 9.0]))])
+    found = plan(PlanningProblem(robot, [JointWaypoint(STARTS["ur5e"]), goal], scene=far))
+    assert abs(found.trajectory.evaluate(found.trajectory.duration, [0])[0][0] - rail) <= 1e-6
 
 
 def test_a_pin_of_a_turntable_means_no_other_whole_turn() -> None:
