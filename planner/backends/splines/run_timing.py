@@ -181,9 +181,11 @@ class _PassingTiming(_SplineTiming):
         except DurationsTooShort as short:
             binding = BindingLimit(short.quantity, self.path.robot.joint_names[short.joint])
             worst, changed = short.segment, np.flatnonzero(short.durations > self.asked * (1.0 + DURATION_TOLERANCE))
-            changed = changed[np.argsort(changed != worst, kind="stable")]
+            # Where no requested duration has to grow, those that are free do: the worst of them has to be given.
+            changed = changed[np.argsort(changed != worst, kind="stable")] if len(changed) else np.array([worst])
             longer = dict(zip(self.segments[changed].tolist(), short.durations[changed].tolist(), strict=True))
-            raise infeasible_duration_error(float(self.asked[changed[0]]), longer, binding) from None
+            had = short.durations[worst] / short.factor if np.isnan(self.asked[changed[0]]) else self.asked[changed[0]]
+            raise infeasible_duration_error(float(had), longer, binding) from None
         except VelocityOutOfReach as out_of_reach:
             raise self._out_of_reach_error(out_of_reach) from None
 

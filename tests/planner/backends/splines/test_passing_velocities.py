@@ -94,7 +94,8 @@ def test_any_velocity_is_kept_or_refused_for_what_is_in_its_way(
     try:
         made = plan(problem, backend)
     except (JointPositionLimit, InfeasibleDuration, LimitsUnsatisfiable) as refusal:
-        assert asked or is_timed
+        # Without velocities and durations a smooth spline can still swing beyond a position limit.
+        assert asked or is_timed or isinstance(refusal, JointPositionLimit)
         assert asked or isinstance(refusal, JointPositionLimit) or refusal.remedies
         return
     within_limits(made, backend)
