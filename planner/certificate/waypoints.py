@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.certificate.checks import Check
-from planner.certificate.goal_regions import misses_of_region, nearest_in_region
+from planner.certificate.goal_regions import nearest_in_region
 from planner.certificate.lines_and_circles import angles_of
 from planner.kinematics.forward import tool_pose
 from planner.problems.motion_around import as_requested
@@ -80,7 +80,7 @@ class MetWaypoints:
     Attributes:
         targets: What the request says of the tool at each waypoint.
         positions: (waypoints, joints), rad or m, that are to be met at the arrivals; NaN of those that are blended, and
-            where the request asks for a pose.
+            where the request asks for a pose, but for the external axes that it fixes.
         errors: The distance, m, and the angle, rad, from the target of each waypoint; None: no orientation is asked.
         checks: The worst of each kind.
     """
@@ -124,7 +124,7 @@ def certify_waypoints(
             wanted = _requested_position(problem, k, waypoint, met[k])
             target = _of_position(robot, wanted)
             is_same = bool((np.abs(met[k] - wanted) <= POSITION_TOLERANCE).all())
-            error = (0.0, 0.0) if is_same else _error(target.pose, None, reached)
+            error = (0.0, 0.0) if is_same else _error(target.pose, reached)
             if is_met[k]:
                 to_meet[k] = wanted
         else:
@@ -133,11 +133,10 @@ def certify_waypoints(
                 target = _of_pose(waypoint.pose_in_base, region, reached, tolerance)
                 for name, position in (waypoint.external or {}).items() if is_met[k] else ():
                     to_meet[k, robot.joint_names.index(name)] = position
-                error = _error(waypoint.pose_in_base, region, reached)
             else:
                 assert before is not None  # noqa: S101 - the check of the problem refuses a relative first waypoint
                 target = _moved(before, waypoint, reached, tolerance)
-                error = _error(target.pose, None, reached)
+            error = _error(target.pose, reached)
             checked += [(k, error, target.tolerance)] if is_met[k] else []
         targets.append(target)
         errors.append(error)
@@ -200,13 +199,8 @@ def _moved(before: Target, waypoint: RelativeWaypoint, reached: Pose, tolerance:
     return Target(pose, start, tolerance, before.is_open)
 
 
-def _error(pose: Pose, region: Region | None, reached: Pose) -> tuple[float, float | None]:
-    """Return the distance, m, and the angle, rad, of the tool from a pose or a region; no angle if none is asked."""
-    if region is not None:
-        distances, angles = misses_of_region(
-            region, pose.position[None], _axes(pose)[None], reached.position[None], _axes(reached)[None]
-        )
-        return float(distances[0]), float(angles[0])
+def _error(pose: Pose, reached: Pose) -> tuple[float, float | None]:
+    """Return the distance, m, and the angle, rad, of the tool from a pose; no angle if no orientation is requested."""
     distance = float(np.linalg.norm(pose.position - reached.position))
     if pose.rotation is None:
         return distance, None
