@@ -29,7 +29,6 @@ LAYERS = (
     "free_motion",
     "plots",
     "plans",
-    "remedies",
     "planning",
     "operations",
     "comparison",

@@ -12,11 +12,11 @@ from planner.backends import BACKENDS
 from planner.certificate.clearance import certify_clearance
 from planner.errors import ClearanceUnproved, Collision, StartInCollision
 from planner.paths import solve_path
+from planner.planning.remedies.collisions import collision_remedies
 from planner.plans import result
 from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.problem import PolylineMotion
 from planner.problems.transitions import BlendTransition
-from planner.remedies.collisions import collision_remedies
 from planner.robots import load_robot
 from planner.scene import CONTACT_TOLERANCE, CollisionChecker, Scene, SceneObject
 from planner.shapes import Box, HalfSpace, Sphere

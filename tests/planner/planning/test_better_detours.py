@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import dijkstra
 
 import planner
 from planner.comparison import figures
-from planner.plans import better_plans
+from planner.planning import better_detours
 from planner.plans.saved_plan import load_plan, save_plan
 from planner.problems.motion_around import Objective
 from planner.robots import Robot
@@ -248,7 +248,7 @@ def test_the_budget_is_kept(plain: planner.Plan, monkeypatch: pytest.MonkeyPatch
         reads[0] += 1
         return 1e-3 * reads[0]
 
-    monkeypatch.setattr(better_plans, "monotonic", clock)
+    monkeypatch.setattr(better_detours, "monotonic", clock)
     monkeypatch.setattr("planner.free_motion.edges.monotonic", clock)
     around_the_wall()
     first_way = reads[0]

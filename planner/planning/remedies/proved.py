@@ -9,7 +9,7 @@ from planner.backends.base import without_search
 from planner.errors import PlanningError
 from planner.free_motion.ways import free_waypoints
 from planner.paths import solve_path
-from planner.plans.free_planning import plan_around
+from planner.planning.detours import plan_around
 from planner.plans.result import certified_plan
 from planner.problems.check import check_problem
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from planner.backends.base import BackEnd
     from planner.errors import Remedy
+    from planner.planning.remedies.higher_limits import Change
     from planner.plans.result import Plan
     from planner.problems.problem import PlanningProblem
-    from planner.remedies.higher_limits import Change
 
 
 def plan_with(remedies: Iterable[Remedy], problem: PlanningProblem, backend: BackEnd) -> Plan:

@@ -15,9 +15,9 @@ from planner.errors import InfeasibleDuration, PlanningError, Remedy
 from planner.guarantees import JOINT_DERIVATIVES
 from planner.kinematics.forward import tool_rates_on
 from planner.limits import Limits
-from planner.remedies.higher_limits import higher_limits, limit_of
-from planner.remedies.lighter_payload import lighter_payload
-from planner.remedies.proved import first_proved, of_plan, plan_with
+from planner.planning.remedies.higher_limits import higher_limits, limit_of
+from planner.planning.remedies.lighter_payload import lighter_payload
+from planner.planning.remedies.proved import first_proved, of_plan, plan_with
 from planner.timing.durations import durations_sharing, minimum_durations
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from planner.fields import FieldPath
     from planner.limits import SegmentLimits
     from planner.paths import JointPath
+    from planner.planning.remedies.higher_limits import Change, Needs
     from planner.plans.result import Plan
     from planner.problems.problem import PlanningProblem
-    from planner.remedies.higher_limits import Change, Needs
     from planner.robots import Robot
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import SegmentedPolynomial

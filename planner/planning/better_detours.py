@@ -13,7 +13,7 @@ from planner.free_motion.edges import FreeEdges
 from planner.free_motion.objectives import Estimate, value_of
 from planner.free_motion.ways import Gain, asked_indices, ends_of_way, free_waypoints, with_ways
 from planner.paths import solve_path
-from planner.plans.free_planning import LADDER, plan_around
+from planner.planning.detours import LADDER, plan_around
 from planner.plans.result import certified, timed
 from planner.problems.motion_around import OPTIMISE_CHECKS, FreeMotion
 from planner.tolerances import ROUNDING

@@ -11,10 +11,10 @@ import numpy as np
 from planner.certificate.clearance import CLEARANCE_TOLERANCE
 from planner.errors import Collision, PlanningError, Remedy, StartInCollision
 from planner.kinematics.configurations import AHEAD, BEHIND, Configuration, named_parts
+from planner.planning.remedies.proved import plan_with, proved
 from planner.problems.motion_around import FreeMotion
 from planner.problems.problem import JointMotion, PolylineMotion, PoseWaypoint
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
-from planner.remedies.proved import plan_with, proved
 from planner.spatial import Pose
 
 if TYPE_CHECKING:

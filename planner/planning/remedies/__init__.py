@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from planner.errors import ClearanceUnproved, Collision, InfeasibleDuration
-from planner.remedies.collisions import collision_remedies
-from planner.remedies.durations import duration_remedies
-from planner.remedies.holding import holding_remedies
+from planner.planning.remedies.collisions import collision_remedies
+from planner.planning.remedies.durations import duration_remedies
+from planner.planning.remedies.holding import holding_remedies
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from planner.fields import FieldPath
+    from planner.planning.remedies.higher_limits import Change
     from planner.problems.problem import PlanningProblem
-    from planner.remedies.higher_limits import Change
     from planner.robots import Robot
     from planner.robots.payload import Payload
     from planner.spatial import FloatArray

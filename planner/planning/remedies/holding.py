@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.dynamics import inverse_dynamics
-from planner.remedies.higher_limits import higher_limits
-from planner.remedies.lighter_payload import lighter_payload
-from planner.remedies.proved import first_proved
+from planner.planning.remedies.higher_limits import higher_limits
+from planner.planning.remedies.lighter_payload import lighter_payload
+from planner.planning.remedies.proved import first_proved
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd
     from planner.errors import Remedy
     from planner.paths import JointPath
+    from planner.planning.remedies.higher_limits import Needs
     from planner.problems.problem import PlanningProblem
-    from planner.remedies.higher_limits import Needs
     from planner.robots import Robot
     from planner.spatial import FloatArray
 

@@ -16,11 +16,11 @@ from planner.errors import (
 )
 from planner.free_motion.ways import free_waypoints
 from planner.paths import solve_path
-from planner.plans.better_plans import plan_free_motions
+from planner.planning.better_detours import plan_free_motions
+from planner.planning.remedies import remedies_for
+from planner.planning.remedies.proved import proved
 from planner.plans.smaller_blends import plan_with_free_blends
 from planner.problems.check import check_problem
-from planner.remedies import remedies_for
-from planner.remedies.proved import proved
 
 if TYPE_CHECKING:
     from planner.backends.base import BackEnd

@@ -1,0 +1,5 @@
+"""The way from a problem to its certified plan, or to a refusal with remedies."""
+
+from planner.planning.plan import plan
+
+__all__ = ["plan"]
