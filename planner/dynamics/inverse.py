@@ -1,13 +1,13 @@
-"""Joint torques of a motion, by Pinocchio's recursive Newton-Euler algorithm."""
+"""Joint torques of a motion, by the recursive Newton-Euler algorithm."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
 from planner.errors import MissingDynamics
+from planner.kernels import serial_chain
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -32,14 +32,19 @@ def inverse_dynamics(robot: Robot, positions: ArrayLike, velocities: ArrayLike, 
         MissingDynamics: The robot has neither inertias nor a payload.
         ValueError: The shapes differ, or are not those of the robot's states.
     """
-    if not robot.has_dynamics:
-        raise MissingDynamics(f"{robot.id} has no link inertias and carries no payload: torques are unknown")
+    check_dynamics(robot)
     q, v, a = (np.asarray(values, dtype=np.float64) for values in (positions, velocities, accelerations))
     if not q.shape == v.shape == a.shape or q.shape[-1:] != (robot.dof,):
         raise ValueError(f"states of shapes {q.shape}, {v.shape}, {a.shape}: the robot has {robot.dof} joints")
-    if q.ndim != 2:
-        return inverse_dynamics(robot, *(values.reshape(-1, robot.dof) for values in (q, v, a))).reshape(q.shape)
-    torques = np.empty(q.shape)
-    # All states in one call, on one thread: a call each costs more than the algorithm.
-    pin.rneaInParallel(1, robot.pool, q.T, v.T, a.T, torques.T)
-    return torques
+    rows = (values.reshape(-1, robot.dof) for values in (q, v, a))
+    return serial_chain.inverse_dynamics(robot.chain, *rows).reshape(q.shape)
+
+
+def check_dynamics(robot: Robot) -> None:
+    """Check that the torques of a robot can be computed.
+
+    Raises:
+        MissingDynamics: The robot has neither inertias nor a payload.
+    """
+    if not robot.has_dynamics:
+        raise MissingDynamics(f"{robot.id} has no link inertias and carries no payload: torques are unknown")

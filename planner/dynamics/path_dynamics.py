@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
-from planner.dynamics.inverse import inverse_dynamics
+from planner.dynamics.inverse import check_dynamics
+from planner.kernels import serial_chain
 
 if TYPE_CHECKING:
     from planner.robots import Robot
@@ -43,10 +42,6 @@ def path_dynamics(robot: Robot, positions: FloatArray, first: FloatArray, second
     Raises:
         MissingDynamics: The robot has neither inertias nor a payload.
     """
-    still = np.zeros_like(positions)
-    gravity = inverse_dynamics(robot, positions, still, still)
-    return PathDynamics(
-        inertia=inverse_dynamics(robot, positions, still, first) - gravity,
-        centripetal=inverse_dynamics(robot, positions, first, second) - gravity,
-        gravity=gravity,
-    )
+    check_dynamics(robot)
+    rows = (values.reshape(-1, robot.dof) for values in (positions, first, second))
+    return PathDynamics(*serial_chain.path_dynamics(robot.chain, *rows).reshape(3, *positions.shape))

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.fields import PickledByFields
+from planner.kernels.serial_chain import SerialChain
 from planner.robots.collision.geometry import CollisionGeometry
 from planner.robots.collision.mesh_files import meshes_of
 from planner.robots.collision.pairs import collision_pairs
@@ -46,7 +47,6 @@ class _Scratch(threading.local):
 
     def __init__(self, model: pin.Model) -> None:
         self.data = model.createData()
-        self.pool: pin.ModelPool | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,12 +231,10 @@ class Robot(PickledByFields, RobotDescription):
         """Pinocchio's scratch space, of each thread its own."""
         return self._scratch.data
 
-    @property
-    def pool(self) -> pin.ModelPool:
-        """Pinocchio's scratch space for many states at once, on one thread; of each thread its own."""
-        if self._scratch.pool is None:
-            self._scratch.pool = pin.ModelPool(self.model, 1)
-        return self._scratch.pool
+    @cached_property
+    def chain(self) -> SerialChain:
+        """The joints and inertias of the model, for compiled kernels."""
+        return SerialChain.of_model(self.model, self.is_angle)
 
     @property
     def dof(self) -> int:

@@ -87,7 +87,8 @@ def test_the_architecture_names_every_folder() -> None:
         f"{folder.relative_to(ROOT)}/"
         for package in ("planner", "api")
         for folder in (ROOT / package).rglob("*")
-        if folder.is_dir() and not {"__pycache__", "built_page"} & set(folder.parts)  # what is made from sources
+        if folder.is_dir()
+        and not {"__pycache__", "built_page", "built"} & set(folder.parts)  # what is made from sources
     }
     assert len(folders) > 20
     assert not {folder for folder in folders if f"`{folder}`" not in page}

@@ -9,6 +9,7 @@ LAYERS = (
     "tolerances",
     "last_used",
     "quantities",
+    "kernels",
     "trajectories",
     "guarantees",
     "shapes",

@@ -108,8 +108,11 @@ def test_torques_obey_lagrange(robot_id: str) -> None:
 def test_many_states_at_once_are_each_by_itself(robot: Robot, count: int) -> None:
     robot = robot.with_payload(Payload(4.0, (0.05, -0.02, 0.12), (0.02, 0.03, 0.04)))
     q, v, a = np.random.default_rng(3).uniform(-2.0, 2.0, (3, count, 2 * robot.dof))[..., ::2]  # not contiguous
-    each = [pin.rnea(robot.model, robot.data, *state) for state in zip(q, v, a, strict=True)]
-    assert np.array_equal(inverse_dynamics(robot, q, v, a), np.reshape(each, (count, robot.dof)))
+    together = inverse_dynamics(robot, q, v, a)
+    each = [inverse_dynamics(robot, *state) for state in zip(q, v, a, strict=True)]
+    assert np.array_equal(together, np.reshape(each, (count, robot.dof)))
+    peer = [pin.rnea(robot.model, robot.data, *state).copy() for state in zip(q, v, a, strict=True)]
+    assert together == pytest.approx(np.reshape(peer, (count, robot.dof)), rel=1e-12, abs=1e-11)
 
 
 def test_without_masses_there_are_no_torques() -> None:

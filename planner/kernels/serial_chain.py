@@ -1,0 +1,71 @@
+"""A serial chain of joints, and the torques of its motions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from planner.kernels.library import call, doubles
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+    from planner.spatial import FloatArray
+
+LINK_NUMBERS = 26
+"""Numbers that describe a joint and the link behind it: the size of the structure `Link` of the kernels."""
+
+
+class SerialChain(NamedTuple):
+    """Joints that turn about, or slide along, the z axes of their frames, each carried by the one before.
+
+    Attributes:
+        links: (joints, `LINK_NUMBERS`): rotation (9, row by row) and origin (3) of the joint's frame in the one before,
+            at position 0; mass of its link, centre of mass (3) in that frame, inertia (9) about the centre of mass; 1
+            for a joint that turns, 0 for one that slides. SI units.
+        gravity: Acceleration (3,) of free fall in the base frame, m/s^2.
+    """
+
+    links: FloatArray
+    gravity: FloatArray
+
+    @classmethod
+    def of_model(cls, model: pin.Model, turns: np.ndarray) -> SerialChain:
+        """Read the chain of a Pinocchio model whose joints turn, or slide, (joints,), about and along their z axes."""
+        placements, inertias = model.jointPlacements.tolist()[1:], model.inertias.tolist()[1:]
+        rows = [
+            np.hstack([at.rotation.ravel(), at.translation, body.mass, body.lever, body.inertia.ravel(), turning])
+            for at, body, turning in zip(placements, inertias, turns, strict=True)
+        ]
+        return cls(np.array(rows), model.gravity.linear.copy())
+
+
+def inverse_dynamics(
+    chain: SerialChain, positions: FloatArray, velocities: FloatArray, accelerations: FloatArray
+) -> FloatArray:
+    """Compute the torques (states, joints) at states of a chain, by the recursive Newton-Euler algorithm.
+
+    Raises:
+        ValueError: The shapes differ, or are not those of the chain's states.
+    """
+    states, joints = len(positions), len(chain.links)
+    motion = [doubles(values, states, joints) for values in (positions, velocities, accelerations)]
+    torques = np.empty((states, joints))
+    call("inverse_dynamics", joints, chain.links, chain.gravity, states, *motion, torques)
+    return torques
+
+
+def path_dynamics(chain: SerialChain, positions: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """Compute the terms (3, points, joints) of the torques along a path: inertia, centripetal and gravity.
+
+    They are M q', M q'' + C(q, q') q' and g at positions q of the path with derivatives q' and q''.
+
+    Raises:
+        ValueError: The shapes differ, or are not those of the chain's states.
+    """
+    points, joints = len(positions), len(chain.links)
+    path = [doubles(values, points, joints) for values in (positions, first, second)]
+    terms = np.empty((3, points, joints))
+    call("path_dynamics", joints, chain.links, chain.gravity, points, *path, *terms)
+    return terms
