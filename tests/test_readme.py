@@ -23,9 +23,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```", README, flags=re.DOTALL | re.MULTILINE)
+REQUESTS = (ROOT / "docs" / "requests.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", flags=re.DOTALL | re.MULTILINE)
+BLOCKS = BLOCK.findall(README)
 CONSOLE = [text for language, text in BLOCKS if language == "console"]
-CURL = [text for text in CONSOLE if text.startswith("$ curl")]
+CURL = [
+    text for language, text in BLOCKS + BLOCK.findall(REQUESTS) if language == "console" and text.startswith("$ curl")
+]
 COMMANDS = [line[2:] for text in CONSOLE for line in text.splitlines() if line.startswith("$ planner")]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
@@ -36,13 +40,17 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield url
 
 
+def test_the_readme_has_at_most_1200_words() -> None:
+    assert len(README.split()) <= 1200
+
+
 def test_the_readme_has_its_examples() -> None:
-    assert len(CURL) == 4
+    assert len(CURL) == 3
     assert len(COMMANDS) == 7
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
-@pytest.mark.parametrize("example", CURL, ids=["plan", "collision", "problem", "batch"])
+@pytest.mark.parametrize("example", CURL, ids=["plan", "problem", "collision"])
 def test_curl_gets_the_answer_shown(example: str, address: str) -> None:
     command, answer = re.fullmatch(r"\$ (curl .*?')\n(\{.*)", example, flags=re.DOTALL).groups()  # type: ignore[union-attr]
     assert "http://127.0.0.1:8000" in command
