@@ -100,7 +100,7 @@ def figures(plan: Plan) -> Figures:
     if plan.path.dynamics.has_dynamics:
         torque = plan.path.dynamics.torques(segments, q, dq, ddq)
         energy = float(weights @ np.abs(torque * dq).sum(axis=1))
-        limit = plan.path.limits.torque[segments]
+        limit = plan.path.limits.torque.narrower[segments]
         if np.isfinite(limit).any():
             effort = float(weights @ ((torque / limit) ** 2).sum(axis=1))
     peak_jerk = rms_jerk = np.inf

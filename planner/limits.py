@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from planner.guarantees import TCP_ORDERS
 from planner.robots.description import RANGED_QUANTITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from planner.fields import FieldPath
     from planner.robots import Robot
@@ -79,103 +79,127 @@ class Limits:
     torque_range: tuple[tuple[float, float], ...] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class SegmentLimits:
-    """The limits in force on each segment; infinite: none.
+class Bounds(NamedTuple):
+    """The lower and upper limits of one quantity, both (..., joints); infinite: none.
 
     Attributes:
-        lower: Lower position limits (joints,), rad or m.
-        upper: Upper position limits (joints,), rad or m.
-        velocity: Velocity limits (segments, joints), rad/s or m/s.
-        acceleration: Acceleration limits (segments, joints), rad/s^2 or m/s^2.
-        jerk: Jerk limits (segments, joints), rad/s^3 or m/s^3.
-        torque: Torque or force limits (segments, joints), N m or N.
-        tcp_linear_velocity: Limits of the tool's speed (segments,), m/s.
-        tcp_angular_velocity: Limits of the tool's angular speed (segments,), rad/s.
-        tcp_linear_acceleration: Limits of the tool's acceleration (segments,), m/s^2.
-        tcp_angular_acceleration: Limits of the tool's angular acceleration (segments,), rad/s^2.
-        tcp_centripetal_acceleration: Limits of the tool's acceleration across its path (segments,), m/s^2.
-        tcp_linear_jerk: Limits of the tool's jerk (segments,), m/s^3.
-        tcp_angular_jerk: Limits of the tool's angular jerk (segments,), rad/s^3.
-        wider: Factors (segments, 2, joints), 1 or more, by which the lower and the upper limits of a quantity are wider
-            than the array of its name, which holds the narrower of both; quantities whose limits are the same in both
-            directions are left out.
+        lower: Lower limits, negative but for those of positions.
+        upper: Upper limits, positive but for those of positions.
     """
 
     lower: FloatArray
     upper: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    jerk: FloatArray
-    torque: FloatArray
-    tcp_linear_velocity: FloatArray
-    tcp_angular_velocity: FloatArray
-    tcp_linear_acceleration: FloatArray
-    tcp_angular_acceleration: FloatArray
-    tcp_centripetal_acceleration: FloatArray
-    tcp_linear_jerk: FloatArray
-    tcp_angular_jerk: FloatArray
-    wider: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    @classmethod
+    def of_magnitudes(cls, limit: FloatArray) -> Bounds:
+        """Return the bounds that limit both directions alike."""
+        return cls(-limit, limit)
 
     @property
-    def of_tool(self) -> dict[str, FloatArray]:
-        """The limits (segments,) of those of `TCP_ORDERS` that are limited anywhere."""
-        each = {quantity: getattr(self, quantity) for quantity in TCP_QUANTITIES}
-        return {quantity: limit for quantity, limit in each.items() if np.isfinite(limit).any()}
+    def narrower(self) -> FloatArray:
+        """The magnitudes (..., joints) that keep both limits."""
+        return np.minimum(-self.lower, self.upper)
 
-    def without_sampled(self) -> SegmentLimits:
-        """Return the limits without those of torque and of the tool."""
-        none: Any = dict.fromkeys(TCP_QUANTITIES, np.full(len(self.torque), np.inf))
-        return replace(self, torque=np.full_like(self.torque, np.inf), **none)
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether both directions have the same limits."""
+        return bool((self.upper == -self.lower).all())
 
-    def of_tool_among(self, quantities: Collection[str]) -> SegmentLimits:
-        """Return the limits without those of the tool that are not among some quantities."""
-        none: Any = {quantity: np.full(len(self.torque), np.inf) for quantity in self.of_tool.keys() - set(quantities)}
-        return replace(self, **none) if none else self
+    @property
+    def weights(self) -> FloatArray:
+        """The shares (2, ..., joints) that the narrower limit is of the lower and of the upper one, up to 1."""
+        magnitudes, narrower = np.abs(self), self.narrower
+        limited = np.broadcast_to(np.isfinite(narrower), magnitudes.shape)
+        return np.divide(narrower, magnitudes, out=np.ones_like(magnitudes), where=limited)
 
-    def bounds(self, quantity: str) -> tuple[FloatArray, FloatArray]:
-        """Return the lower and the upper limits of a quantity of the joints, each (segments, joints)."""
-        narrower: FloatArray = getattr(self, quantity)
-        if quantity not in self.wider:
-            return -narrower, narrower
-        lower, upper = np.moveaxis(self.wider[quantity], 1, 0)
-        return -narrower * lower, narrower * upper
+    @property
+    def centred(self) -> tuple[FloatArray, FloatArray]:
+        """The middle between the limits, and their distance from there, both (..., joints)."""
+        half = (self.upper - self.lower) / 2.0
+        middle = np.add(self.lower, self.upper, out=np.zeros_like(half), where=np.isfinite(half)) / 2.0
+        return middle, half
 
-    def weights(self, quantity: str) -> FloatArray:
-        """Return shares (2, segments, joints) that the narrower limit is of the lower and of the upper one, up to 1."""
-        if quantity not in self.wider:
-            return np.ones((2, *getattr(self, quantity).shape))
-        weights: FloatArray = 1.0 / np.moveaxis(self.wider[quantity], 1, 0)
-        return weights
+    def used(self, rows: np.ndarray, values: FloatArray) -> FloatArray:
+        """Return the shares (..., joints) that values (..., joints) use of the limits in rows (...)."""
+        return np.asarray(values / np.where(values < 0.0, self.lower[rows], self.upper[rows]))
 
-    def used(self, quantity: str, segments: np.ndarray, values: FloatArray) -> FloatArray:
-        """Return the shares (..., joints) of their limits that values (..., joints) on segments (...) use."""
-        shares: FloatArray = np.abs(values) / getattr(self, quantity)[segments]
-        if quantity in self.wider:
-            shares = shares * np.where(values < 0.0, *self.weights(quantity)[:, segments])
-        return shares
+    def within(self, others: Bounds | FloatArray) -> Bounds:
+        """Return the limits that keep others, too: bounds or magnitudes (..., joints)."""
+        lower, upper = others if isinstance(others, Bounds) else (-others, others)
+        return Bounds(np.maximum(self.lower, lower), np.minimum(self.upper, upper))
 
-    def centred(self, quantity: str) -> tuple[FloatArray, FloatArray]:
-        """Return the middle between the limits of a quantity and their distance from there, each (segments, joints)."""
-        lower, upper = self.bounds(quantity)
-        if quantity not in self.wider:
-            return np.zeros_like(upper), upper
-        middle = np.add(lower, upper, out=np.zeros_like(upper), where=np.isfinite(upper)) / 2.0
-        return middle, (upper - lower) / 2.0
+    def at_least(self, magnitudes: FloatArray) -> Bounds:
+        """Return the limits widened to magnitudes (..., joints) where they are narrower."""
+        return Bounds(np.minimum(self.lower, -magnitudes), np.maximum(self.upper, magnitudes))
+
+    def along(self, travels: FloatArray) -> Bounds:
+        """Return the limits that count in the direction of travels (..., joints)."""
+        return Bounds(*np.where(travels < 0.0, [-self.upper, -self.lower], self))
+
+    def divided_by(self, factors: FloatArray) -> Bounds:
+        """Return the limits divided by positive factors (..., joints)."""
+        return Bounds(self.lower / factors, self.upper / factors)
+
+    def of(self, rows: np.ndarray) -> Bounds:
+        """Return the limits in some rows, in that order."""
+        return Bounds(self.lower[rows], self.upper[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentLimits:
+    """The limits in force on each segment.
+
+    Attributes:
+        position: Position limits (joints,), rad or m.
+        velocity: Velocity limits (segments, joints), rad/s or m/s.
+        acceleration: Acceleration limits (segments, joints), rad/s^2 or m/s^2.
+        jerk: Jerk limits (segments, joints), rad/s^3 or m/s^3, the same in both directions.
+        torque: Torque or force limits (segments, joints), N m or N.
+        of_tool: The limits (segments,) of those of `TCP_ORDERS` that are limited anywhere, SI units.
+    """
+
+    position: Bounds
+    velocity: Bounds
+    acceleration: Bounds
+    jerk: Bounds
+    torque: Bounds
+    of_tool: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def without(self, quantities: Collection[str]) -> SegmentLimits:
+        """Return the limits without those of some quantities."""
+        none = Bounds.of_magnitudes(np.full_like(self.torque.upper, np.inf))
+        of_tool = {quantity: limit for quantity, limit in self.of_tool.items() if quantity not in quantities}
+        of_joints: Any = dict.fromkeys(set(JOINT_QUANTITIES) & set(quantities), none)
+        return replace(self, **of_joints, of_tool=of_tool)
+
+    def bounds(self, quantity: str) -> Bounds:
+        """Return the limits of a quantity of the joints."""
+        bounds: Bounds = getattr(self, quantity)
+        return bounds
+
+    def magnitudes(self, quantity: str) -> FloatArray:
+        """Return the narrower limits of a quantity of the joints (segments, joints), or the tool's (segments, 1)."""
+        if quantity in TCP_ORDERS:
+            return self.of_tool.get(quantity, np.full(len(self.torque.upper), np.inf))[:, None]
+        return self.bounds(quantity).narrower
 
     def along(self, travels: FloatArray) -> SegmentLimits:
-        """Return the limits of motions that go straight (segments, joints): of velocities those in their direction."""
-        if "velocity" not in self.wider:
-            return self
-        lower, upper = self.bounds("velocity")
-        wider = {quantity: factors for quantity, factors in self.wider.items() if quantity != "velocity"}
-        return replace(self, velocity=np.where(travels < 0.0, -lower, upper), wider=wider)
+        """Return the limits with velocity and acceleration in the direction of straight motions (segments, joints)."""
+        return replace(self, velocity=self.velocity.along(travels), acceleration=self.acceleration.along(travels))
 
     def of(self, segments: np.ndarray) -> SegmentLimits:
         """Return the limits of some segments, in that order."""
-        rows = {quantity: getattr(self, quantity)[segments] for quantity in (*JOINT_QUANTITIES, *TCP_QUANTITIES)}
-        wider = {quantity: factors[segments] for quantity, factors in self.wider.items()}
-        return SegmentLimits(lower=self.lower, upper=self.upper, **rows, wider=wider)
+        of_joints = {quantity: self.bounds(quantity).of(segments) for quantity in JOINT_QUANTITIES}
+        of_tool = {quantity: limit[segments] for quantity, limit in self.of_tool.items()}
+        return SegmentLimits(self.position, **of_joints, of_tool=of_tool)
+
+
+def measures(limits: Sequence[Bounds]) -> tuple[FloatArray, FloatArray | None]:
+    """Return the narrower limits (quantities, ..., joints), and the `weights` (2, quantities, ...) if they differ."""
+    narrower = np.stack([bounds.narrower for bounds in limits])
+    if all(bounds.is_symmetric for bounds in limits):
+        return narrower, None
+    return narrower, np.stack([bounds.weights for bounds in limits], axis=1)
 
 
 def counted_velocity(limit: FloatArray) -> FloatArray:
@@ -245,52 +269,29 @@ def segment_limits(robot: Robot, common: Limits, own: tuple[Limits | None, ...])
     if faults:
         raise InvalidProblem(faults)
 
-    def joint_limits(quantity: str) -> FloatArray:
+    def joint_bounds(quantity: str) -> Bounds:
         """Return the limits (segments, joints) of a quantity of the joints."""
-        scale = getattr(common, f"{quantity}_scale", 1.0)
-        asked = getattr(common, quantity)
-        rows = np.tile(robot.limit(quantity) if asked is None else np.array(asked), (len(own), 1))
-        for i, narrower in enumerate(own):
-            if narrower is not None:
-                asked = getattr(narrower, quantity)
-                rows[i] = rows[i] if asked is None else np.minimum(rows[i], asked)
-                rows[i] *= getattr(narrower, f"{quantity}_scale", 1.0)
-        return rows * scale
+        ranged = quantity in RANGED_QUANTITIES
+        widest = np.abs(robot.bounds(quantity)) if ranged else np.tile(robot.limit(quantity), (2, 1))
+        rows = np.tile(widest, (len(own), 1, 1))
+        for row, narrower in zip(rows, own, strict=True):
+            each = [limits for limits in (narrower, common) if limits is not None]
+            for asked in (getattr(limits, quantity) for limits in each):
+                row[:] = row if asked is None else np.minimum(row, asked)
+            for asked in (getattr(limits, f"{quantity}_range") for limits in each if ranged):
+                row[:] = row if asked is None else np.minimum(row, np.abs(asked).T)
+            for limits in each:
+                row *= getattr(limits, f"{quantity}_scale", 1.0)
+        return Bounds(-rows[:, 0], rows[:, 1])
 
     def tool_limits(quantity: str) -> FloatArray:
         """Return the limits (segments,) of a quantity of the tool."""
         each = ((getattr(limits, quantity, None) or np.inf for limits in (common, narrower)) for narrower in own)
         return np.array([min(asked) for asked in each])
 
-    of_joints = {quantity: joint_limits(quantity) for quantity in JOINT_QUANTITIES}
-    wider = {}
-    for quantity in RANGED_QUANTITIES:
-        ranges = _ranges(robot, quantity, common, own)
-        if ranges is not None:
-            bounds = np.minimum(of_joints[quantity][:, None], ranges)
-            of_joints[quantity] = bounds.min(axis=1)
-            with np.errstate(invalid="ignore"):
-                factors = bounds / of_joints[quantity][:, None]
-            wider[quantity] = np.where(np.isnan(factors), 1.0, factors)
+    of_tool = {quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES}
     return SegmentLimits(
-        lower=robot.limit("lower"),
-        upper=robot.limit("upper"),
-        **of_joints,
-        **{quantity: tool_limits(quantity) for quantity in TCP_QUANTITIES},
-        wider=wider,
+        Bounds(robot.limit("lower"), robot.limit("upper")),
+        **{quantity: joint_bounds(quantity) for quantity in JOINT_QUANTITIES},
+        of_tool={quantity: limit for quantity, limit in of_tool.items() if np.isfinite(limit).any()},
     )
-
-
-def _ranges(robot: Robot, quantity: str, common: Limits, own: tuple[Limits | None, ...]) -> FloatArray | None:
-    """Return the magnitudes (segments, 2, joints) of lower and upper limits; None: they are the same everywhere."""
-    name, scale_name = f"{quantity}_range", f"{quantity}_scale"
-    asked = [[getattr(limits, name, None) for limits in (common, narrower)] for narrower in own]
-    if not any(map(any, asked)) and not any(quantity in joint.ranges for joint in robot.joints):
-        return None
-    ranges = np.tile(np.abs(robot.bounds(quantity)), (len(own), 1, 1))
-    for row, narrower, both in zip(ranges, own, asked, strict=True):
-        for pairs in both:
-            if pairs is not None:
-                row[:] = np.minimum(row, np.abs(pairs).T)
-        row *= getattr(common, scale_name, 1.0) * getattr(narrower, scale_name, 1.0)
-    return ranges

@@ -19,6 +19,7 @@ from planner.certificate.checks import Certificate, Check
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS, EndStates, Guarantee
 from planner.kinematics.forward import CENTRIPETAL, OF_BENDS, bend_bounds, tool_rates_on
+from planner.limits import Bounds, measures
 from planner.tolerances import CONTINUITY_TOLERANCE, POSITION_TOLERANCE
 from planner.trajectories.extrema import UnitPolynomials, derivatives_on_unit_time, largest_magnitudes
 from planner.trajectories.sampled_peaks import BROKEN, DERIVATIVES, parts_of, sampled_peaks
@@ -117,17 +118,13 @@ def _polynomial_checks(
     smooth: int,
 ) -> list[Check]:
     """Return the checks of the joints' positions and of their derivatives, by exact extrema."""
-    limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)
-    lower, upper = np.where(limited, limits.lower, 0.0), np.where(limited, limits.upper, 0.0)
-    half = np.maximum((upper - lower) / 2.0, POSITION_TOLERANCE)  # of a joint without room to move in: rounding
+    middle, half = limits.position.centred
+    half = np.maximum(half, POSITION_TOLERANCE)  # of a joint without room to move in: rounding
     pieces, count = len(trajectory.lengths), len(JOINT_DERIVATIVES)
-    bounds, middles = np.empty((count, pieces, robot.dof)), np.zeros((count, 1, robot.dof))
-    directions = np.ones((2, count, pieces, robot.dof)) if limits.wider else None
-    bounds[0], middles[0] = np.where(limited, half, np.inf), (lower + upper) / 2.0
-    for order, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
-        bounds[order] = getattr(limits, quantity)[trajectory.segments]
-        if directions is not None and quantity in limits.wider:
-            directions[:, order] = limits.weights(quantity)[:, trajectory.segments]
+    middles = np.zeros((count, 1, robot.dof))
+    middles[0] = middle
+    rates = (limits.bounds(quantity).of(trajectory.segments) for quantity in JOINT_DERIVATIVES[1:])
+    bounds, directions = measures([Bounds.of_magnitudes(np.tile(half, (pieces, 1))), *rates])
     # Without any limit the largest value is still worth knowing: measure every joint by 1.
     measure = np.where(np.isfinite(bounds).any(axis=(1, 2), keepdims=True), bounds, 1.0)
     of_pieces = np.repeat(np.arange(count), pieces)
@@ -165,7 +162,7 @@ def _sampled_checks(
 ) -> list[Check]:
     """Give the checks of what is not polynomial; none where there is no limit, or (torque) no inertia to compute it."""
     robot = dynamics.robots[0]
-    limited = [quantity for quantity in SAMPLED if np.isfinite(getattr(limits, quantity)).any()]
+    limited = [quantity for quantity in SAMPLED if np.isfinite(limits.magnitudes(quantity)).any()]
     if not dynamics.has_dynamics and "torque" in limited:
         limited.remove("torque")
     if not limited:
@@ -173,9 +170,9 @@ def _sampled_checks(
     torque, tool = "torque" in limited, limited != ["torque"]
     columns = [quantity for quantity in limited for _ in range(robot.dof if quantity == "torque" else 1)]
     segments, motion = trajectory.segments, derivatives[:4]
-    middles, halves = limits.centred("torque")
+    middles, halves = limits.torque.centred
     # What is the same in both directions is measured from nought; a torque from the middle between its limits.
-    bounds = [halves if quantity == "torque" else getattr(limits, quantity)[:, None] for quantity in limited]
+    bounds = [halves if quantity == "torque" else limits.magnitudes(quantity) for quantity in limited]
     bounds = np.hstack(bounds)[segments]
     rated = [*limits.of_tool, *(OF_BENDS if CENTRIPETAL in limited else ())]
 
@@ -217,10 +214,10 @@ def _sampled_checks(
             bounded=bounded,
         )
         if quantity == "torque":
-            if known and quantity in limits.wider:
+            if known and not limits.torque.is_symmetric:
                 state = motion[:3].evaluate(np.array([piece]), np.array([unit]))
                 torque, joint = dynamics.torques(segments[[piece]], *state)[0], column - columns.index(quantity)
-                used = limits.used(quantity, segments[piece], torque)
+                used = limits.torque.used(segments[piece], torque)
                 check = _of_torque(check, joint, torque, used) if used[joint] > 0.0 else check
             check = _held_at_changes(check, trajectory, dynamics, limits)
         checks.append(check)
@@ -238,15 +235,15 @@ def _held_at_changes(check: Check, trajectory: Trajectory, dynamics: SegmentDyna
 
     While the robot rests there, its limits are those of the segment before, its payload that of either segment.
     """
-    last = len(limits.torque) - 1
+    last = len(limits.torque.upper) - 1
     for waypoint, robot in dynamics.changes:
         time = float(trajectory.arrivals[waypoint])
         (position,) = trajectory.evaluate(time, [0])
         still = np.zeros_like(position)
         torque = inverse_dynamics(robot, position, still, still) if robot.has_dynamics else still
         used = np.maximum(
-            limits.used("torque", np.array(waypoint - 1), torque),
-            limits.used("torque", np.array(min(waypoint, last)), torque),
+            limits.torque.used(np.array(waypoint - 1), torque),
+            limits.torque.used(np.array(min(waypoint, last)), torque),
         )
         joint = int(used.argmax())
         if used[joint] > (check.ratio or 0.0):

@@ -50,11 +50,11 @@ def effort_rates(
     It is the sum over joints of (torque / limit)^2, or of (acceleration / limit)^2 where torques or their limits are
     unknown.
     """
-    torque = limits.torque[segments]
+    torque = limits.torque.narrower[segments]
     if dynamics.has_dynamics and np.isfinite(torque).any():
         shares = dynamics.torques(segments, q, dq, ddq) / torque
     else:
-        shares = ddq / limits.acceleration[segments]
+        shares = ddq / limits.acceleration.narrower[segments]
     return np.asarray((shares**2).sum(axis=1), dtype=np.float64)
 
 
@@ -70,7 +70,8 @@ class Estimate:
         """Prepare for ways whose legs have the limits, the payload and the tool of a segment of a path."""
         self._objective: Objective = objective
         self._path, self._segment = path, segment
-        self._velocity, self._acceleration = path.limits.velocity[segment], path.limits.acceleration[segment]
+        limits = path.limits
+        self._velocity, self._acceleration = (own.narrower[segment] for own in (limits.velocity, limits.acceleration))
 
     def __call__(self, positions: FloatArray) -> float:
         """Estimate the cost of a way (positions, joints), in the units of its objective."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from planner.dynamics import path_dynamics
-from planner.kinematics.forward import tool_speeds
+from planner.kinematics.forward import VELOCITIES, tool_speeds
 from planner.tolerances import LIMIT_TOLERANCE
 
 if TYPE_CHECKING:
@@ -106,16 +106,13 @@ class StopLimits:
         (v0, v1) = path.evaluate(np.array([0.0, self.length]), [1])[0]
         self.ends_at_rest = bool(np.abs(v1).max() <= 1e-9 * max(np.abs(v0).max(), 1e-300))
         with np.errstate(divide="ignore", invalid="ignore"):
-            times = np.abs(v0) / limits.acceleration[0] + limits.acceleration[0] / limits.jerk[0]
+            acceleration, jerk = limits.acceleration.narrower[0], limits.jerk.narrower[0]
+            times = np.abs(v0) / acceleration + acceleration / jerk
             times = np.where(np.isfinite(times), times, 0.0)
         self.guess = max(float(times.max()), 1e-3 * self.length)
-        self.torques = "torque" in kept and robot.has_dynamics and bool(np.isfinite(limits.torque).any())
-        tool = [limits.tcp_linear_velocity[0], limits.tcp_angular_velocity[0]]
-        self.tool = [
-            (k, limit)
-            for k, limit in enumerate(tool)
-            if np.isfinite(limit) and ("tcp_linear_velocity", "tcp_angular_velocity")[k] in kept
-        ]
+        self.torques = "torque" in kept and robot.has_dynamics and bool(np.isfinite(limits.torque.upper).any())
+        speeds = [limits.of_tool.get(name) if name in kept else None for name in VELOCITIES]
+        self.tool = [(k, float(speed[0])) for k, speed in enumerate(speeds) if speed is not None]
 
     @property
     def are_none(self) -> bool:
@@ -138,12 +135,12 @@ class StopLimits:
             ("acceleration", (second, first)),
             ("jerk", (third, second, first)),
         ):
-            limit = getattr(self.limits, quantity)[0]
+            limit = self.limits.magnitudes(quantity)[0]
             if quantity in self.kept and np.isfinite(limit).any():
                 terms.append(Term(quantity, coefficients, zero, np.tile(limit, (len(s), 1))))
         if self.torques:
             inertia, centripetal, gravity = path_dynamics(self.robot, q, first, second)
-            limit = np.tile(self.limits.torque[0], (len(s), 1))
+            limit = np.tile(self.limits.torque.narrower[0], (len(s), 1))
             terms.append(Term("acceleration", (centripetal, inertia), gravity, limit))
         speeds = tool_speeds(self.robot, q, first) if self.tool else ()
         for k, limit in self.tool:

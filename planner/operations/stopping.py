@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -92,10 +91,10 @@ def stop_joints(
     _check_state(robot, state, limits)
     own = segment_limits(robot, limits, (None,))
     _refuse_broken_state(robot, state, own)
-    unlimited = set() if np.isfinite(own.jerk).all() else {"jerk"}
+    unlimited = set() if np.isfinite(own.jerk.upper).all() else {"jerk"}
     kept = frozenset(QUANTITIES) - unlimited if enforced is None else frozenset(enforced)
     if "jerk" not in kept:
-        own = replace(own, jerk=np.full_like(own.jerk, np.inf))
+        own = own.without(["jerk"])
     still = np.zeros(robot.dof)
     ends = EndStates(state.velocity, state.acceleration, still)
 
@@ -124,12 +123,13 @@ def _check_state(robot: Robot, state: JointState, limits: Limits) -> None:
 
 def _refuse_broken_state(robot: Robot, state: JointState, limits: SegmentLimits) -> None:
     """Refuse what breaks a limit before the stop begins: there is nothing to be done about it."""
-    beyond = np.maximum(limits.lower - state.position, state.position - limits.upper)
+    lower, upper = limits.position
+    beyond = np.maximum(lower - state.position, state.position - upper)
     if (joint := int(beyond.argmax())) >= 0 and beyond[joint] > LIMIT_TOLERANCE:
-        limit = limits.lower[joint] if state.position[joint] < limits.lower[joint] else limits.upper[joint]
+        limit = lower[joint] if state.position[joint] < lower[joint] else upper[joint]
         raise _position_error(robot, joint, float(state.position[joint]), float(limit), "is at {} when the stop begins")
     for quantity in ("velocity", "acceleration"):
-        values, most = np.abs(getattr(state, quantity)), getattr(limits, quantity)[0]
+        values, most = np.abs(getattr(state, quantity)), limits.magnitudes(quantity)[0]
         joint = int((values / most).argmax())
         if values[joint] > most[joint] * (1.0 + LIMIT_TOLERANCE):
             value, limit = distinct(float(values[joint]), float(most[joint]))
@@ -164,16 +164,17 @@ def _gentleness(is_satisfied: Callable[[float], bool]) -> float:
 
 def _stop(robot: Robot, state: JointState, limits: SegmentLimits, share: float) -> Trajectory:
     """Return the stop of all joints, each as fast as this share of its limits of acceleration and jerk lets it."""
-    motions = []
+    motions, (lower, upper) = [], limits.position
+    acceleration, jerk = share * limits.acceleration.narrower[0], share * limits.jerk.narrower[0]
     for joint, (q, v, a) in enumerate(zip(state.position, state.velocity, state.acceleration, strict=True)):
         moves = v != 0.0 or a != 0.0
-        most = Braking(share * float(limits.acceleration[0, joint]), share * float(limits.jerk[0, joint]))
+        most = Braking(float(acceleration[joint]), float(jerk[joint]))
         if moves and not np.isfinite(most.acceleration):
             name = robot.joint_names[joint]
             raise LimitsUnsatisfiable(
                 f"nothing limits how fast {name} stops: ask for an acceleration limit", joint=name
             )
-        bounds = float(limits.lower[joint]), float(limits.upper[joint])
+        bounds = float(lower[joint]), float(upper[joint])
         motions.append(_within(robot, joint, (float(q), float(v), float(a)), most, bounds) if moves else [])
     return joined_phases(state.position, motions)
 

@@ -40,7 +40,7 @@ def stop_on_line(
     if np.abs(state.acceleration - along * direction).max() > OFF_LINE * max(1.0, abs(along)):
         return None
     with np.errstate(divide="ignore", over="ignore"):
-        most, jerk = (float((limit[0] / np.abs(direction)).min()) for limit in (limits.acceleration, limits.jerk))
+        most, jerk = (float((own.narrower[0] / np.abs(direction)).min()) for own in (limits.acceleration, limits.jerk))
     jerk = jerk if limits_jerk else np.inf
     if not np.isfinite(most):
         return None

@@ -127,7 +127,7 @@ def _fastest(
     robot: Robot, rest: Trajectory, limits: SegmentLimits, kept: frozenset[str], margin: float
 ) -> Trajectory | None:
     """Return the fastest stop found; None: none that is over before the trajectory is."""
-    order = 2 if "jerk" in kept and np.isfinite(limits.jerk).all() else 1
+    order = 2 if "jerk" in kept and np.isfinite(limits.jerk.upper).all() else 1
     law, bounds = Law.of_order(order), StopLimits(robot, rest, limits, kept, margin)
     if bounds.are_none:
         raise LimitsUnsatisfiable("nothing that is kept limits how fast it stops: ask for an acceleration limit")

@@ -110,8 +110,8 @@ class JointPath:
 
     def keeping(self, quantities: Collection[str]) -> JointPath:
         """Return the path without those limits of the tool that are not among some quantities."""
-        limits = self.limits.of_tool_among(quantities)
-        return self if limits is self.limits else replace(self, limits=limits)
+        others = self.limits.of_tool.keys() - set(quantities)
+        return replace(self, limits=self.limits.without(others)) if others else self
 
     @cached_property
     def positions(self) -> FloatArray:
@@ -156,8 +156,9 @@ class JointPath:
 
     def straight_runs(self, segments: np.ndarray) -> list[Run]:
         """Make each of these segments a run of its own, straight from waypoint to waypoint."""
+        most = self.limits.velocity.narrower
         return [
-            straight_run(segment, self.positions[segment], self.positions[segment + 1], self.limits.velocity[segment])
+            straight_run(segment, self.positions[segment], self.positions[segment + 1], most[segment])
             for segment in segments.tolist()
         ]
 
@@ -259,7 +260,7 @@ def _with_stops_where_sharp(
     """
     result = list(transitions)
     travels = np.diff(np.array([waypoint.position for waypoint in solved]), axis=0)[moving]
-    speeds = counted_velocity(limits.velocity[moving])
+    speeds = counted_velocity(limits.velocity.narrower[moving])
     ends = [solved[k + 1] for k in moving]
     times = np.array(list(map(travel_time, ends, travels, speeds)))
     rates = travels / speeds / times[:, None]

@@ -210,7 +210,7 @@ class _Builder:
         self.robot, self.waypoints, self.segments = robot, waypoints, segments
         self.passed = [isinstance(transition, ThroughTransition) for transition in transitions]
         self.positions = np.array([solved[k].position for k in (*segments, segments[-1] + 1)])
-        self.speeds = counted_velocity(limits.velocity[segments])
+        self.speeds = counted_velocity(limits.velocity.narrower[segments])
         self.tool: dict[int, PiecewisePolynomial] = {}
         self.short: set[int] = set()
         self.knots: set[tuple[float, ...]] = set()

@@ -87,7 +87,7 @@ def tool_speed_reports(plan: Plan) -> list[ToolSpeedReport]:
 
     The trajectory is sampled at 17 times of each of its pieces; only limits that the back end keeps can bind.
     """
-    limits = plan.path.limits.tcp_linear_velocity
+    limits = plan.path.limits.magnitudes("tcp_linear_velocity")[:, 0]
     segments = [k for k, path in enumerate(plan.path.tool_motions) if path is not None and np.isfinite(limits[k])]
     moving = set(plan.path.moving.tolist())
     return [_report(plan, segment, float(limits[segment])) for segment in segments if segment in moving]
@@ -163,10 +163,10 @@ def _uses(plan: Plan, segment: int, samples: _Samples) -> Iterator[tuple[str, st
     rates = tool_rates(dynamics.robot_on(segment), of_tool, samples.q, samples.v, samples.a, samples.j)
     yield from ((quantity, None, rates[quantity] / limit) for quantity, limit in of_tool.items())
     values = {"velocity": samples.v, "acceleration": samples.a, "jerk": samples.j}
-    if dynamics.has_dynamics and np.isfinite(limits.torque[segment]).any():
+    if dynamics.has_dynamics and np.isfinite(limits.torque.upper[segment]).any():
         segments = np.full(len(samples.times), segment)
         values["torque"] = dynamics.torques(segments, samples.q, samples.v, samples.a)
     for quantity in JOINT_QUANTITIES:
         if quantity in values and plan.backend.guarantees[quantity] is Guarantee.HARD:
-            uses = limits.used(quantity, np.full(len(samples.times), segment), values[quantity])
+            uses = limits.bounds(quantity).used(np.full(len(samples.times), segment), values[quantity])
             yield from ((quantity, name, uses[:, joint]) for joint, name in enumerate(names))

@@ -115,7 +115,7 @@ def payload_above_rating(robot: Robot, mass: float, waypoint: int = 0) -> Iterat
 
 def _torque_warnings(problem: PlanningProblem, path: JointPath) -> Iterator[PlanWarning]:
     """Yield what is said where torques are not checked, or only in part."""
-    robot, is_limited = problem.robot, bool(np.isfinite(path.limits.torque).any())
+    robot, is_limited = problem.robot, bool(np.isfinite(path.limits.torque.upper).any())
     unchecked = f"{robot.id} has no torque limits: no torque is checked"
     if robot.has_dynamics:
         if not is_limited:

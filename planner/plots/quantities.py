@@ -139,7 +139,7 @@ def tool_curves(plan: Planned, samples: Samples, quantity: str, axes: Collection
     along = [k for k, name in enumerate(drawn.names) if drawn.names != XYZ or axes is None or name in axes]
     limit = np.full(len(samples.time), np.inf)
     if drawn.limit is not None:
-        limit = getattr(plan.path.limits, drawn.limit)[samples.segment] * MILLIMETRES
+        limit = plan.path.limits.magnitudes(drawn.limit)[samples.segment, 0] * MILLIMETRES
     names, colours = tuple(drawn.names[k] for k in along), tuple(AXIS_COLOURS[k] for k in along)
     upper = np.tile(limit[:, None], (1, len(along)))
     return Curves(quantity, drawn.unit, names, colours, values[:, along], np.full_like(upper, -np.inf), upper)

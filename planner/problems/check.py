@@ -257,12 +257,12 @@ def _refuse_impossible_ends(problem: PlanningProblem, backend: MovesAtItsEnds) -
     """
     limits, ends = problem.segment_limits(), end_states(backend, problem.robot.dof)
     velocity, acceleration = ends.initial_velocity, ends.initial_acceleration
-    bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk[0])
+    bound_for = velocity + acceleration * np.abs(acceleration) / (2.0 * limits.jerk.upper[0])
     for option, quantity, segment, values, where in (
         ("initial_velocity", "velocity", 0, velocity, "at the start"),
         ("initial_acceleration", "acceleration", 0, acceleration, "at the start"),
         ("initial_acceleration", "velocity", 0, bound_for, "that its initial acceleration leads to"),
-        ("final_velocity", "velocity", len(limits.velocity) - 1, ends.final_velocity, "at the end"),
+        ("final_velocity", "velocity", len(limits.velocity.upper) - 1, ends.final_velocity, "at the end"),
     ):
         lower, upper = (bound[segment] for bound in limits.bounds(quantity))
         limit = np.where(values < 0.0, -lower, upper)

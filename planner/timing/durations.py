@@ -173,13 +173,13 @@ def _slowed(backend: BackEnd, path: JointPath, fastest: Trajectory, least: Float
         short = own < least * (1.0 - DURATION_TOLERANCE)
         if not short.any():
             return trajectory
-        peaks = np.zeros_like(limits.velocity)
+        peaks = np.zeros_like(limits.velocity.upper)
         on_pieces = np.abs(derivatives_on_unit_time(trajectory, 2).bernstein[1]).max(axis=2)
         np.maximum.at(peaks, trajectory.segments, on_pieces)
         slower = peaks[short] * (own[short] / least[short])[:, None]
-        velocity = limits.velocity.copy()
-        velocity[short] = np.minimum(velocity[short], np.where(slower > ROUNDING * slower.max(), slower, np.inf))
-        limits = replace(limits, velocity=velocity)
+        most = np.full_like(peaks, np.inf)
+        most[short] = np.where(slower > ROUNDING * slower.max(), slower, np.inf)
+        limits = replace(limits, velocity=limits.velocity.within(most))
         trajectory = backend.parametrize(replace(path, limits=limits))
     own, factors = _durations_of(trajectory), np.ones(len(least))
     for run in path.every_run:

@@ -148,7 +148,7 @@ def _slowed(problem: PlanningProblem, backend: BackEnd, path: JointPath, traject
     kept = enforced(backend)
     path = path.keeping(kept)
     if "jerk" not in kept:
-        path = replace(path, limits=replace(path.limits, jerk=np.full_like(path.limits.jerk, np.inf)))
+        path = replace(path, limits=path.limits.without(["jerk"]))
     middles, segments = trajectory.breakpoints[:-1] + trajectory.lengths / 2.0, trajectory.segments
     moves = (middles > trajectory.departures[segments]) & (middles < trajectory.arrivals[segments + 1])
     checkers = segment_checkers(problem, path.positions)

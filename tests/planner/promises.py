@@ -8,6 +8,7 @@ import pinocchio as pin
 from planner.backends import Guarantee
 from planner.backends.base import enforced
 from planner.kinematics import tool_speeds
+from planner.kinematics.forward import VELOCITIES
 from planner.plans.result import Plan
 from planner.problems.actions import AtWaypoint
 from planner.robots import Robot
@@ -27,8 +28,8 @@ def keeps_joint_limits(result: Plan, samples: int = 33) -> None:
     for order, quantity in enumerate(JOINT_QUANTITIES):
         values = horner(differentiate(trajectory.coefficients, order)[:, None], tau[..., None])
         if quantity == "position":
-            assert (values >= limits.lower - 1e-9).all()
-            assert (values <= limits.upper + 1e-9).all()
+            assert (values >= limits.position.lower - 1e-9).all()
+            assert (values <= limits.position.upper + 1e-9).all()
         elif guarantees[quantity] is Guarantee.HARD:
             lower, upper = (bound[trajectory.segments][:, None] for bound in limits.bounds(quantity))
             assert (values <= upper * (1.0 + 1e-9)).all()
@@ -114,16 +115,16 @@ def keeps_sampled_limits(result: Plan, samples: int = 100) -> None:
         frame = robot.tool_frame_id, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         pin.forwardKinematics(robot.model, data[segment], q, v, a)
         speed = pin.getFrameVelocity(robot.model, data[segment], *frame)
-        assert np.linalg.norm(speed.linear) <= limits.tcp_linear_velocity[segment] * (1.0 + 1e-6)
-        assert np.linalg.norm(speed.angular) <= limits.tcp_angular_velocity[segment] * (1.0 + 1e-6)
+        assert np.linalg.norm(speed.linear) <= limits.magnitudes("tcp_linear_velocity")[segment, 0] * (1.0 + 1e-6)
+        assert np.linalg.norm(speed.angular) <= limits.magnitudes("tcp_angular_velocity")[segment, 0] * (1.0 + 1e-6)
         gain = pin.getFrameClassicalAcceleration(robot.model, data[segment], *frame)
-        assert np.linalg.norm(gain.linear) <= limits.tcp_linear_acceleration[segment] * (1.0 + 1e-6)
-        assert np.linalg.norm(gain.angular) <= limits.tcp_angular_acceleration[segment] * (1.0 + 1e-6)
+        assert np.linalg.norm(gain.linear) <= limits.magnitudes("tcp_linear_acceleration")[segment, 0] * (1.0 + 1e-6)
+        assert np.linalg.norm(gain.angular) <= limits.magnitudes("tcp_angular_acceleration")[segment, 0] * (1.0 + 1e-6)
         if (fast := np.linalg.norm(speed.linear)) > 1e-6:
             across = min(np.linalg.norm(np.cross(speed.linear, gain.linear)) / fast, fast**2 / 1e-4)
-            assert across <= limits.tcp_centripetal_acceleration[segment] * (1.0 + 1e-6)
+            assert across <= limits.magnitudes("tcp_centripetal_acceleration")[segment, 0] * (1.0 + 1e-6)
     _keeps_tool_jerks(result, times)
-    bounds = np.array([limits.tcp_linear_velocity, limits.tcp_angular_velocity])[:, trajectory.segments]
+    bounds = np.array([limits.magnitudes(name)[trajectory.segments, 0] for name in VELOCITIES])
     if np.isfinite(bounds).any():
         each = np.linspace(0.0, 1.0, 17)
         for first in range(0, len(trajectory.lengths), AT_ONCE):

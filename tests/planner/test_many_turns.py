@@ -13,7 +13,7 @@ from planner.certificate.limits import certificate_of
 from planner.dynamics import SegmentDynamics, inverse_dynamics
 from planner.errors import InvalidProblem
 from planner.guarantees import QUANTITIES, Guarantee
-from planner.limits import Limits, segment_limits
+from planner.limits import Bounds, Limits, segment_limits
 from planner.planning import plan
 from planner.problems.problem import JointWaypoint, PlanningProblem
 from planner.problems.transitions import StopTransition, ThroughTransition, Transition
@@ -76,9 +76,9 @@ def test_a_torque_that_is_none_at_every_sample_of_a_coarse_grid_is_seen(
     assert torque(start + np.arange(3)[:, None] * np.pi * np.eye(robot.dof)[4]).max() < 1e-6 * most
 
     limits = segment_limits(robot, Limits(), (None,))
-    bounds = np.full_like(limits.torque, np.inf)
+    bounds = np.full_like(limits.torque.narrower, np.inf)
     bounds[0, 4] = most
-    limits = replace(limits, torque=bounds)
+    limits = replace(limits, torque=Bounds.of_magnitudes(bounds))
     checks = certificate_of(trajectory, robot, limits, HARD, np.zeros((2, robot.dof))).checks
     (check,) = (check for check in checks if check.quantity == "torque")
     assert check.peak == pytest.approx(most, rel=1.1e-4)

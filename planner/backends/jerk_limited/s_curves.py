@@ -129,3 +129,43 @@ def _of_times(
     positions = np.cumsum(ways, axis=1) - ways
     laws = unit_laws(phases, np.stack([positions, velocities, accelerations / 2.0, jerks / 6.0], axis=-1))
     return duration, v, (a, d), laws
+
+
+def with_ramps(
+    travels: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray, asked: FloatArray
+) -> FloatArray:
+    """Return the jerk limits, with one added where neither acceleration nor jerk is limited.
+
+    The fastest motion would be a jump there. A joint with only a velocity limit reaches it in the middle of its travel,
+    one without any limit takes as long as the others, or as is requested: T = 2 d / v and j = 32 d / T^3, four equal
+    phases of jerk.
+
+    Args:
+        travels: Travels (rows, joints), rad or m, of any sign.
+        velocity: Velocity limits (rows, joints); infinite: none.
+        acceleration: Acceleration limits (rows, joints); infinite: none.
+        jerk: Jerk limits (rows, joints); infinite: none.
+        asked: Requested durations (rows,), s; NaN: as short as can be.
+    """
+    d = np.abs(travels)
+    bare = np.isinf(acceleration) & np.isinf(jerk)
+    if not bare.any():
+        return jerk
+    times = np.where(bare, 2.0 * d / velocity, least_times(travels, velocity, acceleration, jerk))
+    longest = np.fmax(times.max(axis=1, keepdims=True), asked[:, None])
+    times = np.where(times > 0.0, times, longest)
+    d = np.where(d > 0.0, d, d.max(axis=0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ramps = np.where((times > 0.0) & (d > 0.0), 32.0 * d / times**3, np.inf)
+    return np.where(bare, ramps, jerk)
+
+
+def least_times(travels: FloatArray, velocity: FloatArray, acceleration: FloatArray, jerk: FloatArray) -> FloatArray:
+    """Return the times (rows, joints), s, from rest to rest that the tightest limit (rows, joints) alone takes.
+
+    They are most of the shortest times. Travels (rows, joints), rad or m, may have any sign.
+    """
+    d = np.abs(travels)
+    bounds = (d / velocity, 2.0 * np.sqrt(d / acceleration), np.cbrt(32.0 * d / jerk))
+    longest: FloatArray = np.maximum.reduce(bounds)
+    return longest

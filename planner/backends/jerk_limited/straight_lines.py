@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.jerk_limited.rate_limits import RateLimits, with_ramps
-from planner.backends.jerk_limited.s_curves import s_curves
+from planner.backends.jerk_limited.s_curves import s_curves, with_ramps
 from planner.backends.shared.rest_to_rest import time_straight_motions
 from planner.guarantees import JOINT_DERIVATIVES
 
@@ -26,20 +25,15 @@ def along_lines(motions: StraightMotions) -> SegmentedPolynomial:
     A longer duration stretches the law evenly.
     """
     travels, limits = np.abs(motions.travels), motions.limits
-    quantities, braking = JOINT_DERIVATIVES[1:], None
     with np.errstate(divide="ignore"):
-        by_joint = [getattr(limits, quantity) / travels for quantity in quantities]
-        if "acceleration" in limits.wider:
-            lower, upper = limits.bounds("acceleration")
-            back = motions.travels < 0.0
-            by_joint[1] = np.where(back, -lower, upper) / travels
-            braking = np.where(back, upper, -lower) / travels
-    one = np.ones((len(travels), 1))
-    line = with_ramps(one, RateLimits(*(limit.min(axis=1, keepdims=True) for limit in by_joint)), motions.durations)
-    tightest = None if braking is None else braking.min(axis=1)
-    shortest, laws, binds = s_curves(line.velocity[:, 0], line.acceleration[:, 0], line.jerk[:, 0], tightest)
+        by_joint = [limits.bounds(quantity).upper / travels for quantity in JOINT_DERIVATIVES[1:]]
+        braking = None if limits.acceleration.is_symmetric else (-limits.acceleration.lower / travels).min(axis=1)
+    velocity, acceleration, jerk = (limit.min(axis=1, keepdims=True) for limit in by_joint)
+    jerk = with_ramps(np.ones_like(jerk), velocity, acceleration, jerk, motions.durations)
+    line = velocity[:, 0], acceleration[:, 0], jerk[:, 0]
+    shortest, laws, binds = s_curves(*line, braking)
     bounds = {
-        quantity: np.where(bind[:, None] & (own <= limit), shortest[:, None] * ROUNDED_UP, 0.0)
-        for quantity, own, limit, bind in zip(quantities, by_joint, line[:3], binds, strict=True)
+        quantity: np.where(bind[:, None] & (own <= limit[:, None]), shortest[:, None] * ROUNDED_UP, 0.0)
+        for quantity, own, limit, bind in zip(JOINT_DERIVATIVES[1:], by_joint, line, binds, strict=True)
     }
     return time_straight_motions(motions, bounds, lambda _durations: laws)

@@ -235,15 +235,15 @@ class LimitsOnCurve:
         s, ds, dds, first, second, third = self.rates(law)
         segments = self.curve.segments[self.pieces(law)]
         own = self.limits.of(segments)
-        speeds = self.limits.used("velocity", np.broadcast_to(segments, s.shape), first).max(axis=2)[..., None]
-        middle, half = own.centred("acceleration")
+        speeds = self.limits.velocity.used(np.broadcast_to(segments, s.shape), first).max(axis=2)[..., None]
+        middle, half = own.acceleration.centred
         if self.sampled.has_tool:
             speeds = np.maximum(speeds, self.sampled.tool_use(s, own)[..., None] * ds)
         no, yes = np.zeros_like(first), np.ones_like(first)
         groups: list[tuple[FloatArray, ...]] = [
             (speeds**2, 0.0 * speeds, 0.0 * speeds, 0.0 * speeds, 1.0 + 0.0 * speeds, 0.0 * speeds),
             (second / half, first / half, no, -middle / half + no, yes, no),
-            (third / own.jerk, 3.0 * second / own.jerk, first / own.jerk, no, no, yes),
+            (*(rate / own.jerk.upper for rate in (third, 3.0 * second, first)), no, no, yes),
         ]
         if self.sampled.accelerations:
             by_u, by_x = self.sampled.tool_accelerations_at(s, own)
@@ -253,7 +253,7 @@ class LimitsOnCurve:
             q = self.curve.evaluate(np.clip(s.ravel(), 0.0, self.curve.breakpoints[-1]), [0])[0]
             groups.append(self.sampled.tool_jerks_at(own, q, first, second, third))
         if self.sampled.limits_torque:
-            middle, half = own.centred("torque")
+            middle, half = own.torque.centred
             *moved, gravity = self.sampled.torques_at(s, ds, dds)
             groups.append((*(x / half for x in (*moved, gravity - middle)), yes, no))
         by_limits = ([x[k].reshape(s.size, -1).T for x in groups] for k in range(6))
@@ -272,7 +272,7 @@ class _Sampled:
 
     def __init__(self, path: JointPath, run: Run, knows_torques: bool) -> None:
         curve, robot, limits = run.curve, path.dynamics.robot_on(run.first), path.limits.of(run.segments)
-        self.robot, self.limits_torque = robot, robot.has_dynamics and bool(np.isfinite(limits.torque).any())
+        self.robot, self.limits_torque = robot, robot.has_dynamics and bool(np.isfinite(limits.torque.upper).any())
         knows_torques = knows_torques or self.limits_torque
         of_tool = limits.of_tool
         self.has_tool, self.accelerations = bool(of_tool), [name for name in ACCELERATIONS if name in of_tool]
@@ -294,7 +294,7 @@ class _Sampled:
         if knows_torques:
             segments = curve.segments[curve.locate(self.gridpoints)[0]]
             dynamics = path_dynamics(robot, q, dq, ddq)
-            middle, half = (values[segments] for values in path.limits.centred("torque"))
+            middle, half = (values[segments] for values in path.limits.torque.centred)
             refuse_what_gravity_exceeds(robot, segments, dynamics.gravity, middle, half)
             self.dynamics = np.concatenate(dynamics, axis=1).T
 
@@ -302,13 +302,13 @@ class _Sampled:
         """Return the ratio of the tool's speed to its limit where s' is 1, (points, pieces), 1/s."""
         use = np.zeros_like(s)
         for quantity, rate in self.speeds.items():
-            share = np.interp(s, self.gridpoints, rate) / getattr(limits, quantity)
+            share = np.interp(s, self.gridpoints, rate) / limits.of_tool[quantity]
             use = np.maximum(use, share ** (1.0 / TCP_ORDERS[quantity]))
         return use
 
     def tool_accelerations_at(self, s: FloatArray, limits: SegmentLimits) -> tuple[FloatArray, FloatArray]:
         """Return coefficients (points, pieces, rows) of s'' and s'^2 in accelerations of the tool, by their limits."""
-        bound = np.stack([getattr(limits, quantity) for quantity in self.rows.quantities], axis=-1)
+        bound = np.stack([limits.of_tool[quantity] for quantity in self.rows.quantities], axis=-1)
         by_u, by_x = (
             np.stack([np.interp(s, self.gridpoints, row) for row in part.T], axis=-1) / bound
             for part in (self.rows.per_u, self.rows.per_x)
@@ -329,7 +329,7 @@ class _Sampled:
         """
         *shape, joints = first.shape
         rows = jerk_rows(self.robot, self.jerks, q, *(values.reshape(-1, joints) for values in (first, second, third)))
-        bound = np.stack([getattr(limits, quantity) for quantity in rows.quantities], axis=-1)
+        bound = np.stack([limits.of_tool[quantity] for quantity in rows.quantities], axis=-1)
         by_b, by_a, by_c = (part.reshape(*shape, -1) / bound for part in rows[:3])
         none = np.zeros_like(by_b)
         return by_b, by_a, by_c, none, none, none + 1.0

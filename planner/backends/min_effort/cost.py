@@ -137,7 +137,7 @@ def use_of_rates(pieces: SegmentedPolynomial, limits: SegmentLimits) -> float:
     h = pieces.lengths[:, None]
     a, j = (differentiate(pieces.coefficients, k) for k in (2, 3))
     rows = np.arange(len(h))
-    uses = [limits.used("velocity", rows, velocity) for velocity in extreme_velocities(pieces)]
-    uses += [limits.used("acceleration", rows, horner(a, t)) for t in (np.zeros_like(h), h)]
-    uses.append(limits.used("jerk", rows, j[..., 0]))
+    uses = [limits.velocity.used(rows, velocity) for velocity in extreme_velocities(pieces)]
+    uses += [limits.acceleration.used(rows, horner(a, t)) for t in (np.zeros_like(h), h)]
+    uses.append(limits.jerk.used(rows, j[..., 0]))
     return float(np.max(uses))

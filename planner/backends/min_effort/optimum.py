@@ -22,6 +22,7 @@ from planner.backends.splines.interpolation import interpolating_spline
 from planner.backends.splines.run_timing import time_run
 from planner.errors import InfeasibleDuration, JointPositionLimit
 from planner.guarantees import JOINT_DERIVATIVES, QUANTITIES, TCP_ORDERS
+from planner.kinematics.forward import VELOCITIES
 from planner.tolerances import DURATION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import PiecewisePolynomial, SegmentedPolynomial
 
@@ -280,17 +281,15 @@ class ThroughWaypoints(Optimum):
         intervals = max(-(-self.options.knots // segments), FEWEST_INTERVALS)
         if self.turn(self.positions).max(initial=0.0) > MOST_TURN * intervals:
             return None  # between its instants torques would come and go unseen
-        tool = np.column_stack([limits.tcp_linear_velocity, limits.tcp_angular_velocity])
+        tool = np.hstack([limits.magnitudes(quantity) for quantity in VELOCITIES])
         watches_tool, way = bool(np.isfinite(tool).any()), Way.of(self.robot, first, self.options)
         free = self.free if weight is not None or self.free.sum() > 1 else np.zeros_like(self.free)
         durations = self.durations(first)
-        torque = (
-            np.abs(limits.bounds("torque")) if self.robot.has_dynamics else np.full((2, *limits.torque.shape), np.inf)
-        )
+        torque = np.abs(limits.torque if self.robot.has_dynamics else limits.without(["torque"]).torque)
         numbers = Numbers(
             positions=self.positions,
-            lower=limits.lower,
-            upper=limits.upper,
+            lower=limits.position.lower,
+            upper=limits.position.upper,
             way=way,
             near=np.empty(0),
             half_spaces=np.empty(0),

@@ -179,7 +179,7 @@ def _straightness(path: JointPath, run: Run) -> float:
     It is 1 where all waypoints are on one straight line, also one back and forth. Joints are measured by their velocity
     limits, and each waypoint counts by the shorter chord: noise turns short ones most.
     """
-    chords = np.diff(path.positions_of(run), axis=0) / counted_velocity(path.limits.velocity[run.segments])
+    chords = np.diff(path.positions_of(run), axis=0) / counted_velocity(path.limits.velocity.narrower[run.segments])
     lengths = np.linalg.norm(chords, axis=1)
     directions = chords / lengths[:, None]
     cosines = (directions[:-1] * directions[1:]).sum(axis=1)

@@ -18,7 +18,7 @@ from planner.tolerances import ROUNDING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from planner.backends.jerk_limited.rate_limits import RateLimits
+    from planner.limits import SegmentLimits
     from planner.spatial import FloatArray
 
 Synchronization = Literal["phase", "time"]
@@ -64,7 +64,7 @@ class ShortestTimes:
         limits: The limits of each row and joint.
     """
 
-    def __init__(self, travels: FloatArray, limits: RateLimits) -> None:
+    def __init__(self, travels: FloatArray, limits: SegmentLimits) -> None:
         self.shape = travels.shape
         self._input = _input(travels, limits)
         self._input.synchronization = _SYNCHRONIZATIONS["none"]
@@ -91,7 +91,7 @@ class Passages:
     """
 
     def __init__(
-        self, travels: FloatArray, limits: RateLimits, least: FloatArray, synchronization: Synchronization
+        self, travels: FloatArray, limits: SegmentLimits, least: FloatArray, synchronization: Synchronization
     ) -> None:
         each = (limits.of(np.array([row])) for row in range(len(travels)))
         self._inputs = [_input(travel, own) for travel, own in zip(travels, each, strict=True)]
@@ -117,16 +117,15 @@ class Passages:
         ]
 
 
-def _input(travels: FloatArray, limits: RateLimits) -> ruckig.InputParameter:
+def _input(travels: FloatArray, limits: SegmentLimits) -> ruckig.InputParameter:
     """Return the library's input for motions from position 0 over travels, each with limits of its own."""
     asked = ruckig.InputParameter(travels.size)
     asked.target_position = travels.ravel().tolist()
     for quantity in ("velocity", "acceleration"):
-        lower, upper = limits.by_direction(quantity)
+        lower, upper = limits.bounds(quantity)
         setattr(asked, f"max_{quantity}", upper.ravel().tolist())
-        if quantity in limits.wider:
-            setattr(asked, f"min_{quantity}", (-lower).ravel().tolist())
-    asked.max_jerk = limits.jerk.ravel().tolist()
+        setattr(asked, f"min_{quantity}", lower.ravel().tolist())
+    asked.max_jerk = limits.jerk.upper.ravel().tolist()
     return asked
 
 

@@ -33,7 +33,8 @@ class MendedPassages:
         self.problem, self.rates = problem, rates
         travels = problem.travels
         self._passages = Passages(travels, problem.limits, problem.asked, problem.synchronization)
-        self._room = problem.lower - problem.positions[:-1], problem.upper - problem.positions[:-1]
+        lower, upper = problem.limits.position
+        self._room = lower - problem.positions[:-1], upper - problem.positions[:-1]
         self._times = ShortestTimes(travels, problem.limits)
         self.shortest = self._shortest()
         self.passages = self._passages.of(range(len(travels)), *_ends(rates))

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from planner.backends.jerk_limited.rate_limits import RateLimits, least_times
+from planner.backends.jerk_limited.s_curves import least_times
 from planner.backends.ruckig.state_to_state import Rates
 
 if TYPE_CHECKING:
     from planner.backends.ruckig.state_to_state import Synchronization
+    from planner.limits import SegmentLimits
     from planner.spatial import FloatArray
     from planner.trajectories.polynomials import SegmentedPolynomial
 
@@ -36,9 +37,7 @@ class ViaProblem:
 
     Attributes:
         positions: Positions (waypoints, joints), rad or m, within their limits.
-        lower: Lower position limits (joints,), rad or m.
-        upper: Upper position limits (joints,), rad or m.
-        limits: Limits of velocity, acceleration and jerk of each segment and joint.
+        limits: Limits of position, and of velocity, acceleration and jerk of each segment and joint.
         asked: Asked durations (segments,), s; NaN: as short as can be.
         start: Rates (joints,) at the first waypoint.
         end: Rates (joints,) at the last.
@@ -46,9 +45,7 @@ class ViaProblem:
     """
 
     positions: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    limits: RateLimits
+    limits: SegmentLimits
     asked: FloatArray
     start: Rates
     end: Rates
@@ -61,10 +58,20 @@ class ViaProblem:
         return travels
 
     @property
+    def narrower(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The narrower limits (segments, joints) of velocity, acceleration and jerk."""
+        return self.limits.velocity.narrower, self.limits.acceleration.narrower, self.limits.jerk.narrower
+
+    @property
+    def least_times(self) -> FloatArray:
+        """The times (segments, joints) that the tightest limit alone takes from rest to rest."""
+        return least_times(self.travels, *self.narrower)
+
+    @property
     def possible_travels(self) -> FloatArray:
         """How far (segments, joints) each joint could travel from rest to rest while the slowest one does its part."""
-        t = least_times(self.travels, self.limits).max(axis=1)[:, None]
-        velocity, acceleration, jerk = self.limits[:3]
+        t = self.least_times.max(axis=1)[:, None]
+        velocity, acceleration, jerk = self.narrower
         possible: FloatArray = np.minimum(np.minimum(velocity * t, acceleration * t**2 / 4.0), jerk * t**3 / 32.0)
         return possible
 
@@ -82,22 +89,22 @@ class ViaProblem:
         """
         reach, possible = np.abs(self.travels).max(axis=0), self.possible_travels.mean(axis=0)
         length = np.maximum(reach, LEAST_TRAVEL * np.where(np.isfinite(possible), possible, reach.max()))
-        times = np.fmax(least_times(self.travels, self.limits).max(axis=1), self.asked)
+        times = np.fmax(self.least_times.max(axis=1), self.asked)
         return length, float(times.mean())
 
     def in_units(self, length: FloatArray, time: float) -> ViaProblem:
         """Convert the problem to units of length (joints,), rad or m, one a joint, and of time, s."""
         speed, surge = length / time, length / time**2
-        limits = self.limits._replace(
-            velocity=self.limits.velocity / speed,
-            acceleration=self.limits.acceleration / surge,
-            jerk=self.limits.jerk * time / surge,
+        limits = replace(
+            self.limits,
+            position=self.limits.position.divided_by(length),
+            velocity=self.limits.velocity.divided_by(speed),
+            acceleration=self.limits.acceleration.divided_by(surge),
+            jerk=self.limits.jerk.divided_by(surge / time),
         )
         return replace(
             self,
             positions=self.positions / length,
-            lower=self.lower / length,
-            upper=self.upper / length,
             limits=limits,
             asked=self.asked / time,
             start=Rates(self.start.velocity / speed, self.start.acceleration / surge),

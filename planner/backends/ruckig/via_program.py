@@ -129,9 +129,10 @@ class _Program:
         count, joints = travels.shape
         bounds = np.empty((2, count, joints, len(grid.powers)))
         for power, quantity in enumerate(JOINT_DERIVATIVES[1:], 1):
-            lower, upper = problem.limits.by_direction(quantity)
+            lower, upper = np.abs(problem.limits.bounds(quantity))
             bounds[..., grid.powers == power] = np.stack([upper, lower])[..., None]
-        rooms = (problem.upper - problem.positions[:-1], problem.positions[:-1] - problem.lower)
+        lower, upper = problem.limits.position
+        rooms = (upper - problem.positions[:-1], problem.positions[:-1] - lower)
         for own, room in zip(bounds, rooms, strict=True):
             own[..., grid.powers == 0] = room[..., None]
         self.bounds = np.minimum(bounds, NO_LIMIT)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.backends.jerk_limited.rate_limits import RateLimits, least_times, with_ramps
-from planner.backends.jerk_limited.s_curves import s_curves
+from planner.backends.jerk_limited.s_curves import s_curves, with_ramps
 from planner.backends.ruckig.state_to_state import Rates
 from planner.backends.ruckig.via_problem import ViaProblem
 from planner.backends.ruckig.via_states import pass_waypoints
@@ -18,7 +17,8 @@ from planner.backends.shared.straight_lines import NOTICED
 from planner.backends.shared.time_scaling import time_scalings
 from planner.errors import InfeasibleDuration, JointPositionLimit, LimitsUnsatisfiable, Remedy
 from planner.fields import BACK_END
-from planner.guarantees import END_OPTIONS, TCP_ORDERS
+from planner.guarantees import END_OPTIONS, JOINT_DERIVATIVES, TCP_ORDERS
+from planner.limits import Bounds
 from planner.tolerances import DURATION_TOLERANCE, POSITION_TOLERANCE, ROUNDING
 from planner.trajectories.polynomials import SegmentedPolynomial, joined
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from planner.backends.shared.time_scaling import TimeScaling
     from planner.fields import FieldPath
     from planner.guarantees import EndStates
+    from planner.limits import SegmentLimits
     from planner.paths import JointPath
     from planner.spatial import FloatArray
 
@@ -109,12 +110,11 @@ class _JointRun:
         end = Rates(ends.final_velocity, np.zeros(path.robot.dof))
         own = path.limits.of(segments)
         positions = path.positions[np.append(segments, segments[-1] + 1)]
-        limits = with_ramps(np.diff(positions, axis=0), RateLimits.of_segments(own), self.asked)
+        rates = own.velocity.narrower, own.acceleration.narrower, own.jerk.narrower
+        jerk = with_ramps(np.diff(positions, axis=0), *rates, self.asked)
         self.problem = ViaProblem(
             positions,
-            own.lower,
-            own.upper,
-            limits,
+            replace(own, jerk=Bounds.of_magnitudes(jerk)),
             self.asked,
             start,
             end,
@@ -125,7 +125,7 @@ class _JointRun:
 
     def time(self) -> tuple[SegmentedPolynomial, bool]:
         """Return the pieces of the best candidate, and whether it was slowed down."""
-        idle = np.flatnonzero(least_times(self.problem.travels, self.problem.limits).max(axis=1) <= 0.0)
+        idle = np.flatnonzero(self.problem.least_times.max(axis=1) <= 0.0)
         if len(idle):
             raise no_duration_error(int(self.segments[idle[0]]))
         free = np.full(len(self.asked), np.nan)
@@ -155,13 +155,11 @@ class _JointRun:
 
     def _least_stopping(self) -> float:
         """Return the time, s, that stopping at each waypoint takes at least: the joints' own limits alone set it."""
-        travels, limits = self.problem.travels, self.problem.limits
-        d, back = np.abs(travels), travels < 0.0
-        speeds, gains = (np.where(back, *limits.by_direction(quantity)) for quantity in ("velocity", "acceleration"))
+        d, limits = np.abs(self.problem.travels), self.problem.limits.along(self.problem.travels)
         with np.errstate(divide="ignore"):
-            v, a, j = ((limit / d).ravel() for limit in (speeds, gains, limits.jerk))
-            brakes = np.where(back, *reversed(limits.by_direction("acceleration"))) / d if limits.wider else None
-        times = s_curves(v, a, j, None if brakes is None else brakes.ravel())[0].reshape(d.shape)
+            v, a, j = ((limits.bounds(quantity).upper / d).ravel() for quantity in JOINT_DERIVATIVES[1:])
+            brakes = None if limits.acceleration.is_symmetric else (-limits.acceleration.lower / d).ravel()
+        times = s_curves(v, a, j, brakes)[0].reshape(d.shape)
         return float(np.where(d > 0.0, times, 0.0).max(axis=1).sum())
 
     def _stopping(self) -> _Candidate | None:
@@ -231,34 +229,40 @@ class _JointRun:
             speeds = np.where((by_tool & (excess > 1.0))[:, None], np.minimum(speeds, slower), speeds)
         return best
 
-    def _slowed_limits(self, slowness: FloatArray, speeds: FloatArray) -> RateLimits:
+    def _slowed_limits(self, slowness: FloatArray, speeds: FloatArray) -> SegmentLimits:
         """Narrow the limits by factors on time (segments,), and velocities to speeds (segments, joints).
 
         They remain wide enough for the motion at the ends.
         """
-        slowed = self.problem.limits.slowed(slowness).no_faster(speeds)
+        limits, k = self.problem.limits, slowness[:, None]
+        jerk = limits.jerk.divided_by(k**3)
+        fastest, gains = np.zeros((2, *speeds.shape))
         for row, rates in ((0, self.problem.start), (-1, self.problem.end)):
-            after = rates.velocity + rates.acceleration * np.abs(rates.acceleration) / (2.0 * slowed.jerk[row])
-            least = np.maximum(np.abs(rates.velocity), np.abs(after)) * (1.0 + DURATION_TOLERANCE)
-            slowed.velocity[row] = np.minimum(
-                np.maximum(slowed.velocity[row], least), self.problem.limits.velocity[row]
-            )
-            slowed.acceleration[row] = np.maximum(slowed.acceleration[row], np.abs(rates.acceleration))
-        return slowed
+            after = rates.velocity + rates.acceleration * np.abs(rates.acceleration) / (2.0 * jerk.upper[row])
+            fastest[row] = np.maximum(np.abs(rates.velocity), np.abs(after)) * (1.0 + DURATION_TOLERANCE)
+            gains[row] = np.abs(rates.acceleration)
+        velocity, acceleration = limits.velocity.divided_by(k).within(speeds), limits.acceleration.divided_by(k**2)
+        return replace(
+            limits,
+            velocity=velocity.at_least(fastest).within(limits.velocity),
+            acceleration=acceleration.at_least(gains),
+            jerk=jerk,
+        )
 
     def _pieces(self, motion: ViaMotion) -> SegmentedPolynomial:
         return motion.pieces.of_segments(self.segments[motion.pieces.segments])
 
     def _outside(self, motion: ViaMotion) -> tuple[int, int, float, float] | None:
         """Segment (within the run), joint, position and limit, where a position limit is left the farthest."""
-        below, above = self.problem.lower - motion.lowest, motion.highest - self.problem.upper
+        lower, upper = self.problem.limits.position
+        below, above = lower - motion.lowest, motion.highest - upper
         excess = np.maximum(below, above)
         k, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
         if excess[k, joint] <= POSITION_TOLERANCE:
             return None
         if above[k, joint] > below[k, joint]:
-            return int(k), int(joint), float(motion.highest[k, joint]), float(self.problem.upper[joint])
-        return int(k), int(joint), float(motion.lowest[k, joint]), float(self.problem.lower[joint])
+            return int(k), int(joint), float(motion.highest[k, joint]), float(upper[joint])
+        return int(k), int(joint), float(motion.lowest[k, joint]), float(lower[joint])
 
     def _leaves_limits(self) -> JointPositionLimit | LimitsUnsatisfiable:
         """Return the refusal where the motion at the ends leaves no way, or none within the position limits."""

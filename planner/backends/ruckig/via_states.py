@@ -77,10 +77,10 @@ class _Search:
         travels, limits = problem.travels, problem.limits
         count, joints = travels.shape
         self.asked = problem.asked
-        velocity, acceleration, jerk = (np.minimum(limit[1:], limit[:-1]) for limit in limits[:3])
+        velocity, acceleration, jerk = (np.minimum(limit[1:], limit[:-1]) for limit in problem.narrower)
         (downward, upward), (braking, gaining) = (
-            [np.minimum(limit[1:], limit[:-1]) for limit in limits.by_direction(quantity)]
-            for quantity in ("velocity", "acceleration")
+            [np.minimum(limit[1:], limit[:-1]) for limit in np.abs(bounds)]
+            for bounds in (limits.velocity, limits.acceleration)
         )
         # No faster than a joint can be that travels all the way in one direction, so that the variables matter.
         way = np.maximum(np.abs(travels).sum(axis=0), 1.0)
@@ -92,7 +92,8 @@ class _Search:
             np.where(np.isfinite(jerk), np.minimum(limit, eased) * INSIDE, 0.0) for limit in (gaining, braking)
         )
         inner = problem.positions[1:-1]
-        self._viable = ViableSpeeds(problem.upper - inner, inner - problem.lower, upward, downward, acceleration, jerk)
+        above, below = limits.position.upper - inner, inner - limits.position.lower
+        self._viable = ViableSpeeds(above, below, upward, downward, acceleration, jerk)
         self._shape = (2, count - 1, joints)
 
     @property

@@ -61,11 +61,11 @@ class PolynomialLaw:
         """Time motions by this law, at the asked durations or the shortest."""
         travels, limits = np.abs(motions.travels), motions.limits
         bounds = {
-            "velocity": self.velocity * travels / limits.velocity,
-            "acceleration": np.sqrt(self.acceleration * travels / limits.acceleration),
+            "velocity": self.velocity * travels / limits.velocity.upper,
+            "acceleration": np.sqrt(self.acceleration * travels / limits.acceleration.narrower),
         }
         if self.jerk is not None:
-            bounds["jerk"] = np.cbrt(self.jerk * travels / limits.jerk)
+            bounds["jerk"] = np.cbrt(self.jerk * travels / limits.jerk.upper)
         count = len(travels)
         laws = unit_laws(np.ones((count, 1)), np.tile(self.coefficients, (count, 1, 1)))
         return time_straight_motions(motions, bounds, lambda _durations: laws)

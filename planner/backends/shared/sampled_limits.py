@@ -65,7 +65,7 @@ class SampledLimits:
     def __init__(self, dynamics: SegmentDynamics, limits: SegmentLimits) -> None:
         self.dynamics, self.robot = dynamics, dynamics.robots[0]
         self.tool = limits.of_tool
-        self.middle, self.torque = limits.centred("torque")
+        self.middle, self.torque = limits.torque.centred
         if not dynamics.has_dynamics:
             self.torque = np.full_like(self.torque, np.inf)
         self.limited: np.ndarray = np.isfinite(np.stack([*self.tool.values(), *self.torque.T])).any(axis=0)

@@ -10,6 +10,7 @@ import numpy as np
 from planner.backends.shared.refusals import infeasible_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.errors import InfeasibleDuration, PlanningError
+from planner.guarantees import TCP_ORDERS
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def time_lines(
     if not sampled.limited.any():
         return [closed_form(motions)] if len(motions.segments) else []
     try:
-        pieces = closed_form(replace(motions, limits=motions.limits.without_sampled()))
+        pieces = closed_form(replace(motions, limits=motions.limits.without(["torque", *TCP_ORDERS])))
     except PlanningError:
         return [closed_form(motions)]  # the refusal is to know all limits
     pieces = pieces.of(pieces.lengths > 0.0)

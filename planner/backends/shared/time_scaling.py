@@ -9,6 +9,7 @@ import numpy as np
 from planner.backends.shared.refusals import BindingLimit, infeasible_duration_error, no_duration_error
 from planner.backends.shared.sampled_limits import SampledLimits
 from planner.guarantees import JOINT_DERIVATIVES
+from planner.limits import measures
 from planner.tolerances import DURATION_TOLERANCE
 from planner.trajectories.extrema import derivatives_on_unit_time, largest_magnitudes
 
@@ -59,14 +60,10 @@ def time_scalings(path: JointPath, pieces: SegmentedPolynomial, guarantees: froz
 
     orders = [order for order, quantity in enumerate(JOINT_DERIVATIVES) if order and quantity in guarantees]
     if orders:
-        limit = np.array([getattr(path.limits, JOINT_DERIVATIVES[order])[pieces.segments] for order in orders])
+        limits = [path.limits.bounds(JOINT_DERIVATIVES[order]) for order in orders]
+        limit, weights = measures([own.of(pieces.segments) for own in limits])
         of_pieces = np.add.outer(len(segments) * np.arange(len(orders)), groups)
         derivatives = derivatives_on_unit_time(pieces, len(JOINT_DERIVATIVES))
-        weights = None
-        if path.limits.wider:
-            weights = np.stack(
-                [path.limits.weights(JOINT_DERIVATIVES[order])[:, pieces.segments] for order in orders], 1
-            )
         found = largest_magnitudes(derivatives[orders], limit, of_pieces, weights)
         ratios = np.abs(found.values) / limit.reshape(-1, limit.shape[2])[found.pieces, found.joints]
         if weights is not None:

@@ -145,7 +145,7 @@ class PassingSpline:
         """
         parts, firsts = self.parts, self._firsts
         travels = np.add.reduceat(np.abs(np.diff(self.positions, axis=0)), firsts)
-        accelerations = np.maximum.reduceat(np.maximum(*np.abs(self.limits.bounds("acceleration"))), firsts)
+        accelerations = np.maximum.reduceat(np.maximum(*np.abs(self.limits.acceleration)), firsts)
         speeds = np.abs(self._at_waypoints()[np.append(firsts, -1)])
         fastest, moves = np.maximum(speeds[:-1], speeds[1:]), travels > 0.0
         gained = np.sqrt(np.multiply(accelerations, travels, out=np.zeros_like(travels), where=moves))
@@ -159,11 +159,12 @@ class PassingSpline:
     def _longest_durations(self) -> FloatArray:
         """Return durations (segments,), s, at which rates are as low as durations can make them."""
         travels, speeds = np.abs(np.diff(self.positions, axis=0)), np.nan_to_num(np.abs(self._at_waypoints()))
-        swings, limits = speeds[:-1] + speeds[1:], self.limits
-        needed = travels / limits.velocity + 2.0 * np.sqrt(travels / limits.acceleration)
-        needed += 6.0 * swings / limits.acceleration
+        swings = speeds[:-1] + speeds[1:]
+        velocity, acceleration, jerk = (self.limits.magnitudes(quantity) for quantity in JOINT_DERIVATIVES[1:])
+        needed = travels / velocity + 2.0 * np.sqrt(travels / acceleration)
+        needed += 6.0 * swings / acceleration
         if self.degree == 5:
-            needed += 3.0 * np.cbrt(travels / limits.jerk) + np.sqrt(60.0 * swings / limits.jerk)
+            needed += 3.0 * np.cbrt(travels / jerk) + np.sqrt(60.0 * swings / jerk)
         longest: FloatArray = LARGEST_REACH * needed.max(axis=1)
         return longest
 

@@ -323,7 +323,7 @@ class _CurveTiming(_Timing):
         factors = np.maximum(self.tool_speeds.shares_at(within).reshape(t.shape) * np.abs(ds[..., 0]), LEAST_FACTOR)
         for order, (quantity, values) in enumerate(motion.items(), 1):
             if quantity in self.enforced:
-                ratios = limits.used(quantity, np.broadcast_to(self.segments[:, None], t.shape), values)
+                ratios = limits.bounds(quantity).used(np.broadcast_to(self.segments[:, None], t.shape), values)
                 factors = np.maximum(factors, ratios.max(axis=2) ** (1.0 / order))
         return factors, float(ds.min())
 

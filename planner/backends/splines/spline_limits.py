@@ -175,7 +175,7 @@ class SplineAgainstLimits:
         """Return the limit that a peak comes nearest to, or breaks."""
         segment, joint, upward = int(self.segment[peak]), int(self.joint[peak]), bool(self.weight[peak] > 0.0)
         if self.order[peak] == 0:
-            return float((self.limits.lower, self.limits.upper)[upward][joint])
+            return float(self.limits.position[upward][joint])
         return float(self.limits.bounds(JOINT_DERIVATIVES[self.order[peak]])[upward][segment, joint])
 
 
@@ -195,9 +195,9 @@ def hold_against_limits(
     span = np.ptp(positions, axis=0)
     span = np.where(span > 0.0, span, 1.0)
 
-    allowed = [getattr(limits, quantity) * h[:, None] ** order for order, quantity in enumerate(rates, start=1)]
+    allowed = [limits.magnitudes(quantity) * h[:, None] ** order for order, quantity in enumerate(rates, start=1)]
     at_waypoints = [
-        _ratios_at_ends(by_order[order], allowed[order - 1], limits.weights(quantity))
+        _ratios_at_ends(by_order[order], allowed[order - 1], limits.bounds(quantity).weights)
         for order, quantity in enumerate(rates, start=1)
     ]
     largest = [ratios.max(axis=(1, 2)) ** (1.0 / order) for order, ratios in enumerate(at_waypoints, start=1)]
@@ -208,10 +208,9 @@ def hold_against_limits(
     for order, measure in enumerate(allowed, start=1):
         bounds = np.abs(by_order[order] @ bernstein_matrix(degree + 1 - order))
         matters = matters | (bounds.max(axis=2) / measure > near**order)
-    control = spline.unit @ bernstein_matrix(degree + 1)
-    may_leave = (control.max(axis=2) > limits.upper - NEAR_POSITION * span) | (
-        control.min(axis=2) < limits.lower + NEAR_POSITION * span
-    )
+    control, room = spline.unit @ bernstein_matrix(degree + 1), NEAR_POSITION * span
+    may_leave = control.max(axis=2) > limits.position.upper - room
+    may_leave |= control.min(axis=2) < limits.position.lower + room
 
     found = [_waypoint_peaks(order, ratios, spline.given) for order, ratios in enumerate(at_waypoints, start=1)]
     segments, joints = np.nonzero(matters | may_leave)
@@ -292,7 +291,7 @@ def _excess(
     span: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Compute `excess` and `weight` of `SplineAgainstLimits`."""
-    above, below = value - limits.upper[joint], limits.lower[joint] - value
+    above, below = value - limits.position.upper[joint], limits.position.lower[joint] - value
     upward = np.where(above > below, 1.0, -1.0)
     excess, weight = np.maximum(above, below) / span[joint], upward / span[joint]
     with np.errstate(divide="ignore", over="ignore"):  # of rates that are as good as none

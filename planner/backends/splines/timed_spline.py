@@ -12,6 +12,7 @@ from planner.backends.splines.spline_limits import (
     SplineAgainstLimits,
     hold_against_limits,
 )
+from planner.guarantees import JOINT_DERIVATIVES
 from planner.tolerances import DURATION_TOLERANCE
 
 if TYPE_CHECKING:
@@ -66,8 +67,9 @@ def timed_spline(
 def _first_guess(positions: FloatArray, limits: SegmentLimits, degree: Degree) -> FloatArray:
     """Guess the durations (segments,), s, that the segments would need in a smooth motion."""
     travels = np.abs(np.diff(positions, axis=0))
-    needed = np.maximum(travels / limits.velocity, 2.0 * np.sqrt(travels / limits.acceleration))
+    velocity, acceleration, jerk = (limits.magnitudes(quantity) for quantity in JOINT_DERIVATIVES[1:])
+    needed = np.maximum(travels / velocity, 2.0 * np.sqrt(travels / acceleration))
     if degree == 5:
-        needed = np.maximum(needed, 3.0 * np.cbrt(travels / limits.jerk))
+        needed = np.maximum(needed, 3.0 * np.cbrt(travels / jerk))
     guess: FloatArray = needed.max(axis=1)
     return guess

@@ -283,9 +283,9 @@ def path_limits(
     """
     squares = factors[intervals.segments] ** 2
     q, first, second = intervals.at(POINTS)
-    middle, half = (values[intervals.segments] for values in limits.centred("acceleration"))
+    middle, half = (values[intervals.segments] for values in limits.acceleration.centred)
     parts: list[tuple[FloatArray, ...]] = [(first / half, second / half, np.broadcast_to(-middle / half, q.shape))]
-    if dynamics.has_dynamics and np.isfinite(limits.torque[intervals.segments]).any():
+    if dynamics.has_dynamics and np.isfinite(limits.torque.upper[intervals.segments]).any():
         parts.append(_torques(dynamics, limits, intervals, (q, first, second)))
     of_tool = {quantity: limit[intervals.segments] for quantity, limit in limits.of_tool.items()}
     states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))
@@ -321,7 +321,7 @@ def _torques(
     own[-1, :-1] = intervals.rests[1:-1] | ~np.all([_equal(rows[-1, :-1], rows[0, 1:]) for rows in states], axis=0)
     found = dynamics.along_path(segments[own], q[own], first[own], second[own])
     inertia, centripetal, gravity = (_at_all_points(rows, own) for rows in found)
-    middle, half = (values[segments] for values in limits.centred("torque"))
+    middle, half = (values[segments] for values in limits.torque.centred)
     refuse_what_gravity_exceeds(dynamics.robots[0], segments, gravity, middle, half)
     return inertia / half, centripetal / half, np.clip((gravity - middle) / half, -MOST_GRAVITY, MOST_GRAVITY)
 
@@ -350,7 +350,7 @@ def _bounds(dynamics: SegmentDynamics, limits: SegmentLimits, intervals: Interva
     """Bounds on x (probes, intervals) by the speed limits of joints and tool."""
     q, first, second = intervals.at(PROBES)
     segments = intervals.segments
-    used = limits.used("velocity", segments, first).max(axis=2)
+    used = limits.velocity.used(segments, first).max(axis=2)
     if limits.of_tool:
         of_tool = {quantity: np.tile(limit[segments], len(PROBES)) for quantity, limit in limits.of_tool.items()}
         states = (values.reshape(-1, q.shape[2]) for values in (q, first, second))

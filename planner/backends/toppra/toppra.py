@@ -132,7 +132,7 @@ def _unless_stopping_is_faster(
     if not run.is_spline or len(run.segments) == 1 or not np.isnan(path.durations[run.segments]).all():
         return own
     motions, duration = path.straight_motions(run.segments), float(own.lengths.sum())
-    slowness = (np.abs(motions.travels) / motions.limits.velocity).max(axis=1)
+    slowness = (np.abs(motions.travels) / motions.limits.velocity.upper).max(axis=1)
     gaining, braking = reciprocal_accelerations(motions)
     sluggishness = (gaining.max(axis=1) + braking.max(axis=1)) / 2.0
     if not (slowness > 0.0).all():
@@ -186,7 +186,7 @@ def _fastest(path: JointPath, runs: Sequence[Run]) -> Profile:
         fewest: int = FEWEST_INTERVALS,
         steps: tuple[int, int] = (MOST_REFINEMENTS, MOST_REPAIRS),
     ) -> Profile:
-        intervals = cut(of, curves, path.limits.velocity, fewest)
+        intervals = cut(of, curves, path.limits.velocity.narrower, fewest)
         return fastest_on(path, intervals, np.ones(len(path.durations)), *steps)
 
     curves = [smooth_curve(path, run) if run.is_spline else run.curve for run in runs]

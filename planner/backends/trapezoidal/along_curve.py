@@ -104,7 +104,7 @@ def _fastest(path: JointPath, run: Run) -> SegmentedPolynomial:
     unit = (np.arange(SAMPLES) + 0.5) / SAMPLES
     at = (knots[:-1, None] + unit * lengths[:, None]).ravel()
     first, second = (np.abs(x).reshape(len(lengths), SAMPLES, -1) for x in run.curve.evaluate(at, [1, 2]))
-    velocity, acceleration = (getattr(path.limits, name)[segments][:, None] for name in ("velocity", "acceleration"))
+    velocity, acceleration = (path.limits.magnitudes(name)[segments][:, None] for name in ("velocity", "acceleration"))
     with np.errstate(divide="ignore"):
         plain = 1.0 / np.max(first / velocity, axis=(1, 2))
         plain = np.minimum(plain, 1.0 / ToolSpeeds(path, run).shares_at(at).reshape(len(lengths), SAMPLES).max(axis=1))

@@ -84,7 +84,7 @@ def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
     Each joint binds V by its velocity and A by its acceleration; the slowest of each counts. Where joints brake with
     another acceleration than they gain speed with, 1/A is the mean of both reciprocals.
     """
-    inverse_v = np.abs(motions.travels) / motions.limits.velocity
+    inverse_v = np.abs(motions.travels) / motions.limits.velocity.upper
     gaining, braking = reciprocal_accelerations(motions)
     slowness = inverse_v.max(axis=1)
     by_ramp = gaining.max(axis=1), braking.max(axis=1)
@@ -110,10 +110,8 @@ def fastest_trapezoids(motions: StraightMotions) -> SegmentedPolynomial:
 
 def reciprocal_accelerations(motions: StraightMotions) -> tuple[FloatArray, FloatArray]:
     """Return 1/A, each (rows, joints), s^2, that each joint would need by itself, gaining speed and braking."""
-    travels = motions.travels
-    lower, upper = motions.limits.bounds("acceleration")
-    back = travels < 0.0
-    return np.abs(travels) / np.where(back, -lower, upper), np.abs(travels) / np.where(back, upper, -lower)
+    travels, (braking, gaining) = np.abs(motions.travels), motions.limits.acceleration
+    return travels / gaining, travels / -braking
 
 
 def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPolynomial:
@@ -121,7 +119,7 @@ def _with_times(motions: StraightMotions, t1: float, t3: float) -> SegmentedPoly
     travels, ramps = np.abs(motions.travels), (t1 + t3) / 2.0
     gaining, braking = reciprocal_accelerations(motions)
     bounds = {
-        "velocity": travels / motions.limits.velocity + ramps,
+        "velocity": travels / motions.limits.velocity.upper + ramps,
         "acceleration": np.maximum(gaining / t1, braking / t3) + ramps,
         RAMPS: np.full_like(travels, t1 + t3),
     }

@@ -142,7 +142,7 @@ class _Motion:
                 only[:, joint] = 1.0
                 note(quantity, segments, joint, largest_magnitudes(derivatives[order], only, groups).values)
         sampled = {}
-        if self.dynamics.has_dynamics and np.isfinite(limits.torque).any():
+        if self.dynamics.has_dynamics and np.isfinite(limits.torque.upper).any():
             sampled["torque"] = np.abs(self.dynamics.torques(self.segments(), *self.samples()[:3]))
         if limits.of_tool:
             sampled |= tool_rates_on(self.dynamics, self.segments(), limits.of_tool, *self.samples())
@@ -206,4 +206,5 @@ def _higher_limits(
 
 def _lighter_payload(problem: PlanningProblem, limits: SegmentLimits, motion: _Motion) -> Iterator[Change]:
     segments = motion.segments()
-    return lighter_payload(problem, motion.torques, segments, limits.torque[segments], SHARES, PAYLOAD_EXPLAINED)
+    limit = limits.torque.narrower[segments]
+    return lighter_payload(problem, motion.torques, segments, limit, SHARES, PAYLOAD_EXPLAINED)

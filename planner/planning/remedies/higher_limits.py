@@ -26,8 +26,7 @@ Change = list[Remedy]
 
 def limit_of(limits: SegmentLimits, quantity: str, segment: int, joint: int) -> float:
     """Return the limit in force; for `joint` see `Needs`."""
-    rows = getattr(limits, quantity)
-    return float(rows.reshape(len(rows), -1)[segment, joint])
+    return float(limits.magnitudes(quantity)[segment, joint])
 
 
 def higher_limits(

@@ -49,7 +49,8 @@ def holding_remedies(problem: PlanningProblem, backend: BackEnd, path: JointPath
     def gravity(robot: Robot, rows: np.ndarray) -> FloatArray:
         return inverse_dynamics(robot, positions[rows], still[rows], still[rows])
 
-    limit, taken = path.limits.torque[segments], np.abs(path.dynamics.torques(segments, positions, still, still))
+    limit = path.limits.torque.narrower[segments]
+    taken = np.abs(path.dynamics.torques(segments, positions, still, still))
     needs: Needs = {}
     for row, joint in np.argwhere(taken >= limit).tolist():
         key = "torque", int(segments[row]), joint

@@ -171,10 +171,10 @@ def worst_on_dense_samples(result: Plan, quantity: str) -> float:
     position, velocity, acceleration = result.trajectory.evaluate(times)
     if quantity == "torque":
         torque = np.abs(inverse_dynamics(result.path.robot, position, velocity, acceleration))
-        return float((torque / result.path.limits.torque[0]).max())
+        return float((torque / result.path.limits.torque.narrower[0]).max())
     linear, angular = tool_speeds(result.path.robot, position, velocity)
     speeds = linear if quantity == "tcp_linear_velocity" else angular
-    return float(speeds.max() / getattr(result.path.limits, quantity)[0])
+    return float(speeds.max() / result.path.limits.magnitudes(quantity)[0, 0])
 
 
 @pytest.mark.parametrize("kind", KINDS)

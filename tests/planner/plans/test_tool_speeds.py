@@ -75,7 +75,7 @@ def test_the_limit_that_binds_is_used_up_where_the_tool_is_slowest() -> None:
         slowest = times[speeds_at(made, times).argmin()]
         (v,) = made.trajectory.evaluate(slowest + np.linspace(-2e-3, 2e-3, 41), [1])
         accelerations = np.abs(np.diff(v[:, joint])) / 1e-4
-        assert accelerations.max() == pytest.approx(made.path.limits.acceleration[1, joint], rel=0.05)
+        assert accelerations.max() == pytest.approx(made.path.limits.acceleration.narrower[1, joint], rel=0.05)
 
 
 @pytest.mark.parametrize(

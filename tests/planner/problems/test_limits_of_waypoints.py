@@ -50,7 +50,7 @@ def test_any_limit_in_force_is_the_least_of_all_that_are_given(data: st.DataObje
             factor *= float(str(fields[f"{quantity}_scale"]))
         asked.append(Limits(**fields))  # type: ignore[arg-type]
     waypoints = [JOINTS[0], replace(JOINTS[2], limits=asked[1])]
-    in_force = getattr(PlanningProblem(ROBOT, waypoints, asked[0]).segment_limits(), quantity)[0]
+    in_force = PlanningProblem(ROBOT, waypoints, asked[0]).segment_limits().magnitudes(quantity)[0]
     assert np.ravel(in_force) == pytest.approx(np.min(given_values, axis=0) * factor)
 
 

@@ -16,7 +16,7 @@ from planner.dynamics import inverse_dynamics
 from planner.errors import InvalidProblem, PlanningError
 from planner.guarantees import QUANTITIES, Guarantee
 from planner.kinematics import tool_speeds
-from planner.limits import Limits, SegmentLimits, segment_limits
+from planner.limits import Bounds, Limits, SegmentLimits, segment_limits
 from planner.planning import plan
 from planner.problems.problem import PlanningProblem
 from planner.problems.transitions import BlendTransition, StopTransition, ThroughTransition
@@ -73,7 +73,7 @@ def test_nothing_over_a_millionth_is_missed_on_real_plans(kind: str, motion: str
     robot, limits = result.path.robot, result.path.limits
     worst = brute_force(result.trajectory, robot)
     for check in checks_of(result.trajectory, robot, limits).values():
-        bound = np.atleast_1d(getattr(limits, check.quantity)[0])  # the same on every segment
+        bound = limits.magnitudes(check.quantity)[0]  # the same on every segment
         ratio = (np.atleast_1d(worst[check.quantity]) / bound).max()
         assert check.satisfied
         assert ratio <= 1.0 + 1e-6
@@ -88,14 +88,14 @@ def test_a_limit_a_millionth_below_the_peak_is_found_broken(kind: str, motion: s
     robot, limits = result.path.robot, result.path.limits
     worst = brute_force(result.trajectory, robot)
     for joint, peak in enumerate(worst["torque"]):
-        torque = np.full_like(limits.torque, np.inf)
+        torque = np.full_like(limits.torque.narrower, np.inf)
         torque[:, joint] = peak * (1.0 - 1e-6)
-        check = checks_of(result.trajectory, robot, replace(limits, torque=torque))["torque"]
+        check = checks_of(result.trajectory, robot, replace(limits, torque=Bounds.of_magnitudes(torque)))["torque"]
         assert check.joint == robot.joint_names[joint]
         assert not check.satisfied
     for quantity in ("tcp_linear_velocity", "tcp_angular_velocity"):
-        bound = np.full_like(limits.tcp_linear_velocity, worst[quantity] * (1.0 - 1e-6))
-        assert not checks_of(result.trajectory, robot, replace(limits, **{quantity: bound}))[quantity].satisfied
+        of_tool = {quantity: np.full(len(limits.torque.upper), worst[quantity] * (1.0 - 1e-6))}
+        assert not checks_of(result.trajectory, robot, replace(limits, of_tool=of_tool))[quantity].satisfied
 
 
 @settings(max_examples=min(60, max(4, settings.default.max_examples // 8)))
@@ -147,12 +147,12 @@ def test_what_no_limited_joint_feels_is_no_use_of_a_limit() -> None:
     robot = load_robot(KUKA)
     coefficients = np.array(random_position(robot, np.random.default_rng(1)))[None, :, None]
     limits = segment_limits(robot, Limits(), (None,))
-    torque = np.full_like(limits.torque, np.inf)
+    torque = np.full_like(limits.torque.narrower, np.inf)
     torque[0, 0] = 100.0
     check = checks_of(
         Trajectory(np.ones(1), coefficients, np.zeros(1, dtype=int), np.array([0.0, 1.0]), np.array([0.0, 1.0])),
         robot,
-        replace(limits, torque=torque),
+        replace(limits, torque=Bounds.of_magnitudes(torque)),
     )["torque"]
     assert check.satisfied
     assert check.peak == pytest.approx(0.0, abs=1e-9)

@@ -95,7 +95,9 @@ def worst_ratio(path: JointPath, pieces: SegmentedPolynomial) -> float:
     limits = path.limits.of(pieces.segments)
     return max(
         float((np.abs(rate) / limit).max())
-        for rate, limit in zip(rates, (limits.velocity, limits.acceleration, limits.jerk), strict=True)
+        for rate, limit in zip(
+            rates, (limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower), strict=True
+        )
     )
 
 
@@ -130,7 +132,7 @@ def test_limits_of_all_orders_are_kept_and_one_is_used_in_full(robot_id: str, ki
 
     # No law is faster than the velocity limits everywhere; a quintic along the same curve is slower.
     slopes = horner(differentiate(run.curve.coefficients), DENSE[:, None, None] * run.curve.lengths[:, None])
-    shares = (np.abs(slopes) / path.limits.velocity[run.curve.segments]).max(axis=2)
+    shares = (np.abs(slopes) / path.limits.velocity.narrower[run.curve.segments]).max(axis=2)
     assert pieces.lengths.sum() >= float(shares.min(axis=0) @ run.curve.lengths)
     if not run.is_spline and run.curve.lengths.min() > 1e-6:  # the quintic needs intervals that have a length
         assert pieces.lengths.sum() <= quintic_along(path, run, 5, ENFORCED).lengths.sum()
@@ -147,7 +149,7 @@ def test_a_straight_motion_takes_the_time_that_ruckig_needs(robot_id: str, scale
     ask, trajectory = ruckig.InputParameter(1), ruckig.Trajectory(1)
     ask.target_position = [1.0]
     for quantity in ("velocity", "acceleration", "jerk"):
-        setattr(ask, f"max_{quantity}", [float((getattr(path.limits, quantity)[0] / np.abs(end - start)).min())])
+        setattr(ask, f"max_{quantity}", [float((path.limits.magnitudes(quantity)[0] / np.abs(end - start)).min())])
     ruckig.Ruckig(1).calculate(ask, trajectory)
     duration = time_run(path, run).lengths.sum()
     assert trajectory.duration * (1.0 - 1e-6) <= duration <= trajectory.duration * 1.01
@@ -179,9 +181,9 @@ def fine_optimum(path: JointPath, run: Run, count: int) -> float:
         for joint in range(dq.shape[1]):
             one, two, three = dq[:, joint], ddq[:, joint], dddq[:, joint]
             rates = (
-                one * speed / limits.velocity[:, joint],
-                (two * speed**2 + one * gain) / limits.acceleration[:, joint],
-                (three * speed**3 + 3.0 * two * speed * gain + one * j) / limits.jerk[:, joint],
+                one * speed / limits.velocity.narrower[:, joint],
+                (two * speed**2 + one * gain) / limits.acceleration.narrower[:, joint],
+                (three * speed**3 + 3.0 * two * speed * gain + one * j) / limits.jerk.narrower[:, joint],
             )
             for rate in rates:
                 opti.subject_to(opti.bounded(-1.0, rate, 1.0))
@@ -253,7 +255,7 @@ def test_torque_shapes_the_law() -> None:
     pieces = time_run(path, run)
     assert_rest_to_rest(path, run, pieces)
     q, dq, ddq, _ = (value.reshape(-1, robot.dof) for value in sampled(pieces))
-    assert (np.abs(inverse_dynamics(path.robot, q, dq, ddq)) <= path.limits.torque[0] * (1.0 + 1e-9)).all()
+    assert (np.abs(inverse_dynamics(path.robot, q, dq, ddq)) <= path.limits.torque.narrower[0] * (1.0 + 1e-9)).all()
     # The whole law stretched until the torques fit: gravity + inertial / factor^2.
     assert free.lengths.sum() < pieces.lengths.sum() < 0.95 * np.sqrt(1.0 / 0.4) * free.lengths.sum()
 
@@ -291,10 +293,7 @@ def test_an_asked_duration_inside_a_run_is_refused_with_its_pointer() -> None:
 def test_without_any_limit_only_an_asked_duration_will_do() -> None:
     path, run = random_run("three_dof_arm", "straight", 1)
     limits = path.limits
-    none = {
-        quantity: np.full_like(limits.velocity, np.inf) for quantity in ("velocity", "acceleration", "jerk", "torque")
-    }
-    path = replace(path, limits=replace(limits, **none))
+    path = replace(path, limits=limits.without(["velocity", "acceleration", "jerk", "torque"]))
     with pytest.raises(LimitsUnsatisfiable, match="neither a duration nor"):
         time_run(path, run)
     assert time_run(replace(path, durations=np.array([3.0])), run).lengths.sum() == pytest.approx(3.0)

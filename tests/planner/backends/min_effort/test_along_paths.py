@@ -98,12 +98,12 @@ def dense_use(result: Plan) -> FloatArray:
     limits = result.path.limits.of(result.trajectory.segments[result.trajectory.locate(times)[0]])
     linear, angular = tool_speeds(ARM, q, v)
     uses = (
-        np.abs(v) / limits.velocity,
-        np.abs(a) / limits.acceleration,
-        np.abs(j) / limits.jerk,
-        np.abs(inverse_dynamics(ARM, q, v, a)) / limits.torque,
-        linear / limits.tcp_linear_velocity,
-        angular / limits.tcp_angular_velocity,
+        np.abs(v) / limits.velocity.narrower,
+        np.abs(a) / limits.acceleration.narrower,
+        np.abs(j) / limits.jerk.narrower,
+        np.abs(inverse_dynamics(ARM, q, v, a)) / limits.torque.narrower,
+        linear / limits.magnitudes("tcp_linear_velocity")[:, 0],
+        angular / limits.magnitudes("tcp_angular_velocity")[:, 0],
     )
     return np.array([use.max() for use in uses])
 
@@ -178,8 +178,8 @@ def test_a_second_solver_finds_the_same_optimum(move: tuple[float, float, float]
         return 2.0 * step / both, slopes
 
     torque = linear(by_square, by_gain)
-    acceleration = linear(ddq, dq) / limits.acceleration[0][:, None, None]
-    velocity = linear(dq**2, np.zeros_like(dq)) / limits.velocity[0][:, None, None] ** 2
+    acceleration = linear(ddq, dq) / limits.acceleration.narrower[0][:, None, None]
+    velocity = linear(dq**2, np.zeros_like(dq)) / limits.velocity.narrower[0][:, None, None] ** 2
     rows = np.concatenate([torque, -torque, acceleration, -acceleration, velocity]).reshape(-1, nodes - 1)
     room = np.concatenate([1.0 - gravity.T, 1.0 + gravity.T, np.ones((3 * ARM.dof, nodes))]).ravel()
 

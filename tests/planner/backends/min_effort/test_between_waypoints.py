@@ -178,17 +178,17 @@ def test_limits_by_dense_samples() -> None:
     q, v, a, j = trajectory.evaluate(times, [0, 1, 2, 3])
     linear, angular = tool_speeds(robot, q, v)
     used = [
-        np.abs(v) / bounds.velocity[0],
-        np.abs(a) / bounds.acceleration[0],
-        np.abs(j) / bounds.jerk[0],
-        np.abs(inverse_dynamics(robot, q, v, a)) / bounds.torque[0],
+        np.abs(v) / bounds.velocity.narrower[0],
+        np.abs(a) / bounds.acceleration.narrower[0],
+        np.abs(j) / bounds.jerk.narrower[0],
+        np.abs(inverse_dynamics(robot, q, v, a)) / bounds.torque.narrower[0],
         linear / 1.0,
         angular / 2.0,
     ]
     assert all(use.max() <= 1.0 + 1e-9 for use in used)
     assert max(used[3].max(), used[4].max(), used[5].max()) > 0.98
-    assert (q >= bounds.lower).all()
-    assert (q <= bounds.upper).all()
+    assert (q >= bounds.position.lower).all()
+    assert (q <= bounds.position.upper).all()
     assert np.abs(trajectory.evaluate(trajectory.arrivals, [0])[0] - result.path.positions).max() <= 1e-9
     for derivative in trajectory.evaluate(np.array([0.0, trajectory.duration]), [1, 2]):
         assert np.abs(derivative).max() <= 1e-9

@@ -52,10 +52,10 @@ def assert_within_limits(result: Plan) -> None:
     times = np.linspace(0.0, trajectory.duration, 20001)
     position, *rates = trajectory.evaluate(times, [0, 1, 2, 3])
     segments = trajectory.segments[trajectory.locate(times)[0]]
-    assert (position >= limits.lower - 1e-9).all()
-    assert (position <= limits.upper + 1e-9).all()
+    assert (position >= limits.position.lower - 1e-9).all()
+    assert (position <= limits.position.upper + 1e-9).all()
     for quantity, values in zip(RATES, rates, strict=True):
-        assert (np.abs(values) / getattr(limits, quantity)[segments]).max() <= 1.0 + 2e-9, quantity
+        assert (np.abs(values) / limits.magnitudes(quantity)[segments]).max() <= 1.0 + 2e-9, quantity
     met = trajectory.evaluate(trajectory.arrivals, [0])[0]
     assert np.abs(met - result.path.positions).max() <= 1e-9
     assert result.certificate.continuity == "C2"

@@ -32,11 +32,12 @@ def use_on_each_segment(path: JointPath, pieces: SegmentedPolynomial) -> dict[in
     q, v, a, _ = sampled(pieces, SAMPLES)
     owners = np.repeat(pieces.segments, SAMPLES)
     linear, angular = tool_speeds(path.robot, q, v)
-    use = np.maximum(
-        linear / path.limits.tcp_linear_velocity[owners], angular / path.limits.tcp_angular_velocity[owners]
-    )
+    most = [path.limits.magnitudes(name)[owners, 0] for name in ("tcp_linear_velocity", "tcp_angular_velocity")]
+    use = np.maximum(linear / most[0], angular / most[1])
     if path.robot.has_dynamics:
-        use = np.maximum(use, (np.abs(inverse_dynamics(path.robot, q, v, a)) / path.limits.torque[owners]).max(axis=1))
+        use = np.maximum(
+            use, (np.abs(inverse_dynamics(path.robot, q, v, a)) / path.limits.torque.narrower[owners]).max(axis=1)
+        )
     return {int(segment): float(use[owners == segment].max()) for segment in np.unique(owners)}
 
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.limits import TCP_QUANTITIES, SegmentLimits
+from planner.limits import Bounds, SegmentLimits
 
 INF = np.inf
 
 
 def spline_limits(lower, upper, velocity, acceleration, jerk):
     """Limits of a spline; nothing else is limited."""
-    of_tool = dict.fromkeys(TCP_QUANTITIES, np.full(len(velocity), INF))
-    return SegmentLimits(lower, upper, velocity, acceleration, jerk, np.full_like(velocity, INF), **of_tool)
+    rates = map(Bounds.of_magnitudes, (velocity, acceleration, jerk, np.full_like(velocity, INF)))
+    return SegmentLimits(Bounds(lower, upper), *rates)
 
 
 def samples(spline, order=0, count=201):
@@ -29,9 +29,9 @@ def excess(spline, limits, degree):
     worst = np.zeros(len(spline.lengths))
     for order, quantity in enumerate(("velocity", "acceleration", "jerk")[: (degree + 1) // 2], start=1):
         values = np.abs(samples(spline, order)).max(axis=1)
-        worst = np.maximum(worst, ((values / getattr(limits, quantity)) ** (1.0 / order)).max(axis=1))
+        worst = np.maximum(worst, ((values / limits.magnitudes(quantity)) ** (1.0 / order)).max(axis=1))
     positions = samples(spline)
-    return worst, max((positions - limits.upper).max(), (limits.lower - positions).max())
+    return worst, max((positions - limits.position.upper).max(), (limits.position.lower - positions).max())
 
 
 def random_problem(seed, segments, joints, room=INF):

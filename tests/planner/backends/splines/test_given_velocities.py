@@ -180,13 +180,13 @@ def shortest_of_one_segment(
         states = [np.stack([start, ends[0], 0.0 * start]), np.stack([start + travel, ends[1], 0.0 * start])]
         states = states if degree == 5 else [state[:2] for state in states]
         spline = BPoly.from_derivatives([0.0, h], states)
-        rates = [limits.velocity, limits.acceleration, limits.jerk][: (degree + 1) // 2]
+        rates = [limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower][: (degree + 1) // 2]
         worst = max(
             (np.abs(spline.derivative(order)(u * h)) / rate[row]).max() ** (1.0 / order)
             for order, rate in enumerate(rates, start=1)
         )
         q = spline(u * h)
-        out = max((q - limits.upper).max(), (limits.lower - q).max())
+        out = max((q - limits.position.upper).max(), (limits.position.lower - q).max())
         nearest = min(nearest, max(worst - 1.0, out))
         if worst <= 1.0 + 1e-6 and out <= 1e-6:
             return h, min(nearest, 0.0)
@@ -240,7 +240,7 @@ def test_velocities_are_had_within_all_limits_or_refused_for_the_limit_in_their_
     except VelocityOutOfReach as error:
         bounds = np.sort([error.value, error.limit])
         assert bounds[0] < bounds[1]
-        assert given_ones.any() or size > 0.1 or np.isfinite(limits.upper).all()
+        assert given_ones.any() or size > 0.1 or np.isfinite(limits.position.upper).all()
         return
     keeps_all(spline, positions, velocities, limits, degree)
     assert np.array_equal(spline.lengths[given_ones], asked[given_ones])
@@ -254,7 +254,7 @@ def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed: int
     positions, limits = random_problem(seed, segments, 2)
     velocities = np.full((segments - 1, 2), NONE)
     velocities[seed % (segments - 1)] = np.random.default_rng(seed).uniform(-0.5, 0.5, 2)
-    rates = [limits.velocity, limits.acceleration, limits.jerk][: (degree + 1) // 2]
+    rates = [limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower][: (degree + 1) // 2]
     start = timed(positions, velocities, limits, free(segments), degree).lengths
 
     def slack(u: FloatArray) -> FloatArray:
@@ -395,7 +395,13 @@ def test_a_velocity_without_room_before_it_is_refused(degree: Degree) -> None:
     """Brakes need v^2 / 2a = 0.125: a wall is 0.05 behind the waypoint."""
     positions = np.array([[0.0, 0.0], [0.5, 0.0], [0.2, 0.0]])
     limits = wide_limits()
-    walled = spline_limits(np.full(2, -INF), np.array([0.55, INF]), limits.velocity, limits.acceleration, limits.jerk)
+    walled = spline_limits(
+        np.full(2, -INF),
+        np.array([0.55, INF]),
+        limits.velocity.narrower,
+        limits.acceleration.narrower,
+        limits.jerk.narrower,
+    )
     with pytest.raises(VelocityOutOfReach) as refusal:
         timed(positions, np.array([[1.0, 0.0]]), walled, free(2), degree)
     assert (refusal.value.segment, refusal.value.joint) == (1, 0)

@@ -35,16 +35,16 @@ def within_limits(made: Plan, backend: Cubic | Quintic) -> None:
     times = np.linspace(0.0, trajectory.duration, 4000)
     q, v, a = trajectory.evaluate(times, [0, 1, 2])
     segments = trajectory.segments[np.searchsorted(trajectory.breakpoints[1:-1], times, side="right")]
-    assert (np.abs(v) <= limits.velocity[segments] * (1.0 + 1e-9)).all()
-    assert (np.abs(a) <= limits.acceleration[segments] * (1.0 + 1e-9)).all()
-    assert ((q >= limits.lower - 1e-9) & (q <= limits.upper + 1e-9)).all()
+    assert (np.abs(v) <= limits.velocity.narrower[segments] * (1.0 + 1e-9)).all()
+    assert (np.abs(a) <= limits.acceleration.narrower[segments] * (1.0 + 1e-9)).all()
+    assert ((q >= limits.position.lower - 1e-9) & (q <= limits.position.upper + 1e-9)).all()
 
 
 def passes(made: Plan, waypoint: int, velocity: np.ndarray) -> None:
     """The waypoint and its velocity, a moment before and after, by differences of positions."""
     at, trajectory, step = made.trajectory.arrivals[waypoint], made.trajectory, 1e-6
     q = trajectory.evaluate(at + step * np.array([-1.0, 0.0, 1.0]), [0])[0]
-    slack = 10.0 * step * made.path.limits.acceleration[waypoint - 1 : waypoint + 1].max(axis=0) + 1e-8
+    slack = 10.0 * step * made.path.limits.acceleration.narrower[waypoint - 1 : waypoint + 1].max(axis=0) + 1e-8
     assert (np.abs(np.diff(q, axis=0) / step - velocity) <= slack).all()
     before, exact = (trajectory.evaluate(np.array([time]), [1])[0][0] for time in (np.nextafter(at, 0.0), at))
     scale = max(float(np.abs(velocity).max()), 1e-3)

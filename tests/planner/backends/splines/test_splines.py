@@ -127,9 +127,9 @@ def test_the_shortest_spline_uses_its_limits_up_and_breaks_none(problem, degree)
     try:
         spline = timed_spline(positions, limits, free(len(positions) - 1), degree)
     except PositionOvershoot as error:
-        bound = limits.upper if error.value > error.limit else limits.lower
+        bound = limits.position.upper if error.value > error.limit else limits.position.lower
         assert bound[error.joint] == error.limit
-        assert np.isfinite(limits.upper).all()
+        assert np.isfinite(limits.position.upper).all()
         return
     worst, overshoot = excess(spline, limits, degree)
     assert worst.max() <= 1.0 + 1e-9
@@ -145,7 +145,7 @@ def test_the_shortest_spline_uses_its_limits_up_and_breaks_none(problem, degree)
 def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed, degree) -> None:
     segments = 2 + seed % 4
     positions, limits = random_problem(seed, segments, 2)
-    bounds = [limits.velocity, limits.acceleration, limits.jerk][: (degree + 1) // 2]
+    bounds = [limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower][: (degree + 1) // 2]
     unit = np.linspace(0.0, 1.0, 21)
 
     def slack(u):
@@ -184,7 +184,7 @@ def test_the_shortest_is_as_short_as_an_independent_optimiser_makes_it(seed, deg
 def test_there_and_back_take_as_long(problem, degree) -> None:
     positions, limits = problem
     unbounded = np.full(positions.shape[1], INF)
-    rates = (limits.velocity, limits.acceleration, limits.jerk)
+    rates = (limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower)
     there = timed_spline(positions, spline_limits(-unbounded, unbounded, *rates), free(len(positions) - 1), degree)
     mirrored = spline_limits(-unbounded, unbounded, *(rate[::-1] for rate in rates))
     back = timed_spline(positions[::-1], mirrored, there.lengths[::-1], degree)
@@ -203,7 +203,7 @@ def test_a_waypoint_met_twice_is_passed(degree) -> None:
 @pytest.mark.parametrize("degree", DEGREES)
 def test_a_segment_without_limits_is_timed_by_its_neighbours(degree) -> None:
     positions, limits = random_problem(4, 3, 2)
-    for rate in (limits.velocity, limits.acceleration, limits.jerk):
+    for rate in (limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower):
         rate[1] = INF
     assert excess(timed_spline(positions, limits, free(3), degree), limits, degree)[0].max() <= 1.0 + 1e-9
 
@@ -213,7 +213,7 @@ def test_nothing_that_limits_is_said(degree) -> None:
     positions, limits = random_problem(4, 3, 2)
     none = np.full((3, 2), INF)
     with pytest.raises(NothingLimits):
-        timed_spline(positions, spline_limits(limits.lower, limits.upper, none, none, none), free(3), degree)
+        timed_spline(positions, spline_limits(*limits.position, none, none, none), free(3), degree)
 
 
 # At asked durations.
@@ -230,7 +230,7 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
     try:
         spline = timed_spline(positions, limits, asked, degree)
     except PositionOvershoot:
-        assert np.isfinite(limits.upper).all()
+        assert np.isfinite(limits.position.upper).all()
         return
     except DurationsTooShort as error:
         assert given_ones.any()
@@ -259,7 +259,7 @@ def test_asked_durations_are_kept_or_refused_with_what_would_do(problem, degree,
 def test_a_free_duration_beside_an_asked_one_is_the_shortest_of_all(seed, share, degree) -> None:
     positions, limits = random_problem(seed, 2, 2)
     asked = share * timed_spline(positions, limits, free(2), degree).lengths[0]
-    bounds = [limits.velocity, limits.acceleration, limits.jerk][: (degree + 1) // 2]
+    bounds = [limits.velocity.narrower, limits.acceleration.narrower, limits.jerk.narrower][: (degree + 1) // 2]
 
     def worst(other):
         durations = np.array([asked, other])
@@ -295,7 +295,7 @@ def test_position_limits_are_kept_where_a_ratio_of_two_durations_keeps_them(seed
     for ratio in np.geomspace(0.02, 50.0, 200):
         durations = np.array([1.0, ratio])
         values = reference(positions, durations, degree)(np.linspace(0.0, 1.0 + ratio, 400))
-        overshoots.append(max((values - limits.upper).max(), (limits.lower - values).max()))
+        overshoots.append(max((values - limits.position.upper).max(), (limits.position.lower - values).max()))
     try:
         spline = timed_spline(positions, limits, free(2), degree)
     except PositionOvershoot:
@@ -329,7 +329,7 @@ def ratios_of(positions, limits, degree):
         times = np.concatenate([[0.0], np.cumsum(durations)[:-1]])[:, None] + unit * durations[:, None]
         worst = np.zeros(len(durations))
         for order, quantity in enumerate(("velocity", "acceleration", "jerk")[: (degree + 1) // 2], start=1):
-            ratios = np.abs(spline.derivative(order)(times)[..., 0]) / getattr(limits, quantity)
+            ratios = np.abs(spline.derivative(order)(times)[..., 0]) / limits.magnitudes(quantity)
             worst = np.maximum(worst, ratios.max(axis=1) ** (1.0 / order))
         return worst
 

@@ -131,7 +131,10 @@ def densely(path: JointPath) -> float:
         grid = np.linspace(0.0, length, 3001)
         curve = toppra.SplineInterpolator(grid, run.curve.evaluate(grid, [0])[0])
         segment = run.segments[0]
-        limits = [np.column_stack([-x[segment], x[segment]]) for x in (path.limits.velocity, path.limits.acceleration)]
+        limits = [
+            np.column_stack([-x[segment], x[segment]])
+            for x in (path.limits.velocity.narrower, path.limits.acceleration.narrower)
+        ]
         kept = [JointVelocityConstraint(limits[0]), JointAccelerationConstraint(limits[1])]
         search = toppra.algorithm.TOPPRA(kept, curve, gridpoints=grid, solver_wrapper="seidel")
         _, speeds, _ = search.compute_parameterization(0.0, 0.0)

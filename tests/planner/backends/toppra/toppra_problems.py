@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.dynamics import inverse_dynamics
 from planner.kinematics import tool_speeds
-from planner.kinematics.forward import tool_pose
+from planner.kinematics.forward import VELOCITIES, tool_pose
 from planner.limits import Limits
 from planner.plans.result import Plan
 from planner.problems.problem import CircularMotion, JointWaypoint, LinearMotion, PlanningProblem, PoseWaypoint
@@ -75,9 +75,9 @@ def worst_ratio(result: Plan, count: int = 10_000) -> float:
     pieces, _ = trajectory.locate(times)
     rows = trajectory.segments[pieces]
     q, dq, ddq = trajectory.evaluate(times)
-    ratios = [np.abs(dq) / limits.velocity[rows], np.abs(ddq) / limits.acceleration[rows]]
-    if robot.has_dynamics and np.isfinite(limits.torque).any():
-        ratios.append(np.abs(inverse_dynamics(robot, q, dq, ddq)) / limits.torque[rows])
-    linear, angular = tool_speeds(robot, q, dq)
-    tool = np.maximum(linear / limits.tcp_linear_velocity[rows], angular / limits.tcp_angular_velocity[rows])
-    return max(float(np.max(ratio)) for ratio in (*ratios, tool))
+    ratios = [np.abs(dq) / limits.velocity.narrower[rows], np.abs(ddq) / limits.acceleration.narrower[rows]]
+    if robot.has_dynamics and np.isfinite(limits.torque.narrower).any():
+        ratios.append(np.abs(inverse_dynamics(robot, q, dq, ddq)) / limits.torque.narrower[rows])
+    for name, speed in zip(VELOCITIES, tool_speeds(robot, q, dq), strict=True):
+        ratios.append(speed / limits.magnitudes(name)[rows, 0])
+    return max(float(np.max(ratio)) for ratio in ratios)
